@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tests of scripts/coverage, on tables and results made up here, and once on the real tables,
+whose vuid_dump is named on the command line."""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+COVERAGE = pathlib.Path(__file__).resolve().parents[2] / "scripts/coverage"
+DUMP = sys.argv.pop() if len(sys.argv) > 1 else None
+
+ROWS = (
+    ("VUID-vkFoo-a-1", "a_is_good", "call", "parameters", "-", "vkFoo", "VUID-vkFoo-old-1"),
+    ("VUID-vkFoo-b-2", "b_is_good", "call", "state", "-", "vkFoo", "-"),
+    ("VUID-VkBar-c-3", "c_is_good", "-", "content", "glasses", "vkFoo", "VUID-vkFoo-old-1"),
+)
+BOTH = ("VUID-vkFoo-a-1\tfired", "VUID-vkFoo-a-1\tsilent", "VUID-vkFoo-b-2\tfired",
+        "VUID-vkFoo-b-2\tsilent")
+
+
+class Coverage(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        (self.folder / "results").mkdir()
+        (self.folder / "rows").write_text("".join("\t".join(row) + "\n" for row in ROWS))
+        dump = self.folder / "dump"
+        dump.write_text(f"#!/bin/sh\ncat '{self.folder / 'rows'}'\n")
+        dump.chmod(0o755)
+        (self.folder / "seeds").write_text("# ids\nVUID-vkFoo-b-2\nVUID-vkFoo-old-1\n")
+        self.write_registry([row[0] for row in ROWS])
+
+    def write_registry(self, names):
+        groups = {"core": [{"vuid": name, "text": "", "page": ""} for name in names]}
+        (self.folder / "validusage.json").write_text(json.dumps(
+            {"version info": {"api version": "9.9.9"}, "validation": {"x": groups}}))
+
+    def write_results(self, *lines, platform="null"):
+        (self.folder / "results" / f"{platform}.tsv").write_text(
+            "".join(f"{platform}\tcase\tvkFoo\t{line}\n" for line in lines))
+
+    def run_script(self, *options):
+        return subprocess.run(
+            [sys.executable, COVERAGE, "--dump", self.folder / "dump", "--results",
+             self.folder / "results", "--registry", self.folder, "--seeds",
+             self.folder / "seeds", *options], capture_output=True, text=True, check=False)
+
+    def check(self, run, status, last):
+        self.assertEqual(run.returncode, status, run.stdout + run.stderr)
+        self.assertEqual(run.stdout.splitlines()[-1], last)
+
+    def test_all_is_proven(self):
+        self.write_results(*BOTH)
+        run = self.run_script()
+        self.check(run, 0, "coverage: 2 implemented, 2 firing, 2 silent, 1 pending of 3; "
+                           "seeds: 1/2")
+        self.assertNotIn("without proof", run.stdout)
+        self.assertIn("registry 9.9.9 has the same ids in scope", run.stdout)
+
+    def test_proof_may_come_from_several_platforms(self):
+        self.write_results(*BOTH[:2])
+        self.write_results(*BOTH[2:], platform="lavapipe")
+        run = self.run_script()
+        self.assertEqual(run.returncode, 0)
+        self.assertIn("lavapipe 2, null 2", run.stdout)
+
+    def test_twin_is_missing(self):
+        self.write_results(*BOTH[:3])
+        run = self.run_script()
+        self.check(run, 1, "coverage: 2 implemented, 2 firing, 1 silent, 1 pending of 3; "
+                           "seeds: 1/2")
+        self.assertIn("VUID-vkFoo-b-2 (b_is_good): no silent twin\n", run.stdout)
+        self.assertEqual(self.run_script("--allow-gaps").returncode, 0)
+
+    def test_failed_case_counts_for_nothing(self):
+        self.write_results(*BOTH, "VUID-vkFoo-a-1\tfailed")
+        run = self.run_script()
+        self.check(run, 1, "coverage: 2 implemented, 1 firing, 1 silent, 1 pending of 3; "
+                           "seeds: 1/2")
+        self.assertIn("VUID-vkFoo-a-1 (a_is_good): a case failed\n", run.stdout)
+
+    def test_nothing_ran(self):
+        run = self.run_script()
+        self.check(run, 1, "coverage: 2 implemented, 0 firing, 0 silent, 1 pending of 3; "
+                           "seeds: 1/2")
+        self.assertIn("run the tests first", run.stdout)
+
+    def test_pending_by_capability(self):
+        run = self.run_script("--pending")
+        self.assertIn("waits for glasses: 1\n  VUID-VkBar-c-3 (c_is_good)\n", run.stdout)
+
+    def test_registry_has_other_ids(self):
+        self.write_registry([ROWS[0][0], ROWS[1][0], "VUID-VkBar-new-4", "VUID-VkElse-new-5"])
+        out = self.run_script().stdout
+        self.assertIn("vuids.def lacks: 1\n  VUID-VkBar-new-4\n", out)
+        self.assertIn("registry 9.9.9 lacks: 1\n  VUID-VkBar-c-3\n", out)
+
+    def test_table_splits_by_level(self):
+        lines = self.run_script().stdout.splitlines()
+        self.assertEqual(lines[1].split(), ["vkFoo", "2", "2", "0", "0", "0", "1/1", "1/1"])
+        self.assertEqual(lines[2].split(), ["VkBar", "1", "0", "0", "0", "1", "0/1"])
+
+    def test_malformed_inputs(self):
+        for line in ("VUID-vkFoo-unknown-9\tfired", "VUID-vkFoo-a-1\tmaybe", "VUID-vkFoo-a-1"):
+            self.write_results(line)
+            run = self.run_script()
+            self.assertEqual(run.returncode, 2)
+            self.assertIn("null.tsv:1:", run.stderr)
+        self.write_results()
+        (self.folder / "seeds").write_text("VUID-vkFoo-elsewhere-1\n")
+        self.assertEqual(self.run_script().returncode, 2)
+        self.assertEqual(self.run_script("--dump", "/nonexistent").returncode, 2)
+
+    @unittest.skipUnless(DUMP, "no vuid_dump given")
+    def test_real_tables(self):
+        run = subprocess.run([sys.executable, COVERAGE, "--dump", DUMP, "--results",
+                              self.folder / "results", "--allow-gaps"],
+                             capture_output=True, text=True, check=True)
+        self.assertRegex(run.stdout.splitlines()[-1],
+                         r"^coverage: \d+ implemented, 0 firing, 0 silent, \d+ pending of 534; "
+                         r"seeds: \d+/200$")
+
+
+if __name__ == "__main__":
+    unittest.main()

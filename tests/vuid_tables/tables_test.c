@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the tables: ids, rows and texts fit together. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "registry.h"
+#include "rules.h"
+
+static bool row_has(const struct rule_info *row, enum vuid vuid) {
+    for (int command = 0; command < COMMAND_COUNT; command++)
+        if (row->vuid[command] == vuid)
+            return true;
+    return false;
+}
+
+static void test_every_id_has_exactly_one_row(void **state) {
+    (void)state;
+    for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
+        enum rule rule = rule_of_vuid((enum vuid)vuid);
+        assert_in_range(rule, 0, RULE_COUNT - 1);
+        for (int other = 0; other < RULE_COUNT; other++)
+            if (row_has(&rule_infos[other], (enum vuid)vuid) != (other == (int)rule))
+                fail_msg("%s: row %s, and also %s", vuid_texts[vuid].id, rule_infos[rule].name,
+                         rule_infos[other].name);
+    }
+}
+
+static void test_no_id_is_no_row(void **state) {
+    (void)state;
+    assert_int_equal(rule_of_vuid(VUID_NONE), RULE_COUNT);
+}
+
+static void test_every_row_is_whole(void **state) {
+    (void)state;
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *row = &rule_infos[rule];
+        assert_non_null(row->name);
+        assert_in_range(row->level, 0, LEVEL_COUNT - 1);
+        bool decided = row->subject != NULL, pending = row->waits_for != NULL;
+        if (decided == pending)
+            fail_msg("%s is both decided and pending, or neither", row->name);
+        bool has_id = false;
+        for (int command = 0; command < COMMAND_COUNT; command++)
+            has_id |= row->vuid[command] != VUID_NONE;
+        if (!has_id)
+            fail_msg("%s has no id", row->name);
+    }
+}
+
+static void test_rule_names_are_unique(void **state) {
+    (void)state;
+    for (int a = 0; a < RULE_COUNT; a++)
+        for (int b = a + 1; b < RULE_COUNT; b++)
+            assert_string_not_equal(rule_infos[a].name, rule_infos[b].name);
+}
+
+/* A row's id of a command is one of that command, or of a structure: then it is every command's. */
+static void test_columns_are_of_their_command(void **state) {
+    (void)state;
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        for (int command = 0; command < COMMAND_COUNT; command++) {
+            enum vuid vuid = rule_infos[rule].vuid[command];
+            if (vuid == VUID_NONE)
+                continue;
+            const char *scope = vuid_texts[vuid].id + strlen("VUID-");
+            const char *name = build_command_name((enum build_command)command);
+            bool of_structure = strncmp(scope, "Vk", 2) == 0;
+            bool of_command = strncmp(scope, name, strlen(name)) == 0 && scope[strlen(name)] == '-';
+            if (!of_structure && !of_command)
+                fail_msg("%s stands in the column of %s", vuid_texts[vuid].id, name);
+            for (int other = 0; of_structure && other < COMMAND_COUNT; other++)
+                assert_int_equal(rule_infos[rule].vuid[other], vuid);
+        }
+}
+
+static uint32_t message_id_number(enum vuid vuid) {
+    return XXH32(vuid_texts[vuid].id, strlen(vuid_texts[vuid].id), 8);
+}
+
+/* The numbers are those that the Khronos layer has printed for these ids. */
+static void test_message_id_numbers_are_those_users_know(void **state) {
+    (void)state;
+    assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_10126),
+                     0xd46589c2);
+    assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_geometry_03673),
+                     0x8a7de95d);
+    assert_int_equal(
+        message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_dstAccelerationStructure_03701),
+        0xadd43ee5);
+}
+
+static void test_message_id_numbers_are_unique(void **state) {
+    (void)state;
+    for (int a = VUID_NONE + 1; a < VUID_COUNT; a++)
+        for (int b = a + 1; b < VUID_COUNT; b++)
+            assert_int_not_equal(message_id_number((enum vuid)a), message_id_number((enum vuid)b));
+}
+
+static void test_texts_are_plain(void **state) {
+    (void)state;
+    bool same_registry = strcmp(registry_version, "1.4.363") == 0;
+    for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
+        const struct vuid_text *text = &vuid_texts[vuid];
+        assert_int_equal(strncmp(text->id, "VUID-", 5), 0);
+        /* A newer registry may have dropped ids; this one has all. */
+        if (same_registry && (*text->sentence == '\0' || *text->page == '\0'))
+            fail_msg("%s has no sentence or no page", text->id);
+        if (strpbrk(text->sentence, "\n\t`") || strstr(text->sentence, "</") ||
+            strstr(text->sentence, "&#") || strstr(text->sentence, "  "))
+            fail_msg("%s is not plain: %s", text->id, text->sentence);
+    }
+}
+
+static void test_retired_ids_have_a_successor(void **state) {
+    (void)state;
+    static const struct {
+        const char *id;
+        enum vuid current;
+    } retired[] = {
+#define RETIRED(id, current) {id, VUID_##current},
+#include "retired.def"
+#undef RETIRED
+    };
+    for (size_t i = 0; i < sizeof(retired) / sizeof(retired[0]); i++) {
+        assert_in_range(retired[i].current, VUID_NONE + 1, VUID_COUNT - 1);
+        for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++)
+            assert_string_not_equal(retired[i].id, vuid_texts[vuid].id);
+        unsigned n = 0;
+        const char *id = vuid_retired(retired[i].current, n);
+        while (id && strcmp(id, retired[i].id) != 0)
+            id = vuid_retired(retired[i].current, ++n);
+        assert_non_null(id);
+    }
+    assert_null(vuid_retired(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03403, 0));
+}
+
+static void test_registry_knows_its_extensions(void **state) {
+    (void)state;
+    for (size_t i = 0; i < registry_extension_count; i++) {
+        assert_true(registry_knows_extension(registry_extensions[i]));
+        assert_true(i == 0 || strcmp(registry_extensions[i - 1], registry_extensions[i]) < 0);
+    }
+    assert_true(registry_knows_extension("VK_KHR_acceleration_structure"));
+    assert_false(registry_knows_extension("VK_KHR_acceleration_structur"));
+    assert_false(registry_knows_extension(""));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_id_has_exactly_one_row),
+        cmocka_unit_test(test_no_id_is_no_row),
+        cmocka_unit_test(test_every_row_is_whole),
+        cmocka_unit_test(test_rule_names_are_unique),
+        cmocka_unit_test(test_columns_are_of_their_command),
+        cmocka_unit_test(test_message_id_numbers_are_those_users_know),
+        cmocka_unit_test(test_message_id_numbers_are_unique),
+        cmocka_unit_test(test_texts_are_plain),
+        cmocka_unit_test(test_retired_ids_have_a_successor),
+        cmocka_unit_test(test_registry_knows_its_extensions),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The rows as a table, and the maps between ids and rows. */
+#include "rules.h"
+
+#include <stddef.h>
+
+const struct rule_info rule_infos[RULE_COUNT] = {
+#define DEVICE(tail) .vuid[COMMAND_DEVICE] = VUID_vkCmdBuildAccelerationStructuresKHR_##tail,
+#define INDIRECT(tail)                                                                             \
+    .vuid[COMMAND_INDIRECT] = VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail,
+#define HOST(tail) .vuid[COMMAND_HOST] = VUID_vkBuildAccelerationStructuresKHR_##tail,
+#define NV(tail) .vuid[COMMAND_NV] = VUID_vkCmdBuildAccelerationStructureNV_##tail,
+#define IN(structure, tail)                                                                        \
+    .vuid = {VUID_##structure##_##tail, VUID_##structure##_##tail, VUID_##structure##_##tail,      \
+             VUID_##structure##_##tail},
+#define RULE(subject_, name_, level_, ids)                                                         \
+    [RULE_##name_] = {                                                                             \
+        .name = #name_, .subject = #subject_, .level = LEVEL_##level_, ids},
+#define PENDING(name_, level_, waits_for_, ids)                                                    \
+    [RULE_##name_] = {.name = #name_, .waits_for = waits_for_, .level = LEVEL_##level_, ids},
+#include "rules.def"
+};
+
+/* A switch without default: an id without a row, or with two, does not compile. */
+enum rule rule_of_vuid(enum vuid vuid)
+{
+    switch (vuid) {
+#define DEVICE(tail) case VUID_vkCmdBuildAccelerationStructuresKHR_##tail:
+#define INDIRECT(tail) case VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail:
+#define HOST(tail) case VUID_vkBuildAccelerationStructuresKHR_##tail:
+#define NV(tail) case VUID_vkCmdBuildAccelerationStructureNV_##tail:
+#define IN(structure, tail) case VUID_##structure##_##tail:
+#define RULE(subject, name, level, ids) ids return RULE_##name;
+#define PENDING(name, level, waits_for, ids) ids return RULE_##name;
+#include "rules.def"
+    case VUID_NONE:
+    case VUID_COUNT:
+        break;
+    }
+    return RULE_COUNT;
+}
+
+static const struct {
+    const char *id;
+    enum vuid current;
+} retired[] = {
+#define RETIRED(id, current) {id, VUID_##current},
+#include "retired.def"
+#undef RETIRED
+};
+
+const char *vuid_retired(enum vuid vuid, unsigned n)
+{
+    for (size_t i = 0; i < sizeof(retired) / sizeof(retired[0]); i++)
+        if (retired[i].current == vuid && n-- == 0)
+            return retired[i].id;
+    return NULL;
+}
+
+const char *build_command_name(enum build_command command)
+{
+    switch (command) {
+    case COMMAND_DEVICE:
+        return "vkCmdBuildAccelerationStructuresKHR";
+    case COMMAND_INDIRECT:
+        return "vkCmdBuildAccelerationStructuresIndirectKHR";
+    case COMMAND_HOST:
+        return "vkBuildAccelerationStructuresKHR";
+    case COMMAND_NV:
+        return "vkCmdBuildAccelerationStructureNV";
+    case COMMAND_COUNT:
+        break;
+    }
+    return "";
+}

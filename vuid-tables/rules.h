@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The rules as data: which ids there are, which rule decides each, and from what level on.
+ *
+ * The rows live in rows/; rules.def includes them. A row reads
+ *
+ *     RULE(subject, name, LEVEL, ids)      decided by the predicate `name`
+ *     PENDING(name, LEVEL, "waits for", ids)   not decided yet
+ *
+ * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
+ * command whose statement it is, or IN(structure, tail) for a structure's own, which every command
+ * shares.
+ */
+#ifndef ASSAY_VUID_TABLES_RULES_H
+#define ASSAY_VUID_TABLES_RULES_H
+
+#include <stdint.h>
+
+/* The build commands: the columns of a row. */
+enum build_command {
+    COMMAND_DEVICE,   /* vkCmdBuildAccelerationStructuresKHR */
+    COMMAND_INDIRECT, /* vkCmdBuildAccelerationStructuresIndirectKHR */
+    COMMAND_HOST,     /* vkBuildAccelerationStructuresKHR */
+    COMMAND_NV,       /* vkCmdBuildAccelerationStructureNV */
+    COMMAND_COUNT,
+};
+
+/* What has to be known to decide a rule; each level includes those before it. */
+enum level {
+    LEVEL_PARAMETERS, /* the structures of the call */
+    LEVEL_STATE,      /* created objects, bindings, features, limits, sizes */
+    LEVEL_EXECUTION,  /* what has been built by the time the command executes */
+    LEVEL_CONTENT,    /* the input data itself */
+    LEVEL_COUNT,
+};
+
+enum vuid {
+    VUID_NONE,
+#define VUID(scope, tail) VUID_##scope##_##tail,
+#include "vuids.def"
+#undef VUID
+    VUID_COUNT,
+};
+
+enum rule {
+#define RULE(subject, name, level, ids) RULE_##name,
+#define PENDING(name, level, waits_for, ids) RULE_##name,
+#include "rules.def"
+    RULE_COUNT,
+};
+
+/* One row. */
+struct rule_info {
+    const char *name;
+    const char *subject;   /* NULL: pending */
+    const char *waits_for; /* NULL: decided */
+    enum level level;
+    /* The id by command, VUID_NONE where the command has no such statement. */
+    enum vuid vuid[COMMAND_COUNT];
+};
+
+extern const struct rule_info rule_infos[RULE_COUNT];
+
+/* The row that decides an id. Total over the ids: the compiler checks it. */
+enum rule rule_of_vuid(enum vuid vuid);
+
+/* The n-th id that the registry has retired in favour of `vuid`, or NULL. */
+const char *vuid_retired(enum vuid vuid, unsigned n);
+
+/* What the installed registry says of an id; generated at build time from validusage.json. */
+struct vuid_text {
+    const char *id;       /* "VUID-..." */
+    const char *sentence; /* plain text; "" when the registry lacks the id */
+    const char *page;     /* e.g. "chapters/accelstructures.html" */
+};
+
+extern const struct vuid_text vuid_texts[VUID_COUNT];
+
+/* The spec spelling of a command, e.g. "vkCmdBuildAccelerationStructuresKHR". */
+const char *build_command_name(enum build_command command);
+
+#endif
