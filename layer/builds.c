@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of the four build commands: observe, check, forward. */
+#include <stdatomic.h>
+
+#include "check/check.h"
+#include "check/formats.h"
+#include "intercepts.h"
+#include "layer.h"
+
+/* One call on its way through the checks. */
+struct build_call {
+    struct layer_device *device;
+    struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
+    struct call_origin origin;
+    struct call_view view;
+    bool skip; /* a callback asked to skip the call */
+};
+
+static bool found(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding)
+{
+    struct build_call *call = user;
+    struct reporter *reporter = call->device->instance->reporter;
+    if (reporter_send(reporter, rule, location, &call->origin, finding))
+        call->skip = true;
+    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+}
+
+static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, struct size_facts *sizes)
+{
+    const struct build_call *call = user;
+    struct layer_device *device = call->device;
+    VkAccelerationStructureBuildTypeKHR build_type =
+        call->view.command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                           : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+    struct build_shape shape;
+    bool has_shape = build_shape_of(info, counts, build_type, &shape);
+    if (has_shape && size_cache_find(device->sizes, &shape, sizes))
+        return;
+    if (!device->vk.GetAccelerationStructureBuildSizesKHR)
+        return;
+    VkAccelerationStructureBuildSizesInfoKHR answer = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, info, counts,
+                                                     &answer);
+    *sizes = (struct size_facts){.known = true,
+                                 .acceleration_structure = answer.accelerationStructureSize,
+                                 .build_scratch = answer.buildScratchSize,
+                                 .update_scratch = answer.updateScratchSize};
+    if (has_shape)
+        size_cache_add(device->sizes, &shape, sizes);
+}
+
+static enum tristate ask_vertex_format(const struct layer_device *device, VkFormat format)
+{
+    VkFormatProperties properties;
+    device->instance->vk.GetPhysicalDeviceFormatProperties(device->physical_device, format,
+                                                           &properties);
+    return properties.bufferFeatures & VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR
+               ? YES
+               : NO;
+}
+
+/* A driver is asked only for formats that exist. */
+static enum tristate vertex_format_supported(void *user, VkFormat format)
+{
+    struct layer_device *device = ((struct build_call *)user)->device;
+    if (!format_is_known(format))
+        return UNKNOWN;
+    if ((uint32_t)format >= FORMAT_CACHE_SIZE)
+        return ask_vertex_format(device, format);
+    enum tristate known = (enum tristate)atomic_load_explicit(&device->vertex_formats[format],
+                                                              memory_order_relaxed);
+    if (known == UNKNOWN) {
+        known = ask_vertex_format(device, format);
+        atomic_store_explicit(&device->vertex_formats[format], (unsigned char)known,
+                              memory_order_relaxed);
+    }
+    return known;
+}
+
+static bool of_another_device(void *user, VkAccelerationStructureKHR handle)
+{
+    return layer_other_device_has_accel(((struct build_call *)user)->device, handle);
+}
+
+static void set_command_buffer(struct build_call *call, VkCommandBuffer handle)
+{
+    struct layer_device *device = call->device;
+    call->command_buffer = command_buffers_find(device->command_buffers, handle);
+    call->view.command_buffer =
+        command_buffers_facts(device->command_buffers, call->command_buffer, handle);
+    call->origin.command_buffer = handle;
+    call->origin.build_index = call->view.command_buffer.build_index;
+    call->origin.labels = call->command_buffer ? &call->command_buffer->labels : NULL;
+}
+
+static struct build_call start_call(struct layer_device *device, enum build_command command)
+{
+    return (struct build_call){
+        .device = device,
+        .origin = {.device = device->handle, .names = device->names},
+        .view = {.command = command, .device = &device->facts},
+    };
+}
+
+static void run_checks(struct build_call *call)
+{
+    struct readable_cache own_cache = {0};
+    struct check_context context = {
+        .level = call->device->level,
+        .active = call->device->active_rules[call->view.command],
+        .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
+        .resources = call->device->resources,
+        .found = found,
+        .find_sizes = find_sizes,
+        .vertex_format_supported = vertex_format_supported,
+        .of_another_device = of_another_device,
+        .user = call,
+    };
+    if (call->view.command == COMMAND_NV)
+        check_call(&context, &call->view);
+    else
+        check_builds(&context, &call->view);
+}
+
+static void count_builds(struct build_call *call, uint32_t count)
+{
+    if (call->command_buffer)
+        call->command_buffer->build_count += count;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    struct build_call call = start_call(device, COMMAND_DEVICE);
+    set_command_buffer(&call, commandBuffer);
+    call.view.info_count = infoCount;
+    call.view.infos = pInfos;
+    call.view.build_ranges = ppBuildRangeInfos;
+    run_checks(&call);
+    if (call.skip)
+        return;
+    count_builds(&call, infoCount);
+    device->vk.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
+                                                 ppBuildRangeInfos);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
+    const uint32_t *const *ppMaxPrimitiveCounts)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    struct build_call call = start_call(device, COMMAND_INDIRECT);
+    set_command_buffer(&call, commandBuffer);
+    call.view.info_count = infoCount;
+    call.view.infos = pInfos;
+    call.view.max_primitive_counts = ppMaxPrimitiveCounts;
+    run_checks(&call);
+    if (call.skip)
+        return;
+    count_builds(&call, infoCount);
+    device->vk.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
+                                                         pIndirectDeviceAddresses,
+                                                         pIndirectStrides, ppMaxPrimitiveCounts);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
+    VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    struct layer_device *state = layer_find_device(device);
+    struct build_call call = start_call(state, COMMAND_HOST);
+    call.view.info_count = infoCount;
+    call.view.infos = pInfos;
+    call.view.build_ranges = ppBuildRangeInfos;
+    run_checks(&call);
+    if (call.skip)
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    return state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount, pInfos,
+                                                    ppBuildRangeInfos);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
+    VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
+    VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
+    VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
+    VkDeviceSize scratchOffset)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    struct build_call call = start_call(device, COMMAND_NV);
+    set_command_buffer(&call, commandBuffer);
+    run_checks(&call);
+    if (call.skip)
+        return;
+    count_builds(&call, 1);
+    device->vk.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
+                                               update, dst, src, scratch, scratchOffset);
+}

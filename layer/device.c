@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Devices: creation and destruction. */
+#include <stdlib.h>
+
+#include "intercepts.h"
+#include "layer.h"
+
+VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
+{
+    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
+        VkLayerDeviceCreateInfo *info = (VkLayerDeviceCreateInfo *)(uintptr_t)s;
+        if (s->sType == VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO &&
+            info->function == VK_LAYER_LINK_INFO)
+            return info;
+    }
+    return NULL;
+}
+
+static void select_rules(struct layer_device *device)
+{
+    const struct settings *settings = reporter_settings(device->instance->reporter);
+    device->level = settings->level;
+    for (int command = 0; command < COMMAND_COUNT; command++)
+        check_select((enum build_command)command, settings->level, settings->muted,
+                     device->active_rules[command]);
+}
+
+static void free_device(struct layer_device *device)
+{
+    resources_destroy(device->resources);
+    command_buffers_destroy(device->command_buffers);
+    size_cache_destroy(device->sizes);
+    object_names_destroy(device->names);
+    free(device->queue_families);
+    free(device);
+}
+
+/* All that can fail for lack of memory, before anything is created below. */
+static struct layer_device *allocate_device(void)
+{
+    struct layer_device *device = calloc(1, sizeof(*device));
+    if (!device)
+        return NULL;
+    if (resources_create(&device->resources) == VK_SUCCESS &&
+        command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
+        size_cache_create(&device->sizes) == VK_SUCCESS &&
+        object_names_create(&device->names) == VK_SUCCESS)
+        return device;
+    free_device(device);
+    return NULL;
+}
+
+static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *create_info,
+                       PFN_vkGetDeviceProcAddr next_proc_addr)
+{
+    vkuInitDeviceDispatchTable(device->handle, &device->vk, next_proc_addr);
+    VkResult result = layer_collect_device_facts(device, create_info);
+    if (result != VK_SUCCESS)
+        return result;
+    select_rules(device);
+    return layer_add_device(device);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevice,
+                                                  const VkDeviceCreateInfo *pCreateInfo,
+                                                  const VkAllocationCallbacks *pAllocator,
+                                                  VkDevice *pDevice)
+{
+    struct layer_instance *instance = layer_find_instance(physicalDevice);
+    VkLayerDeviceCreateInfo *link = layer_device_link(pCreateInfo);
+    if (!instance || !link || !link->u.pLayerInfo)
+        return VK_ERROR_INITIALIZATION_FAILED;
+    PFN_vkGetInstanceProcAddr next_instance_proc_addr =
+        link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
+    PFN_vkGetDeviceProcAddr next_proc_addr = link->u.pLayerInfo->pfnNextGetDeviceProcAddr;
+    PFN_vkCreateDevice create =
+        (PFN_vkCreateDevice)next_instance_proc_addr(instance->handle, "vkCreateDevice");
+    if (!create)
+        return VK_ERROR_INITIALIZATION_FAILED;
+
+    struct layer_device *device = allocate_device();
+    if (!device)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    link->u.pLayerInfo = link->u.pLayerInfo->pNext;
+    VkResult result = create(physicalDevice, pCreateInfo, pAllocator, pDevice);
+    if (result != VK_SUCCESS)
+        goto fail_create;
+
+    device->handle = *pDevice;
+    device->physical_device = physicalDevice;
+    device->instance = instance;
+    result = set_up(device, pCreateInfo, next_proc_addr);
+    if (result != VK_SUCCESS)
+        goto fail_set_up;
+    return VK_SUCCESS;
+
+fail_set_up:
+    device->vk.DestroyDevice(*pDevice, pAllocator);
+    *pDevice = VK_NULL_HANDLE;
+fail_create:
+    free_device(device);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
+                                               const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = device ? layer_find_device(device) : NULL;
+    if (!state)
+        return;
+    layer_remove_device(state);
+    state->vk.DestroyDevice(device, pAllocator);
+    free_device(state);
+}

@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Instances: creation, destruction, and what the layer says of itself. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "intercepts.h"
+#include "layer.h"
+
+static const VkLayerProperties own_layer = {
+    .layerName = ASSAY_LAYER_NAME,
+    .specVersion = VK_HEADER_VERSION_COMPLETE,
+    .implementationVersion = 1,
+    .description = "Assay: validation of acceleration-structure builds",
+};
+
+static const VkExtensionProperties own_extensions[] = {
+    {VK_EXT_DEBUG_REPORT_EXTENSION_NAME, VK_EXT_DEBUG_REPORT_SPEC_VERSION},
+    {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_DEBUG_UTILS_SPEC_VERSION},
+    {VK_EXT_LAYER_SETTINGS_EXTENSION_NAME, VK_EXT_LAYER_SETTINGS_SPEC_VERSION},
+};
+
+enum { OWN_EXTENSIONS = sizeof(own_extensions) / sizeof(own_extensions[0]) };
+
+static bool names_own_layer(const char *layer)
+{
+    return layer && strcmp(layer, ASSAY_LAYER_NAME) == 0;
+}
+
+static VkResult list_layers(uint32_t *count, VkLayerProperties *properties)
+{
+    if (!properties) {
+        *count = 1;
+        return VK_SUCCESS;
+    }
+    if (*count < 1)
+        return VK_INCOMPLETE;
+    *count = 1;
+    properties[0] = own_layer;
+    return VK_SUCCESS;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL
+assay_EnumerateInstanceLayerProperties(uint32_t *pPropertyCount, VkLayerProperties *pProperties)
+{
+    return list_layers(pPropertyCount, pProperties);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_EnumerateDeviceLayerProperties(
+    VkPhysicalDevice physicalDevice, uint32_t *pPropertyCount, VkLayerProperties *pProperties)
+{
+    (void)physicalDevice;
+    return list_layers(pPropertyCount, pProperties);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_EnumerateInstanceExtensionProperties(
+    const char *pLayerName, uint32_t *pPropertyCount, VkExtensionProperties *pProperties)
+{
+    if (!names_own_layer(pLayerName))
+        return VK_ERROR_LAYER_NOT_PRESENT;
+    if (!pProperties) {
+        *pPropertyCount = OWN_EXTENSIONS;
+        return VK_SUCCESS;
+    }
+    uint32_t room = *pPropertyCount;
+    *pPropertyCount = room < OWN_EXTENSIONS ? room : OWN_EXTENSIONS;
+    memcpy(pProperties, own_extensions, *pPropertyCount * sizeof(*pProperties));
+    return room < OWN_EXTENSIONS ? VK_INCOMPLETE : VK_SUCCESS;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_EnumerateDeviceExtensionProperties(
+    VkPhysicalDevice physicalDevice, const char *pLayerName, uint32_t *pPropertyCount,
+    VkExtensionProperties *pProperties)
+{
+    if (names_own_layer(pLayerName)) {
+        *pPropertyCount = 0;
+        return VK_SUCCESS;
+    }
+    struct layer_instance *state = layer_find_instance(physicalDevice);
+    return state ? state->vk.EnumerateDeviceExtensionProperties(physicalDevice, pLayerName,
+                                                                pPropertyCount, pProperties)
+                 : VK_ERROR_INITIALIZATION_FAILED;
+}
+
+VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info)
+{
+    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
+        VkLayerInstanceCreateInfo *info = (VkLayerInstanceCreateInfo *)(uintptr_t)s;
+        if (s->sType == VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO &&
+            info->function == VK_LAYER_LINK_INFO)
+            return info;
+    }
+    return NULL;
+}
+
+static uint32_t asked_api_version(const VkInstanceCreateInfo *create_info)
+{
+    const VkApplicationInfo *application = create_info->pApplicationInfo;
+    return application && application->apiVersion ? application->apiVersion : VK_API_VERSION_1_0;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
+                                                    const VkAllocationCallbacks *pAllocator,
+                                                    VkInstance *pInstance)
+{
+    VkLayerInstanceCreateInfo *link = layer_instance_link(pCreateInfo);
+    if (!link || !link->u.pLayerInfo)
+        return VK_ERROR_INITIALIZATION_FAILED;
+    PFN_vkGetInstanceProcAddr next_proc_addr = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
+    PFN_vkCreateInstance create =
+        (PFN_vkCreateInstance)next_proc_addr(VK_NULL_HANDLE, "vkCreateInstance");
+    if (!create)
+        return VK_ERROR_INITIALIZATION_FAILED;
+
+    struct layer_instance *state = calloc(1, sizeof(*state));
+    if (!state)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    state->next_physical_device_proc_addr = link->u.pLayerInfo->pfnNextGetPhysicalDeviceProcAddr;
+    VkResult result = reporter_create(pCreateInfo, &state->reporter);
+    if (result != VK_SUCCESS)
+        goto fail_reporter;
+
+    link->u.pLayerInfo = link->u.pLayerInfo->pNext;
+    result = create(pCreateInfo, pAllocator, pInstance);
+    if (result != VK_SUCCESS)
+        goto fail_create;
+
+    state->handle = *pInstance;
+    state->api_version = asked_api_version(pCreateInfo);
+    vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);
+    result = layer_add_instance(state);
+    if (result != VK_SUCCESS)
+        goto fail_add;
+    reporter_set_instance_alive(state->reporter, true);
+    return VK_SUCCESS;
+
+fail_add:
+    state->vk.DestroyInstance(*pInstance, pAllocator);
+    *pInstance = VK_NULL_HANDLE;
+fail_create:
+    reporter_destroy(state->reporter);
+fail_reporter:
+    free(state);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
+                                                 const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
+    if (!state)
+        return;
+    layer_remove_instance(state);
+    reporter_set_instance_alive(state->reporter, false);
+    state->vk.DestroyInstance(instance, pAllocator);
+    reporter_destroy(state->reporter);
+    free(state);
+}

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The layer's own instances and devices, and how intercepts find them.
+ *
+ * Both are found by dispatch key, the first pointer of every dispatchable handle. They are
+ * published when their creation has succeeded and withdrawn before the call that destroys them goes
+ * down, so that a key which the loader reuses never finds a dead one. The application must not
+ * destroy an instance or device that another thread uses (external synchronization), so a found
+ * pointer stays good for the length of a call.
+ *
+ * Order of locks: registry (layer.c), then the modules of src/state in any order, one at a time. No
+ * lock is held across a call down or a message. */
+#ifndef ASSAY_LAYER_LAYER_H
+#define ASSAY_LAYER_LAYER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/utility/vk_dispatch_table.h>
+#include <vulkan/vk_layer.h>
+#include <vulkan/vulkan.h>
+
+#include "check/check.h"
+#include "report/reporter.h"
+#include "state/command_buffers.h"
+#include "state/facts.h"
+#include "state/object_names.h"
+#include "state/resources.h"
+#include "state/size_cache.h"
+
+#define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
+
+struct layer_instance {
+    VkInstance handle;
+    uint32_t api_version; /* that the application asked for */
+    VkuInstanceDispatchTable vk;
+    PFN_GetPhysicalDeviceProcAddr next_physical_device_proc_addr;
+    struct reporter *reporter;
+};
+
+enum { FORMAT_CACHE_SIZE = 256 };
+
+struct layer_device {
+    VkDevice handle;
+    VkPhysicalDevice physical_device;
+    struct layer_instance *instance;
+    VkuDeviceDispatchTable vk;
+
+    /* Never change after creation. */
+    struct device_facts facts;
+    enum level level;
+    bool active_rules[COMMAND_COUNT][RULE_COUNT];
+    VkPhysicalDeviceMemoryProperties memory;
+    uint32_t physical_device_count; /* of its group */
+    VkQueueFamilyProperties *queue_families;
+    uint32_t queue_family_count;
+
+    /* Each has its own lock. */
+    struct resources *resources;
+    struct command_buffers *command_buffers;
+    struct size_cache *sizes;
+    struct object_names *names;
+
+    /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices. */
+    _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE];
+};
+
+/* NULL if the handle belongs to no instance or device of the layer. */
+struct layer_instance *layer_find_instance(const void *dispatchable);
+struct layer_device *layer_find_device(const void *dispatchable);
+
+/* Publish and withdraw. */
+VkResult layer_add_instance(struct layer_instance *instance);
+void layer_remove_instance(struct layer_instance *instance);
+VkResult layer_add_device(struct layer_device *device);
+void layer_remove_device(struct layer_device *device);
+
+/* Whether a device other than this one has an acceleration structure of that handle. */
+bool layer_other_device_has_accel(const struct layer_device *device,
+                                  VkAccelerationStructureKHR handle);
+
+/* The loader's link information in a creation chain; NULL if it isn't there. */
+VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info);
+VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info);
+
+/* Fills the facts that never change: features and limits from what the application asked for in
+ * `create_info` and what the physical device says (device_facts.c). */
+VkResult layer_collect_device_facts(struct layer_device *device,
+                                    const VkDeviceCreateInfo *create_info);
+
+#endif

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the loader asks of the layer: the one exported function, and commands by name. */
+#include <string.h>
+
+#include "intercepts.h"
+#include "layer.h"
+
+enum { LOADER_INTERFACE_VERSION = 2 };
+
+struct named_command {
+    const char *name;
+    PFN_vkVoidFunction function;
+};
+
+#define NAMED(name) {"vk" #name, (PFN_vkVoidFunction)assay_##name},
+static const struct named_command global_commands[] = {ASSAY_GLOBAL_INTERCEPTS(NAMED)};
+static const struct named_command instance_commands[] = {ASSAY_INSTANCE_INTERCEPTS(NAMED)};
+static const struct named_command device_commands[] = {ASSAY_DEVICE_INTERCEPTS(NAMED)};
+#undef NAMED
+
+#define FIND(commands, name) find_command(commands, sizeof(commands) / sizeof((commands)[0]), name)
+
+static PFN_vkVoidFunction find_command(const struct named_command *commands, size_t count,
+                                       const char *name)
+{
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(commands[i].name, name) == 0)
+            return commands[i].function;
+    return NULL;
+}
+
+/* A command that the next layer doesn't have the layer doesn't have either. */
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance instance,
+                                                                   const char *pName)
+{
+    PFN_vkVoidFunction own = FIND(global_commands, pName);
+    struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
+    if (own || !state)
+        return own;
+    PFN_vkVoidFunction next = state->vk.GetInstanceProcAddr(instance, pName);
+    own = FIND(instance_commands, pName);
+    if (!own)
+        own = FIND(device_commands, pName);
+    return next && own ? own : next;
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device,
+                                                                 const char *pName)
+{
+    struct layer_device *state = layer_find_device(device);
+    if (!state)
+        return NULL;
+    PFN_vkVoidFunction own = FIND(device_commands, pName);
+    PFN_vkVoidFunction next = state->vk.GetDeviceProcAddr(device, pName);
+    return next && own ? own : next;
+}
+
+PFN_vkVoidFunction VKAPI_CALL assay_GetPhysicalDeviceProcAddr(VkInstance instance,
+                                                              const char *pName)
+{
+    struct layer_instance *state = layer_find_instance(instance);
+    return state && state->next_physical_device_proc_addr
+               ? state->next_physical_device_proc_addr(instance, pName)
+               : NULL;
+}
+
+__attribute__((visibility("default"))) VKAPI_ATTR VkResult VKAPI_CALL
+vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface *pVersionStruct)
+{
+    if (!pVersionStruct || pVersionStruct->sType != LAYER_NEGOTIATE_INTERFACE_STRUCT ||
+        pVersionStruct->loaderLayerInterfaceVersion < LOADER_INTERFACE_VERSION)
+        return VK_ERROR_INITIALIZATION_FAILED;
+    pVersionStruct->loaderLayerInterfaceVersion = LOADER_INTERFACE_VERSION;
+    pVersionStruct->pfnGetInstanceProcAddr = assay_GetInstanceProcAddr;
+    pVersionStruct->pfnGetDeviceProcAddr = assay_GetDeviceProcAddr;
+    pVersionStruct->pfnGetPhysicalDeviceProcAddr = assay_GetPhysicalDeviceProcAddr;
+    return VK_SUCCESS;
+}

@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of memory, buffers, their bindings and addresses, and acceleration structures. */
+#include "state/resources.h"
+
+#include "intercepts.h"
+#include "layer.h"
+#include "state/chain.h"
+
+/* ---- memory */
+
+static VkMemoryPropertyFlags properties_of(const struct layer_device *device, uint32_t type)
+{
+    return type < device->memory.memoryTypeCount ? device->memory.memoryTypes[type].propertyFlags
+                                                 : 0;
+}
+
+static uint32_t bits_in(uint32_t mask)
+{
+    return (uint32_t)__builtin_popcount(mask);
+}
+
+/* One instance for each physical device of the mask; without a mask, of the group, if the heap is
+ * multi-instance (Vulkan specification, VkMemoryAllocateFlagsInfo). */
+static bool has_instances(const struct layer_device *device,
+                          const VkMemoryAllocateInfo *allocate_info)
+{
+    const VkMemoryAllocateFlagsInfo *flags =
+        chain_find(allocate_info->pNext, VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO);
+    if (flags && (flags->flags & VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT))
+        return bits_in(flags->deviceMask) > 1;
+    uint32_t type = allocate_info->memoryTypeIndex;
+    if (type >= device->memory.memoryTypeCount || device->physical_device_count < 2)
+        return false;
+    uint32_t heap = device->memory.memoryTypes[type].heapIndex;
+    return device->memory.memoryHeaps[heap].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_AllocateMemory(VkDevice device,
+                                                    const VkMemoryAllocateInfo *pAllocateInfo,
+                                                    const VkAllocationCallbacks *pAllocator,
+                                                    VkDeviceMemory *pMemory)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.AllocateMemory(device, pAllocateInfo, pAllocator, pMemory);
+    if (result == VK_SUCCESS)
+        resources_add_memory(state->resources, *pMemory, pAllocateInfo->allocationSize,
+                             properties_of(state, pAllocateInfo->memoryTypeIndex),
+                             has_instances(state, pAllocateInfo));
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memory,
+                                            const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    resources_remove_memory(state->resources, memory);
+    object_names_set(state->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, NULL);
+    state->vk.FreeMemory(device, memory, pAllocator);
+}
+
+/* ---- buffers */
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateBuffer(VkDevice device,
+                                                  const VkBufferCreateInfo *pCreateInfo,
+                                                  const VkAllocationCallbacks *pAllocator,
+                                                  VkBuffer *pBuffer)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateBuffer(device, pCreateInfo, pAllocator, pBuffer);
+    if (result == VK_SUCCESS)
+        resources_add_buffer(state->resources, *pBuffer, pCreateInfo);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyBuffer(VkDevice device, VkBuffer buffer,
+                                               const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    resources_remove_buffer(state->resources, buffer);
+    object_names_set(state->names, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, NULL);
+    state->vk.DestroyBuffer(device, buffer, pAllocator);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory(VkDevice device, VkBuffer buffer,
+                                                      VkDeviceMemory memory,
+                                                      VkDeviceSize memoryOffset)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.BindBufferMemory(device, buffer, memory, memoryOffset);
+    if (result == VK_SUCCESS)
+        resources_bind_buffer(state->resources, buffer, memory, memoryOffset, false);
+    return result;
+}
+
+/* Whether instance i of the buffer is bound to another instance of the memory than i. */
+static bool instances_differ(const VkBindBufferMemoryInfo *bind)
+{
+    const VkBindBufferMemoryDeviceGroupInfo *group =
+        chain_find(bind->pNext, VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_DEVICE_GROUP_INFO);
+    for (uint32_t i = 0; group && i < group->deviceIndexCount; i++)
+        if (group->pDeviceIndices[i] != i)
+            return true;
+    return false;
+}
+
+/* A failed call may have bound some; each says so if the application asked for it
+ * (VK_KHR_maintenance6). */
+static void observe_bind(struct layer_device *state, const VkBindBufferMemoryInfo *bind,
+                         VkResult result)
+{
+    const VkBindMemoryStatus *status =
+        chain_find(bind->pNext, VK_STRUCTURE_TYPE_BIND_MEMORY_STATUS);
+    if (result != VK_SUCCESS && status && status->pResult)
+        result = *status->pResult;
+    if (result == VK_SUCCESS)
+        resources_bind_buffer(state->resources, bind->buffer, bind->memory, bind->memoryOffset,
+                              instances_differ(bind));
+    else
+        resources_forget_binding(state->resources, bind->buffer);
+}
+
+static VkResult bind_buffers(VkDevice device, PFN_vkBindBufferMemory2 bind, uint32_t count,
+                             const VkBindBufferMemoryInfo *infos, struct layer_device *state)
+{
+    VkResult result = bind(device, count, infos);
+    for (uint32_t i = 0; i < count; i++)
+        observe_bind(state, &infos[i], result);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
+                                                       const VkBindBufferMemoryInfo *pBindInfos)
+{
+    struct layer_device *state = layer_find_device(device);
+    return bind_buffers(device, state->vk.BindBufferMemory2, bindInfoCount, pBindInfos, state);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory2KHR(VkDevice device, uint32_t bindInfoCount,
+                                                          const VkBindBufferMemoryInfo *pBindInfos)
+{
+    struct layer_device *state = layer_find_device(device);
+    return bind_buffers(device, state->vk.BindBufferMemory2KHR, bindInfoCount, pBindInfos, state);
+}
+
+static void observe_sparse_binds(struct layer_device *state, const VkBindSparseInfo *info)
+{
+    for (uint32_t i = 0; i < info->bufferBindCount; i++)
+        for (uint32_t j = 0; j < info->pBufferBinds[i].bindCount; j++)
+            resources_bind_sparse(state->resources, info->pBufferBinds[i].buffer,
+                                  &info->pBufferBinds[i].pBinds[j]);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
+                                                     const VkBindSparseInfo *pBindInfo,
+                                                     VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
+    for (uint32_t i = 0; result == VK_SUCCESS && i < bindInfoCount; i++)
+        observe_sparse_binds(state, &pBindInfo[i]);
+    return result;
+}
+
+static VkDeviceAddress observe_address(struct layer_device *state,
+                                       const VkBufferDeviceAddressInfo *info,
+                                       VkDeviceAddress address)
+{
+    resources_set_address(state->resources, info->buffer, address);
+    return address;
+}
+
+VKAPI_ATTR VkDeviceAddress VKAPI_CALL
+assay_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_address(state, pInfo, state->vk.GetBufferDeviceAddress(device, pInfo));
+}
+
+VKAPI_ATTR VkDeviceAddress VKAPI_CALL
+assay_GetBufferDeviceAddressKHR(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_address(state, pInfo, state->vk.GetBufferDeviceAddressKHR(device, pInfo));
+}
+
+VKAPI_ATTR VkDeviceAddress VKAPI_CALL
+assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_address(state, pInfo, state->vk.GetBufferDeviceAddressEXT(device, pInfo));
+}
+
+/* ---- acceleration structures */
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureKHR(
+    VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateAccelerationStructureKHR(device, pCreateInfo, pAllocator,
+                                                               pAccelerationStructure);
+    if (result == VK_SUCCESS)
+        resources_add_accel(state->resources, *pAccelerationStructure, pCreateInfo);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructure2KHR(
+    VkDevice device, const VkAccelerationStructureCreateInfo2KHR *pCreateInfo,
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateAccelerationStructure2KHR(device, pCreateInfo, pAllocator,
+                                                                pAccelerationStructure);
+    if (result == VK_SUCCESS)
+        resources_add_accel_at(state->resources, *pAccelerationStructure, pCreateInfo);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL
+assay_DestroyAccelerationStructureKHR(VkDevice device,
+                                      VkAccelerationStructureKHR accelerationStructure,
+                                      const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    resources_remove_accel(state->resources, accelerationStructure);
+    object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                     (uint64_t)(uintptr_t)accelerationStructure, NULL);
+    state->vk.DestroyAccelerationStructureKHR(device, accelerationStructure, pAllocator);
+}

@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about one build of a call: what its VkAccelerationStructureBuildGeometryInfoKHR says. */
+#include "check/names.h"
+#include "check/predicates.h"
+
+bool build_info_has_its_stype(const struct build_view *build, struct finding *finding)
+{
+    VkStructureType type = build->info->sType;
+    return type == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR ||
+           violated(finding, "sType",
+                    "{} is not VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR",
+                    structure_type(type));
+}
+
+bool build_info_has_no_chain(const struct build_view *build, struct finding *finding)
+{
+    return !build->info->pNext || build->call->device->newer_than_registry ||
+           violated(finding, "pNext", "{} is not NULL",
+                    hex((uint64_t)(uintptr_t)build->info->pNext));
+}
+
+bool build_type_is_valid(const struct build_view *build, struct finding *finding)
+{
+    const struct device_facts *device = build->call->device;
+    VkAccelerationStructureTypeKHR type = build->info->type;
+    return type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
+           type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
+           type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
+           (type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR &&
+            device->extension.opacity_micromap_khr) ||
+           device->newer_than_registry ||
+           violated(finding, "type",
+                    "{} is not a VkAccelerationStructureTypeKHR of the extensions enabled",
+                    accel_type(type));
+}
+
+bool build_type_is_not_generic(const struct build_view *build, struct finding *finding)
+{
+    return build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
+           violated_plainly(finding, "type",
+                            "is VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR: a build says which "
+                            "kind it makes");
+}
+
+bool build_flags_are_valid(const struct build_view *build, struct finding *finding)
+{
+    const VkBuildAccelerationStructureFlagsKHR known =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV |
+        VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DATA_ACCESS_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_CLUSTER_OPACITY_MICROMAPS_BIT_NV;
+    VkBuildAccelerationStructureFlagsKHR unknown = build->info->flags & ~known;
+    return !unknown || build->call->device->newer_than_registry ||
+           violated(finding, "flags",
+                    "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR is",
+                    hex(build->info->flags), hex(unknown));
+}
+
+bool fast_trace_excludes_fast_build(const struct build_view *build, struct finding *finding)
+{
+    const VkBuildAccelerationStructureFlagsKHR both =
+        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
+    return (build->info->flags & both) != both ||
+           violated(finding, "flags",
+                    "{} has both VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR and "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR",
+                    hex(build->info->flags));
+}
+
+bool build_mode_is_valid(const struct build_view *build, struct finding *finding)
+{
+    VkBuildAccelerationStructureModeKHR mode = build->info->mode;
+    return mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR ||
+           mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ||
+           build->call->device->newer_than_registry ||
+           violated(finding, "mode", "{} is not a VkBuildAccelerationStructureModeKHR",
+                    number((uint32_t)mode));
+}
+
+static bool is_update(const struct build_view *build)
+{
+    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+}
+
+static bool is_build(const struct build_view *build)
+{
+    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+}
+
+bool update_has_a_source(const struct build_view *build, struct finding *finding)
+{
+    return !is_update(build) || build->info->srcAccelerationStructure ||
+           violated_plainly(finding, "srcAccelerationStructure",
+                            "is VK_NULL_HANDLE, but mode is "
+                            "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");
+}
+
+bool exactly_one_geometry_array_is_given(const struct build_view *build, struct finding *finding)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    if (!info->geometryCount || !info->pGeometries != !info->ppGeometries)
+        return true;
+    return violated(finding, "pGeometries",
+                    info->pGeometries ? "{} and ppGeometries {} are both given"
+                                      : "{} and ppGeometries {} are both NULL",
+                    hex((uint64_t)(uintptr_t)info->pGeometries),
+                    hex((uint64_t)(uintptr_t)info->ppGeometries));
+}
+
+bool geometries_are_readable(const struct build_view *build, struct finding *finding)
+{
+    return !build->geometries_unreadable ||
+           violated(finding, "pGeometries", "{} does not point to {} readable geometries",
+                    hex((uint64_t)(uintptr_t)build->info->pGeometries),
+                    number(build->info->geometryCount));
+}
+
+bool geometry_pointers_are_readable(const struct build_view *build, struct finding *finding)
+{
+    return !build->geometry_pointers_unreadable ||
+           violated(finding, "ppGeometries",
+                    "{} does not point to {} readable pointers to geometries",
+                    hex((uint64_t)(uintptr_t)build->info->ppGeometries),
+                    number(build->info->geometryCount));
+}
+
+bool build_ranges_of_build_are_readable(const struct build_view *build, struct finding *finding)
+{
+    return !build->build_ranges_unreadable ||
+           violated(finding, "geometryCount",
+                    "is {}, but ppBuildRangeInfos[{}] {} does not point to as many readable build "
+                    "ranges",
+                    number(build->info->geometryCount), number(build->index),
+                    hex((uint64_t)(uintptr_t)build->call->build_ranges[build->index]));
+}
+
+static bool is_of_type(const struct build_view *build, VkAccelerationStructureTypeKHR type)
+{
+    return build->info->type == type;
+}
+
+bool tlas_has_one_geometry(const struct build_view *build, struct finding *finding)
+{
+    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR) ||
+           build->info->geometryCount == 1 ||
+           violated(finding, "geometryCount", "{} is not 1, as a top-level structure needs",
+                    number(build->info->geometryCount));
+}
+
+static VkGeometryTypeKHR type_of_geometry(const struct build_view *build, uint32_t geometry)
+{
+    return build->geometries ? build->geometries[geometry].geometryType
+                             : build->geometry_pointers[geometry]->geometryType;
+}
+
+bool blas_geometries_have_one_type(const struct build_view *build, struct finding *finding)
+{
+    if (!is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
+        build->first_other_type == build->geometry_count)
+        return true;
+    return violated(finding, build->geometries ? "pGeometries" : "ppGeometries",
+                    "has {} at index 0 and {} at index {}: a bottom-level structure has one type",
+                    geometry_type(type_of_geometry(build, 0)),
+                    geometry_type(type_of_geometry(build, build->first_other_type)),
+                    number(build->first_other_type));
+}
+
+static bool is_within(struct finding *finding, const char *says, uint64_t count, uint64_t limit)
+{
+    return count <= limit || violated(finding, "geometryCount", says, number(count), number(limit));
+}
+
+bool blas_geometry_count_is_within_limit(const struct build_view *build, struct finding *finding)
+{
+    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
+           is_within(finding, "{} exceeds maxGeometryCount ({})", build->info->geometryCount,
+                     build->call->device->limits.maxGeometryCount);
+}
+
+bool blas_aabb_count_is_within_limit(const struct build_view *build, struct finding *finding)
+{
+    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
+           is_within(finding, "geometries have {} AABBs in all, beyond maxPrimitiveCount ({})",
+                     build->aabb_count, build->call->device->limits.maxPrimitiveCount);
+}
+
+bool blas_triangle_count_is_within_limit(const struct build_view *build, struct finding *finding)
+{
+    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
+           is_within(finding, "geometries have {} triangles in all, beyond maxPrimitiveCount ({})",
+                     build->triangle_count, build->call->device->limits.maxPrimitiveCount);
+}
+
+/* Structures. */
+
+static struct value structure(VkAccelerationStructureKHR handle)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+}
+
+static bool is_no_structure(const struct accel_facts *accel)
+{
+    return !accel->handle || (accel->alive == NO && !accel->of_another_device);
+}
+
+bool dst_is_a_valid_handle(const struct build_view *build, struct finding *finding)
+{
+    return !is_no_structure(&build->dst) ||
+           violated(finding, "dstAccelerationStructure",
+                    "{} is not an acceleration structure of this device: it was destroyed, or "
+                    "never created",
+                    structure(build->dst.handle));
+}
+
+bool src_is_a_valid_handle(const struct build_view *build, struct finding *finding)
+{
+    return !build->src.handle || !is_no_structure(&build->src) ||
+           violated(finding, "srcAccelerationStructure",
+                    "{} is not an acceleration structure of this device: it was destroyed, or "
+                    "never created",
+                    structure(build->src.handle));
+}
+
+bool dst_and_src_share_the_device(const struct build_view *build, struct finding *finding)
+{
+    if (build->dst.of_another_device)
+        return violated(finding, "dstAccelerationStructure", "{} was created from another VkDevice",
+                        structure(build->dst.handle));
+    return !build->src.of_another_device ||
+           violated(finding, "srcAccelerationStructure", "{} was created from another VkDevice",
+                    structure(build->src.handle));
+}
+
+static bool dst_has_type(const struct build_view *build, struct finding *finding,
+                         VkAccelerationStructureTypeKHR type)
+{
+    if (!is_of_type(build, type) || !build->dst.details_known)
+        return true;
+    return build->dst.type == type || build->dst.type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
+           violated(finding, "dstAccelerationStructure",
+                    "{} was created with type {}, neither {} nor "
+                    "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
+                    structure(build->dst.handle), accel_type(build->dst.type), accel_type(type));
+}
+
+bool tlas_dst_is_top_level_or_generic(const struct build_view *build, struct finding *finding)
+{
+    return dst_has_type(build, finding, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+}
+
+bool blas_dst_is_bottom_level_or_generic(const struct build_view *build, struct finding *finding)
+{
+    return dst_has_type(build, finding, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static bool is_backed(const struct accel_facts *accel, struct finding *finding, const char *field)
+{
+    return accel->backed != NO ||
+           violated(finding, field,
+                    "{} lies in {}, which is not bound to live memory, or was destroyed",
+                    structure(accel->handle),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer));
+}
+
+bool dst_is_backed_by_memory(const struct build_view *build, struct finding *finding)
+{
+    return is_backed(&build->dst, finding, "dstAccelerationStructure");
+}
+
+bool update_src_is_backed_by_memory(const struct build_view *build, struct finding *finding)
+{
+    return !is_update(build) || is_backed(&build->src, finding, "srcAccelerationStructure");
+}
+
+/* An update may go into a structure of compacted size; what that is only execution knows. */
+bool dst_is_large_enough(const struct build_view *build, struct finding *finding)
+{
+    if (!is_build(build) || !build->sizes.known || !build->dst.details_known)
+        return true;
+    return build->dst.size >= build->sizes.acceleration_structure ||
+           violated(finding, "dstAccelerationStructure",
+                    "{} was created with size {}, less than accelerationStructureSize ({})",
+                    structure(build->dst.handle), number(build->dst.size),
+                    number(build->sizes.acceleration_structure));
+}
+
+/* Scratch. */
+
+bool scratch_address_is_aligned(const struct build_view *build, struct finding *finding)
+{
+    VkDeviceAddress address = build->info->scratchData.deviceAddress;
+    uint32_t alignment = build->call->device->limits.minAccelerationStructureScratchOffsetAlignment;
+    return !alignment || address % alignment == 0 ||
+           violated(finding, "scratchData.deviceAddress",
+                    "{} is not a multiple of minAccelerationStructureScratchOffsetAlignment ({})",
+                    hex(address), number(alignment));
+}
+
+static bool scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding,
+                                     VkDeviceSize needed, const char *size_name)
+{
+    const struct address_facts *scratch = &build->scratch;
+    if (!build->sizes.known || !needed)
+        return true;
+    switch (scratch->status) {
+    case ADDRESS_UNKNOWN:
+        return true;
+    case ADDRESS_NULL:
+    case ADDRESS_NOWHERE:
+        return violated(finding, "scratchData.deviceAddress",
+                        "{} is in no buffer, but {} is {}", hex(scratch->address), text(size_name),
+                        number(needed));
+    case ADDRESS_UNBOUND:
+        return violated(finding, "scratchData.deviceAddress",
+                        "{} is in {}, which is not bound to live memory", hex(scratch->address),
+                        object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer));
+    case ADDRESS_IN_BUFFER:
+        break;
+    }
+    return scratch->bytes_left >= needed ||
+           violated(finding, "scratchData.deviceAddress",
+                    "{} leaves {} bytes to the end of {}, less than {} ({})", hex(scratch->address),
+                    number(scratch->bytes_left),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
+                    text(size_name), number(needed));
+}
+
+bool build_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
+{
+    return !is_build(build) ||
+           scratch_is_in_one_buffer(build, finding, build->sizes.build_scratch, "buildScratchSize");
+}
+
+bool update_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
+{
+    return !is_update(build) || scratch_is_in_one_buffer(build, finding,
+                                                         build->sizes.update_scratch,
+                                                         "updateScratchSize");
+}
+
+static bool scratch_has_storage_usage(const struct build_view *build, struct finding *finding,
+                                      VkDeviceSize needed)
+{
+    const struct address_facts *scratch = &build->scratch;
+    if (!build->sizes.known || !needed || scratch->status != ADDRESS_IN_BUFFER)
+        return true;
+    return (scratch->usage & VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT) ||
+           violated(finding, "scratchData.deviceAddress",
+                    "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
+                    hex(scratch->address),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
+                    hex(scratch->usage));
+}
+
+bool build_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)
+{
+    return !is_build(build) ||
+           scratch_has_storage_usage(build, finding, build->sizes.build_scratch);
+}
+
+bool update_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)
+{
+    return !is_update(build) ||
+           scratch_has_storage_usage(build, finding, build->sizes.update_scratch);
+}

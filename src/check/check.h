@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Puts a build call to the rules: makes the views, walks the rows, hands on the findings. */
+#ifndef ASSAY_CHECK_CHECK_H
+#define ASSAY_CHECK_CHECK_H
+
+#include <stdbool.h>
+
+#include "check/finding.h"
+#include "check/location.h"
+#include "check/view.h"
+#include "state/readable.h"
+#include "state/resources.h"
+
+/* What a check needs of its surroundings. The functions may call down; none is called while a lock
+ * is held. */
+struct check_context {
+    enum level level;
+    const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
+    struct readable_cache *readable;
+    struct resources *resources;
+
+    /* Takes a finding. Returns false if it wants no more of this rule. */
+    bool (*found)(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding);
+    /* What the next layer says of build sizes; `counts` are the primitive counts. */
+    void (*find_sizes)(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, struct size_facts *sizes);
+    enum tristate (*vertex_format_supported)(void *user, VkFormat format);
+    /* Whether another device of the process has a structure of that handle. */
+    bool (*of_another_device)(void *user, VkAccelerationStructureKHR handle);
+    void *user;
+};
+
+/* Which rules there are to walk for a command at a level: fills active[RULE_COUNT]. */
+void check_select(enum build_command command, enum level level, const bool muted[VUID_COUNT],
+                  bool active[RULE_COUNT]);
+
+/* Checks one call of COMMAND_DEVICE, _INDIRECT or _HOST. The caller fills command, device,
+ * command_buffer, info_count, infos and the arrays of the call; the rest of the view is filled
+ * here. */
+void check_builds(struct check_context *context, struct call_view *call);
+
+/* Checks only the rules about the call as a whole; for COMMAND_NV. */
+void check_call(struct check_context *context, const struct call_view *call);
+
+#endif

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a predicate says when its statement does not hold: which field, what was found, what bounds
+ * it. A finding is plain data of fixed size: predicates neither allocate nor print. */
+#ifndef ASSAY_CHECK_FINDING_H
+#define ASSAY_CHECK_FINDING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+enum value_kind {
+    VALUE_HEX,    /* an address or a bit pattern: 0x1010 */
+    VALUE_NUMBER, /* a count or a size: 256 */
+    VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
+    VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
+    VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
+};
+
+struct value {
+    enum value_kind kind;
+    uint32_t build;           /* VALUE_FIELD */
+    VkObjectType object_type; /* VALUE_OBJECT */
+    uint64_t number;          /* VALUE_HEX, VALUE_NUMBER, VALUE_OBJECT */
+    const char *text;         /* VALUE_TEXT, VALUE_FIELD */
+};
+
+enum { FINDING_VALUES = 6 };
+
+struct finding {
+    /* The field, relative to the subject: "scratchData.deviceAddress"; "" is the subject itself. */
+    const char *field;
+    /* What is wrong with it; each {} stands for the next value. */
+    const char *says;
+    uint32_t value_count;
+    struct value values[FINDING_VALUES];
+};
+
+static inline struct value hex(uint64_t number)
+{
+    return (struct value){.kind = VALUE_HEX, .number = number};
+}
+
+static inline struct value number(uint64_t number)
+{
+    return (struct value){.kind = VALUE_NUMBER, .number = number};
+}
+
+static inline struct value text(const char *text)
+{
+    return (struct value){.kind = VALUE_TEXT, .text = text};
+}
+
+static inline struct value object(VkObjectType type, uint64_t handle)
+{
+    return (struct value){.kind = VALUE_OBJECT, .object_type = type, .number = handle};
+}
+
+static inline struct value field_of(uint32_t build, const char *field)
+{
+    return (struct value){.kind = VALUE_FIELD, .build = build, .text = field};
+}
+
+/* Fills a finding and returns false, so that a predicate can end with `return violated(...)`. */
+bool finding_fill(struct finding *finding, const char *field, const char *says,
+                  const struct value *values, uint32_t value_count);
+
+#define violated(finding, field, says, ...)                                                        \
+    finding_fill((finding), (field), (says), (const struct value[]){__VA_ARGS__},                  \
+                 sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value))
+
+/* The same without values. */
+static inline bool violated_plainly(struct finding *finding, const char *field, const char *says)
+{
+    return finding_fill(finding, field, says, 0, 0);
+}
+
+#endif

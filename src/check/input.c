@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about the addresses that a geometry reads from. */
+#include "check/formats.h"
+#include "check/geometry_data.h"
+#include "check/predicates.h"
+
+/* The addresses of a geometry by their paths; those that it doesn't use have status
+ * ADDRESS_UNKNOWN. */
+enum { INPUTS = 4 };
+
+struct input {
+    const char *field;
+    const struct address_facts *facts;
+};
+
+static void list_inputs(const struct geometry_view *geometry, struct input inputs[INPUTS])
+{
+    bool is_aabbs = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+    inputs[0] = (struct input){"geometry.triangles.vertexData.deviceAddress", &geometry->vertex};
+    inputs[1] = (struct input){"geometry.triangles.indexData.deviceAddress", &geometry->index_data};
+    inputs[2] = (struct input){"geometry.triangles.transformData.deviceAddress",
+                               &geometry->transform};
+    inputs[3] = (struct input){is_aabbs ? "geometry.aabbs.data.deviceAddress"
+                                        : "geometry.instances.data.deviceAddress",
+                               &geometry->data};
+}
+
+static struct value buffer(const struct address_facts *facts)
+{
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
+}
+
+static bool is_given(struct finding *finding, const char *field, VkDeviceAddress address)
+{
+    return address || violated_plainly(finding, field, "is 0");
+}
+
+static bool is_aligned(struct finding *finding, const char *field, VkDeviceAddress address,
+                       uint32_t alignment)
+{
+    return !alignment || address % alignment == 0 ||
+           violated(finding, field, "{} is not aligned to {} bytes", hex(address),
+                    number(alignment));
+}
+
+bool vertex_address_is_given(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || is_given(finding, "geometry.triangles.vertexData.deviceAddress",
+                                  triangles->vertexData.deviceAddress);
+}
+
+bool vertex_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || is_aligned(finding, "geometry.triangles.vertexData.deviceAddress",
+                                    triangles->vertexData.deviceAddress,
+                                    format_alignment(triangles->vertexFormat));
+}
+
+bool index_address_is_given(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || !index_type_size(triangles->indexType) ||
+           is_given(finding, "geometry.triangles.indexData.deviceAddress",
+                    triangles->indexData.deviceAddress);
+}
+
+bool index_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || is_aligned(finding, "geometry.triangles.indexData.deviceAddress",
+                                    triangles->indexData.deviceAddress,
+                                    index_type_size(triangles->indexType));
+}
+
+bool transform_address_is_valid(const struct geometry_view *geometry, struct finding *finding)
+{
+    return geometry->transform.status != ADDRESS_NOWHERE ||
+           violated(finding, "geometry.triangles.transformData.deviceAddress",
+                    "{} is neither 0 nor in any buffer whose address was retrieved",
+                    hex(geometry->transform.address));
+}
+
+bool transform_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || is_aligned(finding, "geometry.triangles.transformData.deviceAddress",
+                                    triangles->transformData.deviceAddress, 16);
+}
+
+bool aabb_address_is_given(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    return !aabbs ||
+           is_given(finding, "geometry.aabbs.data.deviceAddress", aabbs->data.deviceAddress);
+}
+
+bool aabb_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    return !aabbs ||
+           is_aligned(finding, "geometry.aabbs.data.deviceAddress", aabbs->data.deviceAddress, 8);
+}
+
+bool instance_address_is_given(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    return !instances || is_given(finding, "geometry.instances.data.deviceAddress",
+                                  instances->data.deviceAddress);
+}
+
+bool instance_array_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    return !instances || instances->arrayOfPointers ||
+           is_aligned(finding, "geometry.instances.data.deviceAddress",
+                      instances->data.deviceAddress, 16);
+}
+
+bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    return !instances || !instances->arrayOfPointers ||
+           is_aligned(finding, "geometry.instances.data.deviceAddress",
+                      instances->data.deviceAddress, 8);
+}
+
+/* 03808 speaks for transformData itself. */
+bool input_address_is_in_a_buffer(const struct geometry_view *geometry, struct finding *finding)
+{
+    struct input inputs[INPUTS];
+    list_inputs(geometry, inputs);
+    for (int i = 0; i < INPUTS; i++)
+        if (inputs[i].facts->status == ADDRESS_NOWHERE && inputs[i].facts != &geometry->transform)
+            return violated(finding, inputs[i].field,
+                            "{} is in no buffer whose address was retrieved",
+                            hex(inputs[i].facts->address));
+    return true;
+}
+
+bool input_buffer_is_bound(const struct geometry_view *geometry, struct finding *finding)
+{
+    struct input inputs[INPUTS];
+    list_inputs(geometry, inputs);
+    for (int i = 0; i < INPUTS; i++)
+        if (inputs[i].facts->status == ADDRESS_UNBOUND)
+            return violated(finding, inputs[i].field, "{} is in {}, which is not bound to live memory",
+                            hex(inputs[i].facts->address), buffer(inputs[i].facts));
+    return true;
+}
+
+bool input_buffer_has_build_input_usage(const struct geometry_view *geometry,
+                                        struct finding *finding)
+{
+    const VkBufferUsageFlags2 needed =
+        VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
+    struct input inputs[INPUTS];
+    list_inputs(geometry, inputs);
+    for (int i = 0; i < INPUTS; i++)
+        if (inputs[i].facts->status == ADDRESS_IN_BUFFER && !(inputs[i].facts->usage & needed))
+            return violated(finding, inputs[i].field,
+                            "{} is in {}, created with usage {}, without "
+                            "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",
+                            hex(inputs[i].facts->address), buffer(inputs[i].facts),
+                            hex(inputs[i].facts->usage));
+    return true;
+}

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where in a build call a finding is. */
+#ifndef ASSAY_CHECK_LOCATION_H
+#define ASSAY_CHECK_LOCATION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "rules.h"
+
+enum subject { SUBJECT_CALL, SUBJECT_BUILD, SUBJECT_GEOMETRY, SUBJECT_RANGE };
+
+struct location {
+    enum build_command command;
+    enum subject subject;
+    uint32_t build, geometry;
+    bool geometry_by_pointer; /* ppGeometries[j]->, not pGeometries[j]. */
+};
+
+#endif

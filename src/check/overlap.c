@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about pairs of ranges. A pair is of equal structures, or of two that share memory; equal
+ * structures have rules of their own and are not also reported as sharing memory. */
+#include "check/predicates.h"
+
+static bool is_pair_of(const struct pair_view *pair, enum range_role a, enum range_role b)
+{
+    return pair->a.role == a && pair->b.role == b;
+}
+
+static bool is_same_structure(const struct pair_view *pair)
+{
+    return pair->a.handle && pair->a.handle == pair->b.handle;
+}
+
+static const char *field_name(enum range_role role)
+{
+    switch (role) {
+    case ROLE_DST:
+        return "dstAccelerationStructure";
+    case ROLE_SRC:
+        return "srcAccelerationStructure";
+    case ROLE_SCRATCH:
+        break;
+    }
+    return "scratchData";
+}
+
+static struct value structure(VkAccelerationStructureKHR handle)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+}
+
+static bool is_same(const struct pair_view *pair, struct finding *finding)
+{
+    return violated(finding, field_name(pair->a.role), "{} is also {}", structure(pair->a.handle),
+                    field_of(pair->b.build, field_name(pair->b.role)));
+}
+
+static bool shares(const struct pair_view *pair, struct finding *finding)
+{
+    struct value memory =
+        object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory);
+    if (pair->a.role == ROLE_SCRATCH)
+        return violated(finding, field_name(pair->a.role), "shares bytes [{}, {}) of {} with {}",
+                        hex(pair->shared.begin), hex(pair->shared.end), memory,
+                        field_of(pair->b.build, field_name(pair->b.role)));
+    return violated(finding, field_name(pair->a.role), "{} shares bytes [{}, {}) of {} with {}",
+                    structure(pair->a.handle), hex(pair->shared.begin), hex(pair->shared.end),
+                    memory, field_of(pair->b.build, field_name(pair->b.role)));
+}
+
+bool no_dst_is_built_twice(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || !is_same_structure(pair) ||
+           is_same(pair, finding);
+}
+
+bool no_src_is_the_dst_of_another_build(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_SRC) || pair->a.build == pair->b.build ||
+           !is_same_structure(pair) || is_same(pair, finding);
+}
+
+bool update_src_and_dst_do_not_alias(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_SRC) || pair->a.build != pair->b.build ||
+           !pair->shares_memory || shares(pair, finding);
+}
+
+bool dst_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_SRC) || pair->a.build == pair->b.build ||
+           !pair->shares_memory || shares(pair, finding);
+}
+
+bool dst_and_dst_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || !pair->shares_memory || shares(pair, finding);
+}
+
+bool dst_and_scratch_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_SCRATCH) || !pair->shares_memory ||
+           shares(pair, finding);
+}
+
+bool scratch_and_scratch_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_SCRATCH, ROLE_SCRATCH) || !pair->shares_memory ||
+           shares(pair, finding);
+}
+
+bool scratch_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_SRC, ROLE_SCRATCH) || !pair->shares_memory ||
+           shares(pair, finding);
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Collects the structures and memory ranges that a call uses, and finds every pair of them that is
+ * equal or shares memory. */
+#ifndef ASSAY_CHECK_SWEEP_H
+#define ASSAY_CHECK_SWEEP_H
+
+#include <stdbool.h>
+
+#include "check/view.h"
+
+enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
+
+/* The ranges of one role, in the order of their builds. Whether they are also in the order of their
+ * bytes, and of their handles, is noted as they come, so that a call in order is not sorted. */
+struct range_list {
+    struct used_range *items, inline_items[SWEEP_INLINE_RANGES];
+    uint32_t count, capacity;
+    bool sorted_by_bytes, ascending_handles;
+};
+
+struct sweep {
+    struct range_list roles[ROLE_COUNT];
+    bool out_of_memory; /* ranges were lost: nothing is reported */
+};
+
+void sweep_init(struct sweep *sweep);
+void sweep_release(struct sweep *sweep);
+
+void sweep_add(struct sweep *sweep, const struct used_range *range);
+
+/* Takes a pair. Returns false if no more pairs of these two roles are wanted. */
+typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,
+                             const struct memory_span *shared);
+
+/* Visits the pairs of equal handles (`shared` is NULL): two dst, or a src and another build's dst. */
+void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user);
+
+/* Visits the pairs that share memory, except those of equal handles. Sorts the lists. */
+void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user);
+
+#endif

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The views that rules get: one build call, one of its builds, one geometry of it, a pair of
+ * ranges. Everything in a view is const to a rule and lives only as long as the call.
+ *
+ * Pointers of the application appear in a view only after they were found readable; where they
+ * were not, they are NULL and the rules behind them stay silent. */
+#ifndef ASSAY_CHECK_VIEW_H
+#define ASSAY_CHECK_VIEW_H
+
+#include "rules.h"
+#include "state/facts.h"
+
+/* One call of a build command. */
+struct call_view {
+    enum build_command command;
+    const struct device_facts *device;
+    struct command_buffer_facts command_buffer; /* not for COMMAND_HOST */
+
+    /* As the application passed them; readable only if the flag says so. */
+    uint32_t info_count;
+    const VkAccelerationStructureBuildGeometryInfoKHR *infos;
+    const VkAccelerationStructureBuildRangeInfoKHR *const *build_ranges; /* not INDIRECT */
+    const uint32_t *const *max_primitive_counts;                         /* INDIRECT */
+    bool infos_readable, build_ranges_readable, max_primitive_counts_readable;
+};
+
+/* One element of pInfos. */
+struct build_view {
+    const struct call_view *call;
+    uint32_t index;
+    const VkAccelerationStructureBuildGeometryInfoKHR *info;
+    /* The geometry array that is given, readable to its end: the one of both that is not NULL.
+     * geometry_count is 0 where neither is. */
+    const VkAccelerationStructureGeometryKHR *geometries;
+    const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
+    uint32_t geometry_count;
+    bool geometries_unreadable, geometry_pointers_unreadable, build_ranges_unreadable;
+    /* One of both, by command, geometry_count elements, or NULL. */
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges;
+    const uint32_t *max_primitive_counts;
+    /* Sums over the geometries of that type (primitiveCount or maximum), and how many types. */
+    uint64_t triangle_count, aabb_count;
+    uint32_t first_other_type; /* index of the first geometry whose type is not the first's; or
+                                  geometry_count */
+
+    /* From level STATE on. */
+    struct accel_facts dst, src;
+    struct address_facts scratch; /* device commands only */
+    struct size_facts sizes;
+};
+
+/* A pNext chain, walked once. */
+struct chain_facts {
+    bool has_stray; /* a structure that may not stand there, */
+    VkStructureType stray;
+    const void *unreadable; /* a pointer that leads nowhere, */
+    bool has_duplicate;     /* a structure that stands there twice */
+    VkStructureType duplicate;
+};
+
+/* One geometry of a build. */
+struct geometry_view {
+    const struct build_view *build;
+    uint32_t index;
+    const VkAccelerationStructureGeometryKHR *geometry;
+    struct chain_facts chain, triangles_chain;
+
+    /* From level STATE on; ADDRESS_UNKNOWN where the geometry has no such address. */
+    struct address_facts vertex, index_data, transform, data; /* data: AABBs or instances */
+    enum tristate vertex_format_supported;
+};
+
+/* One geometry with its build range (or, for the indirect command, its maximum count). */
+struct range_view {
+    const struct geometry_view *geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range; /* NULL for COMMAND_INDIRECT */
+    uint32_t primitive_count;
+};
+
+/* What a range of memory is to the call. */
+enum range_role { ROLE_DST, ROLE_SRC, ROLE_SCRATCH };
+
+struct used_range {
+    enum range_role role;
+    uint32_t build;
+    bool is_update;                    /* mode of that build */
+    VkAccelerationStructureKHR handle; /* not for ROLE_SCRATCH */
+    struct memory_span span;           /* memory null: compared by handle only */
+};
+
+/* Two ranges that name the same structure or share memory; `a` is of the lower role, and of the
+ * lower build among equals. */
+struct pair_view {
+    const struct call_view *call;
+    struct used_range a, b;
+    bool shares_memory;
+    struct memory_span shared; /* what they share */
+};
+
+#endif

@@ -1,0 +1,283 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making views. */
+#include "check/views.h"
+
+#include <stdlib.h>
+
+#include "check/geometry_data.h"
+
+/* Chains longer than this are cyclic, or nobody's. */
+enum { CHAIN_MAX = 64, INLINE_COUNTS = 16 };
+
+void view_call(struct check_context *context, struct call_view *call)
+{
+    struct readable_cache *cache = context->readable;
+    size_t count = call->info_count;
+    call->infos_readable = readable(cache, call->infos, count * sizeof(*call->infos));
+    call->build_ranges_readable =
+        call->command != COMMAND_INDIRECT &&
+        readable(cache, call->build_ranges, count * sizeof(*call->build_ranges));
+    call->max_primitive_counts_readable =
+        call->command == COMMAND_INDIRECT &&
+        readable(cache, call->max_primitive_counts, count * sizeof(*call->max_primitive_counts));
+}
+
+/* Parameters. */
+
+static bool pointers_are_readable(struct readable_cache *cache,
+                                  const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    if (!readable(cache, info->ppGeometries,
+                  (size_t)info->geometryCount * sizeof(*info->ppGeometries)))
+        return false;
+    for (uint32_t i = 0; i < info->geometryCount; i++)
+        if (!readable(cache, info->ppGeometries[i], sizeof(**info->ppGeometries)))
+            return false;
+    return true;
+}
+
+static void view_geometry_arrays(struct check_context *context, struct build_view *build)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    struct readable_cache *cache = context->readable;
+    if (!info->geometryCount)
+        return;
+    build->geometries_unreadable =
+        info->pGeometries &&
+        !readable(cache, info->pGeometries, (size_t)info->geometryCount * sizeof(*info->pGeometries));
+    build->geometry_pointers_unreadable =
+        info->ppGeometries && !pointers_are_readable(cache, info);
+    if (!info->pGeometries == !info->ppGeometries || build->geometries_unreadable ||
+        build->geometry_pointers_unreadable)
+        return;
+    build->geometries = info->pGeometries;
+    build->geometry_pointers = info->ppGeometries;
+    build->geometry_count = info->geometryCount;
+}
+
+/* These take no build ranges: their counts are in the structures of their types. */
+static bool takes_build_ranges(const struct build_view *build)
+{
+    if (build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        int type = (int)(build->geometries ? build->geometries[i].geometryType
+                                           : build->geometry_pointers[i]->geometryType);
+        if (type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX ||
+            type == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+            return false;
+    }
+    return true;
+}
+
+static void view_counts(struct check_context *context, struct build_view *build)
+{
+    const struct call_view *call = build->call;
+    size_t count = build->info->geometryCount;
+    if (!count || !takes_build_ranges(build))
+        return;
+    if (call->build_ranges_readable) {
+        const VkAccelerationStructureBuildRangeInfoKHR *ranges = call->build_ranges[build->index];
+        build->build_ranges_unreadable =
+            !readable(context->readable, ranges, count * sizeof(*ranges));
+        build->ranges = build->build_ranges_unreadable ? NULL : ranges;
+    }
+    if (call->max_primitive_counts_readable) {
+        const uint32_t *counts = call->max_primitive_counts[build->index];
+        build->max_primitive_counts =
+            readable(context->readable, counts, count * sizeof(*counts)) ? counts : NULL;
+    }
+}
+
+bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count)
+{
+    if (build->ranges)
+        *count = build->ranges[geometry].primitiveCount;
+    else if (build->max_primitive_counts)
+        *count = build->max_primitive_counts[geometry];
+    else
+        return false;
+    return true;
+}
+
+static const VkAccelerationStructureGeometryKHR *geometry_at(const struct build_view *build,
+                                                             uint32_t index)
+{
+    return build->geometries ? &build->geometries[index] : build->geometry_pointers[index];
+}
+
+/* The indirect command's maximum counts bound the sums but are not them. */
+static void sum_primitives(struct build_view *build)
+{
+    build->first_other_type = build->geometry_count;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        VkGeometryTypeKHR type = geometry_at(build, i)->geometryType;
+        uint32_t count = build->ranges ? build->ranges[i].primitiveCount : 0;
+        if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+            build->triangle_count += count;
+        if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
+            build->aabb_count += count;
+        if (build->first_other_type == build->geometry_count &&
+            type != geometry_at(build, 0)->geometryType)
+            build->first_other_type = i;
+    }
+}
+
+void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
+                struct build_view *build)
+{
+    *build = (struct build_view){.call = call, .index = index, .info = &call->infos[index]};
+    view_geometry_arrays(context, build);
+    view_counts(context, build);
+    sum_primitives(build);
+}
+
+static bool may_follow_geometry(VkStructureType type)
+{
+    switch ((int)type) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV:
+        return true;
+    default:
+        return false;
+    }
+}
+
+static bool may_follow_triangles(VkStructureType type)
+{
+    switch ((int)type) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR:
+        return true;
+    default:
+        return false;
+    }
+}
+
+static bool comes_before(const VkBaseInStructure *chain, const VkBaseInStructure *end,
+                         VkStructureType type)
+{
+    for (const VkBaseInStructure *s = chain; s != end; s = s->pNext)
+        if (s->sType == type)
+            return true;
+    return false;
+}
+
+static void view_chain(struct check_context *context, const void *chain,
+                       bool (*may_follow)(VkStructureType), struct chain_facts *facts)
+{
+    const VkBaseInStructure *s = chain;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
+        if (!readable(context->readable, s, sizeof(*s))) {
+            facts->unreadable = s;
+            return;
+        }
+        if (!facts->has_stray && !may_follow(s->sType)) {
+            facts->has_stray = true;
+            facts->stray = s->sType;
+        }
+        if (!facts->has_duplicate && comes_before(chain, s, s->sType)) {
+            facts->has_duplicate = true;
+            facts->duplicate = s->sType;
+        }
+    }
+}
+
+void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
+                   struct geometry_view *geometry)
+{
+    *geometry = (struct geometry_view){
+        .build = build, .index = index, .geometry = geometry_at(build, index)};
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    view_chain(context, geometry->geometry->pNext, may_follow_geometry, &geometry->chain);
+    if (triangles)
+        view_chain(context, triangles->pNext, may_follow_triangles, &geometry->triangles_chain);
+}
+
+/* State. */
+
+static void find_sizes(struct check_context *context, struct build_view *build)
+{
+    uint32_t inline_counts[INLINE_COUNTS], *counts = inline_counts;
+    uint32_t count = build->geometry_count;
+    if (count != build->info->geometryCount)
+        return;
+    if (count > INLINE_COUNTS)
+        counts = malloc(count * sizeof(*counts));
+    bool known = counts != NULL;
+    for (uint32_t i = 0; known && i < count; i++)
+        known = view_primitive_count(build, i, &counts[i]);
+    if (known)
+        context->find_sizes(context->user, build->info, counts, &build->sizes);
+    if (counts != inline_counts)
+        free(counts);
+}
+
+/* Looks on other devices only where this one does not know the handle. */
+static void look_elsewhere(struct check_context *context, struct accel_facts *accel)
+{
+    if (accel->handle && accel->alive == NO)
+        accel->of_another_device = context->of_another_device(context->user, accel->handle);
+}
+
+void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    unsigned token = resources_begin_reading(context->resources);
+    resources_find_accel(context->resources, info->dstAccelerationStructure, &build->dst);
+    resources_find_accel(context->resources, info->srcAccelerationStructure, &build->src);
+    if (build->call->command != COMMAND_HOST)
+        resources_find_address(context->resources, info->scratchData.deviceAddress,
+                               &build->scratch);
+    resources_end_reading(context->resources, token);
+    look_elsewhere(context, &build->dst);
+    look_elsewhere(context, &build->src);
+    if (with_sizes)
+        find_sizes(context, build);
+}
+
+static void find_triangle_addresses(struct check_context *context, struct geometry_view *geometry,
+                                    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    resources_find_address(context->resources, triangles->vertexData.deviceAddress,
+                           &geometry->vertex);
+    if (index_type_size(triangles->indexType))
+        resources_find_address(context->resources, triangles->indexData.deviceAddress,
+                               &geometry->index_data);
+    if (triangles->transformData.deviceAddress)
+        resources_find_address(context->resources, triangles->transformData.deviceAddress,
+                               &geometry->transform);
+}
+
+static void find_addresses(struct check_context *context, struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    unsigned token = resources_begin_reading(context->resources);
+    if (triangles)
+        find_triangle_addresses(context, geometry, triangles);
+    if (aabbs)
+        resources_find_address(context->resources, aabbs->data.deviceAddress, &geometry->data);
+    if (instances)
+        resources_find_address(context->resources, instances->data.deviceAddress, &geometry->data);
+    resources_end_reading(context->resources, token);
+}
+
+void view_geometry_state(struct check_context *context, struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    if (geometry->build->call->command != COMMAND_HOST)
+        find_addresses(context, geometry);
+    if (triangles)
+        geometry->vertex_format_supported =
+            context->vertex_format_supported(context->user, triangles->vertexFormat);
+}

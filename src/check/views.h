@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making views: what of the application's arrays can be read, and what the state knows of the
+ * things they name. */
+#ifndef ASSAY_CHECK_VIEWS_H
+#define ASSAY_CHECK_VIEWS_H
+
+#include "check/check.h"
+
+/* Fills the flags of a call view. */
+void view_call(struct check_context *context, struct call_view *call);
+
+/* Fills a build view from parameters alone. */
+void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
+                struct build_view *build);
+void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
+                   struct geometry_view *geometry);
+
+/* The primitive count that the call gives for a geometry; false if it can't be read. */
+bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count);
+
+/* Adds what the state knows. Sizes are asked for by `with_sizes` only. */
+void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes);
+void view_geometry_state(struct check_context *context, struct geometry_view *geometry);
+
+#endif

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Walking the rows of a subject: each active predicate is asked, each finding handed on. */
+#ifndef ASSAY_CHECK_WALK_H
+#define ASSAY_CHECK_WALK_H
+
+#include "check/check.h"
+
+/* The state of one check. */
+struct walk {
+    struct check_context *context;
+    const struct call_view *call;
+    bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
+    uint32_t findings;
+};
+
+/* Each walks the rows of its subject at one of the two levels that a call decides. */
+void walk_call(struct walk *walk, const struct call_view *call, enum level level);
+void walk_build(struct walk *walk, const struct build_view *build, enum level level);
+void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level);
+void walk_range(struct walk *walk, const struct range_view *range, enum level level);
+void walk_pair(struct walk *walk, const struct pair_view *pair);
+
+#endif

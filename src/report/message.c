@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Composing messages. */
+#include "report/message.h"
+
+#define XXH_INLINE_ALL
+#include <inttypes.h>
+#include <string.h>
+#include <xxhash.h>
+
+#include "report/text_buffer.h"
+#include "state/object_names.h"
+
+enum { LAST_NOTICE_SIZE = 160 };
+
+#define SPECIFICATION "https://docs.vulkan.org/spec/latest/"
+
+int32_t message_id_number(const char *id)
+{
+    return (int32_t)XXH32(id, strlen(id), 8);
+}
+
+/* ---- objects and labels */
+
+/* The entry of an object, made on its first mention; NULL if there is no room. */
+static const VkDebugUtilsObjectNameInfoEXT *mention(struct message *message, VkObjectType type,
+                                                    uint64_t handle,
+                                                    const struct object_names *names)
+{
+    for (uint32_t i = 0; i < message->object_count; i++)
+        if (message->objects[i].objectType == type && message->objects[i].objectHandle == handle)
+            return &message->objects[i];
+    if (message->object_count == MESSAGE_OBJECTS)
+        return NULL;
+
+    uint32_t i = message->object_count++;
+    char *name = message->names[i];
+    name[0] = '\0';
+    if (names)
+        object_names_get(names, type, handle, name, MESSAGE_NAME_SIZE);
+    message->objects[i] = (VkDebugUtilsObjectNameInfoEXT){
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = type,
+        .objectHandle = handle,
+        .pObjectName = name[0] ? name : NULL,
+    };
+    return &message->objects[i];
+}
+
+/* VkBuffer 0x12["vertices"] */
+static void append_object(struct text_buffer *text, const VkDebugUtilsObjectNameInfoEXT *object)
+{
+    const char *type = object_type_name(object->objectType);
+    text_append(text, "%s 0x%" PRIx64, type ? type : "object", object->objectHandle);
+    if (object->pObjectName)
+        text_append(text, "[\"%s\"]", object->pObjectName);
+}
+
+static void copy_labels(struct message *message, const struct label_stack *stack)
+{
+    if (!stack)
+        return;
+    while (message->label_count < MESSAGE_LABELS && message->label_count < stack->count) {
+        message->labels[message->label_count] =
+            stack->labels[stack->count - 1 - message->label_count];
+        message->label_count++;
+    }
+}
+
+/* Outermost first, as one would read a path. */
+static void append_labels(struct text_buffer *text, const struct message *message,
+                          const struct label_stack *stack)
+{
+    if (!message->label_count)
+        return;
+    text_append(text, ", labels %s", stack->count > message->label_count ? "... > " : "");
+    for (uint32_t i = message->label_count; i-- > 0;) {
+        const char *name = message->labels[i].pLabelName;
+        size_t length = strlen(name);
+        if (length >= MESSAGE_NAME_SIZE)
+            length = text_cut_length(name, MESSAGE_NAME_SIZE - 1);
+        text_append(text, "\"%.*s\"%s", (int)length, name, i ? " > " : "");
+    }
+}
+
+/* ---- the finding */
+
+static void append_build(struct text_buffer *text, enum build_command command, uint32_t build)
+{
+    if (command == COMMAND_NV)
+        text_append(text, "pInfo");
+    else
+        text_append(text, "pInfos[%" PRIu32 "]", build);
+}
+
+/* Nothing where the structure itself is meant. */
+static void append_field(struct text_buffer *text, const char *separator, const char *field)
+{
+    if (field[0])
+        text_append(text, "%s%s", separator, field);
+}
+
+static void append_path(struct text_buffer *text, const struct location *at, const char *field)
+{
+    const char *of_build = at->command == COMMAND_NV ? "->" : ".";
+    switch (at->subject) {
+    case SUBJECT_CALL:
+        text_append(text, "%s", field);
+        return;
+    case SUBJECT_BUILD:
+        append_build(text, at->command, at->build);
+        append_field(text, of_build, field);
+        return;
+    case SUBJECT_GEOMETRY:
+        append_build(text, at->command, at->build);
+        text_append(text, "%s%s[%" PRIu32 "]", of_build,
+                    at->geometry_by_pointer ? "ppGeometries" : "pGeometries", at->geometry);
+        append_field(text, at->geometry_by_pointer ? "->" : ".", field);
+        return;
+    case SUBJECT_RANGE:
+        /* The indirect command has counts here, which have no fields. */
+        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]",
+                    at->command == COMMAND_INDIRECT ? "ppMaxPrimitiveCounts" : "ppBuildRangeInfos",
+                    at->build, at->geometry);
+        if (at->command != COMMAND_INDIRECT)
+            append_field(text, ".", field);
+        return;
+    }
+}
+
+static void append_value(struct text_buffer *text, struct message *message,
+                         const struct value *value, enum build_command command,
+                         const struct object_names *names)
+{
+    switch (value->kind) {
+    case VALUE_HEX:
+        text_append(text, "0x%" PRIx64, value->number);
+        return;
+    case VALUE_NUMBER:
+        text_append(text, "%" PRIu64, value->number);
+        return;
+    case VALUE_TEXT:
+        text_append(text, "%s", value->text ? value->text : "");
+        return;
+    case VALUE_FIELD:
+        append_build(text, command, value->build);
+        append_field(text, command == COMMAND_NV ? "->" : ".", value->text ? value->text : "");
+        return;
+    case VALUE_OBJECT:
+        if (!value->number) {
+            text_append(text, "VK_NULL_HANDLE");
+            return;
+        }
+        const VkDebugUtilsObjectNameInfoEXT *object =
+            mention(message, value->object_type, value->number, names);
+        if (object)
+            append_object(text, object);
+        return;
+    }
+}
+
+/* What the finding says, with its values in place. */
+static void append_statement(struct text_buffer *text, struct message *message,
+                             enum build_command command, const struct call_origin *origin,
+                             const struct finding *finding)
+{
+    uint32_t used = 0;
+    const char *rest = finding->says, *gap;
+    while (used < finding->value_count && (gap = strstr(rest, "{}"))) {
+        text_append(text, "%.*s", (int)(gap - rest), rest);
+        append_value(text, message, &finding->values[used++], command, origin->names);
+        rest = gap + 2;
+    }
+    size_t length = strlen(rest);
+    text_append(text, "%s%s", rest, length && rest[length - 1] == '.' ? "" : ".");
+}
+
+static void append_origin(struct text_buffer *text, struct message *message,
+                          const struct location *at, const struct call_origin *origin)
+{
+    if (!origin->command_buffer)
+        return;
+    text_append(text, " Command buffer ");
+    append_object(text, &message->objects[0]);
+    if (at->subject != SUBJECT_CALL)
+        text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
+    append_labels(text, message, origin->labels);
+    text_append(text, ".");
+}
+
+static void append_specification(struct text_buffer *text, enum vuid vuid)
+{
+    const struct vuid_text *stated = &vuid_texts[vuid];
+    if (stated->sentence[0])
+        text_append(text, "\nThe Vulkan spec states: %s (" SPECIFICATION "%s#%s)", stated->sentence,
+                    stated->page, stated->id);
+    const char *retired;
+    for (unsigned n = 0; (retired = vuid_retired(vuid, n)); n++)
+        text_append(text, "%s%s", n ? ", " : " (formerly ", retired);
+    if (vuid_retired(vuid, 0))
+        text_append(text, ")");
+}
+
+/* Has room of its own, so that it is there even where the text before it was cut. */
+static void append_last_notice(struct text_buffer *text, uint32_t count)
+{
+    text->size += LAST_NOTICE_SIZE;
+    text->cut = false;
+    text_append(text,
+                "\nThis VUID has now been reported %" PRIu32
+                " time%s and will not be reported "
+                "again: duplicate_message_limit is reached.",
+                count, count == 1 ? "" : "s");
+}
+
+/* ---- whole messages */
+
+static void begin(struct message *message, struct text_buffer *text, enum report_flag severity,
+                  const char *id)
+{
+    message->severity = severity;
+    message->id = id;
+    message->id_number = message_id_number(id);
+    message->object_count = message->label_count = 0;
+    text_begin(text, message->buffer, sizeof(message->buffer) - LAST_NOTICE_SIZE);
+    text_append(text, "Validation %s: [ %s ] | MessageID = 0x%" PRIx32 "\n",
+                severity == REPORT_ERROR ? "Error" : "Warning", id, (uint32_t)message->id_number);
+    message->heading = message->buffer;
+    message->text = message->buffer + text->length;
+}
+
+void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
+                        const struct call_origin *origin, const struct finding *finding,
+                        uint32_t last_of)
+{
+    struct text_buffer text;
+    begin(message, &text, REPORT_ERROR, vuid_texts[vuid].id);
+    if (origin->command_buffer)
+        mention(message, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)origin->command_buffer,
+                origin->names);
+    else if (origin->device)
+        mention(message, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device, origin->names);
+    copy_labels(message, origin->labels);
+
+    text_append(&text, "%s(): ", build_command_name(location->command));
+    size_t before = text.length;
+    append_path(&text, location, finding->field ? finding->field : "");
+    if (text.length > before)
+        text_append(&text, " ");
+    append_statement(&text, message, location->command, origin, finding);
+    append_origin(&text, message, location, origin);
+    append_specification(&text, vuid);
+    if (last_of)
+        append_last_notice(&text, last_of);
+}
+
+void message_of_warning(struct message *message, const char *line)
+{
+    struct text_buffer text;
+    begin(message, &text, REPORT_WARNING, "ASSAY-warning");
+    text_append(&text, "%s", line);
+}
+
+void message_write(const struct message *message, FILE *file)
+{
+    char line[MESSAGE_NAME_SIZE + 64];
+    flockfile(file);
+    fprintf(file, "%s\n", message->heading);
+    if (message->object_count)
+        fprintf(file, "    Objects: %" PRIu32 "\n", message->object_count);
+    for (uint32_t i = 0; i < message->object_count; i++) {
+        struct text_buffer text;
+        text_begin(&text, line, sizeof(line));
+        append_object(&text, &message->objects[i]);
+        fprintf(file, "        [%" PRIu32 "] %s\n", i, line);
+    }
+    fflush(file);
+    funlockfile(file);
+}

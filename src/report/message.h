@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The wording of messages, and all that a debug callback gets with them.
+ *
+ * A message is composed in place, without memory from elsewhere; text that does not fit is cut. */
+#ifndef ASSAY_REPORT_MESSAGE_H
+#define ASSAY_REPORT_MESSAGE_H
+
+#include <stdio.h>
+#include <vulkan/vulkan_core.h>
+
+#include "report/reporter.h"
+
+enum {
+    MESSAGE_SIZE = 8192,                  /* bytes of text, and of its heading */
+    MESSAGE_NAME_SIZE = 256,              /* of an object's name, and of a label's */
+    MESSAGE_OBJECTS = FINDING_VALUES + 1, /* and the command buffer, or the device */
+    MESSAGE_LABELS = 16,                  /* innermost ones */
+};
+
+struct message {
+    enum report_flag severity;
+    const char *id; /* the VUID */
+    int32_t id_number;
+    const char *heading; /* "Validation Error: ...", a line, then the text */
+    const char *text;
+    uint32_t object_count, label_count;
+    VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* each once */
+    VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];            /* innermost first */
+
+    /* What the members above point to. */
+    char buffer[MESSAGE_SIZE];
+    char names[MESSAGE_OBJECTS][MESSAGE_NAME_SIZE];
+};
+
+/* The number of a message, of which its id is a hash: the same as in the Khronos layer. */
+int32_t message_id_number(const char *id);
+
+/* `last_of`: if not 0, tells that so many messages of this id have gone out and no more will. */
+void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
+                        const struct call_origin *origin, const struct finding *finding,
+                        uint32_t last_of);
+
+/* A message of the layer about itself. */
+void message_of_warning(struct message *message, const char *line);
+
+/* Writes the message as the log shows it, in one piece among other threads' writes. */
+void message_write(const struct message *message, FILE *file);
+
+#endif

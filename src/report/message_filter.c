@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Matching filter entries against the ids in scope. */
+#include "report/message_filter.h"
+
+#include <errno.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "report/message.h"
+
+struct pattern {
+    const char *text;
+    bool is_digits, is_number;
+    int32_t number;
+};
+
+/* Message numbers are shown signed by some applications, and in hexadecimal by others. */
+static bool read_message_number(const char *text, int32_t *number)
+{
+    bool is_hex = strncasecmp(text, "0x", 2) == 0;
+    char *end;
+    errno = 0;
+    long long value = strtoll(text, &end, is_hex ? 16 : 10);
+    if (end == text || *end || errno || value < INT32_MIN || value > UINT32_MAX)
+        return false;
+    *number = (int32_t)(uint32_t)value;
+    return true;
+}
+
+static bool matches(const struct pattern *pattern, const char *id)
+{
+    if (strcasecmp(pattern->text, id) == 0)
+        return true;
+    const char *tail = strrchr(id, '-');
+    if (pattern->is_digits && tail && strcmp(pattern->text, tail + 1) == 0)
+        return true;
+    return pattern->is_number && message_id_number(id) == pattern->number;
+}
+
+bool message_filter_add(bool muted[VUID_COUNT], const char *entry)
+{
+    struct pattern pattern = {
+        .text = entry,
+        .is_digits = entry[0] && strspn(entry, "0123456789") == strlen(entry),
+    };
+    pattern.is_number = read_message_number(entry, &pattern.number);
+
+    bool found = false;
+    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
+        bool match = matches(&pattern, vuid_texts[vuid].id);
+        const char *retired;
+        for (unsigned n = 0; !match && (retired = vuid_retired(vuid, n)); n++)
+            match = matches(&pattern, retired);
+        if (match)
+            muted[vuid] = found = true;
+    }
+    return found;
+}

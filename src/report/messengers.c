@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The list of messengers, and calling them. */
+#include "report/messengers.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <vulkan/vulkan.h>
+
+#include "report/message.h"
+
+/* Never changes in a list, but for `removed`. */
+struct messenger {
+    VkObjectType type; /* VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT or ..._REPORT_CALLBACK_EXT */
+    uint64_t handle;
+    bool of_create_info;
+    atomic_bool removed;
+    VkDebugUtilsMessageSeverityFlagsEXT severities;
+    VkDebugReportFlagsEXT report_flags;
+    PFN_vkDebugUtilsMessengerCallbackEXT call;
+    PFN_vkDebugReportCallbackEXT call_report;
+    void *user_data;
+};
+
+struct messenger_list {
+    unsigned users; /* calls under way, and one for being the current list; under the lock */
+    uint32_t count;
+    struct messenger entries[];
+};
+
+void messengers_init(struct messengers *messengers)
+{
+    pthread_mutex_init(&messengers->lock, NULL);
+    messengers->current = NULL;
+    atomic_init(&messengers->instance_alive, false);
+}
+
+void messengers_destroy(struct messengers *messengers)
+{
+    free(messengers->current);
+    pthread_mutex_destroy(&messengers->lock);
+}
+
+static void release(struct messenger_list *list)
+{
+    if (list && --list->users == 0)
+        free(list);
+}
+
+static void copy_entry(struct messenger *to, const struct messenger *from)
+{
+    *to = (struct messenger){
+        .type = from->type,
+        .handle = from->handle,
+        .of_create_info = from->of_create_info,
+        .severities = from->severities,
+        .report_flags = from->report_flags,
+        .call = from->call,
+        .call_report = from->call_report,
+        .user_data = from->user_data,
+    };
+}
+
+/* Makes the current list one with what lives in it, and `added`. */
+static VkResult add(struct messengers *messengers, const struct messenger *added)
+{
+    pthread_mutex_lock(&messengers->lock);
+    struct messenger_list *old = messengers->current;
+    uint32_t old_count = old ? old->count : 0;
+    struct messenger_list *list =
+        malloc(sizeof(*list) + (old_count + 1) * sizeof(list->entries[0]));
+    if (list) {
+        list->users = 1;
+        list->count = 0;
+        for (uint32_t i = 0; i < old_count; i++)
+            if (!atomic_load_explicit(&old->entries[i].removed, memory_order_relaxed))
+                copy_entry(&list->entries[list->count++], &old->entries[i]);
+        copy_entry(&list->entries[list->count++], added);
+        messengers->current = list;
+        release(old);
+    }
+    pthread_mutex_unlock(&messengers->lock);
+    return list ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+static VkResult add_utils(struct messengers *messengers, VkDebugUtilsMessengerEXT handle,
+                          const VkDebugUtilsMessengerCreateInfoEXT *info, bool of_create_info)
+{
+    if (!info->pfnUserCallback ||
+        !(info->messageType & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT))
+        return VK_SUCCESS; /* it would hear nothing */
+    return add(messengers, &(struct messenger){
+                               .type = VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT,
+                               .handle = (uint64_t)handle,
+                               .of_create_info = of_create_info,
+                               .severities = info->messageSeverity,
+                               .call = info->pfnUserCallback,
+                               .user_data = info->pUserData,
+                           });
+}
+
+static VkResult add_report(struct messengers *messengers, VkDebugReportCallbackEXT handle,
+                           const VkDebugReportCallbackCreateInfoEXT *info, bool of_create_info)
+{
+    if (!info->pfnCallback)
+        return VK_SUCCESS;
+    return add(messengers, &(struct messenger){
+                               .type = VK_OBJECT_TYPE_DEBUG_REPORT_CALLBACK_EXT,
+                               .handle = (uint64_t)handle,
+                               .of_create_info = of_create_info,
+                               .report_flags = info->flags,
+                               .call_report = info->pfnCallback,
+                               .user_data = info->pUserData,
+                           });
+}
+
+VkResult messengers_add_chain(struct messengers *messengers, const void *chain)
+{
+    VkResult result = VK_SUCCESS;
+    for (const VkBaseInStructure *in = chain; in && result == VK_SUCCESS; in = in->pNext) {
+        if (in->sType == VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT)
+            result = add_utils(messengers, VK_NULL_HANDLE,
+                               (const VkDebugUtilsMessengerCreateInfoEXT *)in, true);
+        else if (in->sType == VK_STRUCTURE_TYPE_DEBUG_REPORT_CALLBACK_CREATE_INFO_EXT)
+            result = add_report(messengers, VK_NULL_HANDLE,
+                                (const VkDebugReportCallbackCreateInfoEXT *)in, true);
+    }
+    return result;
+}
+
+VkResult messengers_add(struct messengers *messengers, VkDebugUtilsMessengerEXT handle,
+                        const VkDebugUtilsMessengerCreateInfoEXT *create_info)
+{
+    return add_utils(messengers, handle, create_info, false);
+}
+
+VkResult messengers_add_report_callback(struct messengers *messengers,
+                                        VkDebugReportCallbackEXT handle,
+                                        const VkDebugReportCallbackCreateInfoEXT *create_info)
+{
+    return add_report(messengers, handle, create_info, false);
+}
+
+void messengers_remove(struct messengers *messengers, VkObjectType type, uint64_t handle)
+{
+    pthread_mutex_lock(&messengers->lock);
+    struct messenger_list *list = messengers->current;
+    for (uint32_t i = 0; list && i < list->count; i++) {
+        struct messenger *entry = &list->entries[i];
+        if (!entry->of_create_info && entry->type == type && entry->handle == handle)
+            atomic_store_explicit(&entry->removed, true, memory_order_relaxed);
+    }
+    pthread_mutex_unlock(&messengers->lock);
+}
+
+/* ---- calling */
+
+static bool listens(const struct messengers *messengers, const struct messenger *messenger,
+                    enum report_flag severity)
+{
+    if (atomic_load_explicit(&messenger->removed, memory_order_relaxed) ||
+        (messenger->of_create_info &&
+         atomic_load_explicit(&messengers->instance_alive, memory_order_relaxed)))
+        return false;
+    if (severity == REPORT_ERROR)
+        return messenger->severities & VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT ||
+               messenger->report_flags & VK_DEBUG_REPORT_ERROR_BIT_EXT;
+    return messenger->severities & VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ||
+           messenger->report_flags & VK_DEBUG_REPORT_WARNING_BIT_EXT;
+}
+
+static VkBool32 call_utils(const struct messenger *messenger, const struct message *message)
+{
+    const VkDebugUtilsMessengerCallbackDataEXT data = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT,
+        .pMessageIdName = message->id,
+        .messageIdNumber = message->id_number,
+        .pMessage = message->text,
+        .cmdBufLabelCount = message->label_count,
+        .pCmdBufLabels = message->label_count ? message->labels : NULL,
+        .objectCount = message->object_count,
+        .pObjects = message->object_count ? message->objects : NULL,
+    };
+    return messenger->call(
+        message->severity == REPORT_ERROR ? VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
+                                          : VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+        VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, &data, messenger->user_data);
+}
+
+/* This interface has no place for the id, so the text comes with its heading. The first object is a
+ * command buffer or a device, for which both enumerations have the same value. */
+static VkBool32 call_report(const struct messenger *messenger, const struct message *message)
+{
+    const VkDebugUtilsObjectNameInfoEXT *object = message->objects;
+    return messenger->call_report(
+        message->severity == REPORT_ERROR ? VK_DEBUG_REPORT_ERROR_BIT_EXT
+                                          : VK_DEBUG_REPORT_WARNING_BIT_EXT,
+        message->object_count ? (VkDebugReportObjectTypeEXT)object->objectType
+                              : VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT,
+        message->object_count ? object->objectHandle : 0, 0, message->id_number, "Assay",
+        message->heading, messenger->user_data);
+}
+
+bool messengers_call(struct messengers *messengers, const struct message *message, bool *heard)
+{
+    *heard = false;
+    pthread_mutex_lock(&messengers->lock);
+    struct messenger_list *list = messengers->current;
+    if (list)
+        list->users++;
+    pthread_mutex_unlock(&messengers->lock);
+    if (!list)
+        return false;
+
+    bool skip = false;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const struct messenger *messenger = &list->entries[i];
+        if (!listens(messengers, messenger, message->severity))
+            continue;
+        *heard = true;
+        skip |= (messenger->call ? call_utils(messenger, message)
+                                 : call_report(messenger, message)) != VK_FALSE;
+    }
+
+    pthread_mutex_lock(&messengers->lock);
+    release(list);
+    pthread_mutex_unlock(&messengers->lock);
+    return skip;
+}

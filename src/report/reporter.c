@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which messages go out, and where to. */
+#include "report/reporter.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "report/message.h"
+#include "report/messengers.h"
+#include "report/text_buffer.h"
+
+/* Everything but the messengers and the counts stays as it was created. */
+struct reporter {
+    struct settings settings;
+    struct messengers messengers;
+    FILE *log;
+    bool log_is_owned;
+    /* How many messages of each id may still go out. The slot of VUID_NONE is for the warnings. */
+    _Atomic uint32_t left[VUID_COUNT];
+};
+
+static const uint32_t NO_LIMIT = UINT32_MAX;
+
+/* ---- sending */
+
+/* Takes one of the messages left; tells in `last` whether it was the last. */
+static bool take(struct reporter *reporter, enum vuid vuid, bool *last)
+{
+    uint32_t left = atomic_load_explicit(&reporter->left[vuid], memory_order_relaxed);
+    *last = false;
+    do {
+        if (left == 0)
+            return false;
+        if (left == NO_LIMIT)
+            return true;
+    } while (!atomic_compare_exchange_weak_explicit(&reporter->left[vuid], &left, left - 1,
+                                                    memory_order_relaxed, memory_order_relaxed));
+    *last = left == 1;
+    return true;
+}
+
+static bool deliver(struct reporter *reporter, const struct message *message)
+{
+    uint32_t action = reporter->settings.debug_action;
+    bool heard;
+    bool skip = messengers_call(&reporter->messengers, message, &heard);
+    if (action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !heard))
+        message_write(message, reporter->log);
+    if (action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
+        raise(SIGTRAP);
+    return skip;
+}
+
+bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
+{
+    return vuid != VUID_NONE &&
+           atomic_load_explicit(&reporter->left[vuid], memory_order_relaxed) != 0;
+}
+
+bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
+                   const struct call_origin *origin, const struct finding *finding)
+{
+    enum vuid vuid = rule_infos[rule].vuid[location->command];
+    bool last;
+    if (vuid == VUID_NONE || !take(reporter, vuid, &last))
+        return false;
+
+    struct message message;
+    message_of_finding(&message, vuid, location, origin, finding,
+                       last ? reporter->settings.duplicate_message_limit : 0);
+    return deliver(reporter, &message);
+}
+
+void reporter_warn(struct reporter *reporter, const char *line)
+{
+    bool last;
+    if (!take(reporter, VUID_NONE, &last))
+        return;
+    struct message message;
+    message_of_warning(&message, line);
+    deliver(reporter, &message);
+}
+
+/* ---- creation */
+
+/* Warnings about the settings, kept until it is known where to send them. */
+struct kept_lines {
+    char **lines;
+    size_t count;
+};
+
+static void keep_line(void *context, const char *line)
+{
+    struct kept_lines *kept = context;
+    char **lines = realloc(kept->lines, (kept->count + 1) * sizeof(*lines));
+    if (!lines)
+        return;
+    kept->lines = lines;
+    lines[kept->count] = strdup(line);
+    if (lines[kept->count])
+        kept->count++;
+}
+
+static void open_log(struct reporter *reporter, struct kept_lines *kept)
+{
+    const char *filename = reporter->settings.log_filename;
+    reporter->log = stderr;
+    if (!filename || strcasecmp(filename, "stderr") == 0)
+        return;
+    if (strcasecmp(filename, "stdout") == 0) {
+        reporter->log = stdout;
+        return;
+    }
+    /* Appended to, because a process may have several instances, and a run several processes. */
+    FILE *file = fopen(filename, "ae");
+    if (file) {
+        reporter->log = file;
+        reporter->log_is_owned = true;
+        return;
+    }
+    char line[1024];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.log_filename: \"%.512s\" cannot be opened for writing (%s); it "
+                "takes a file name; the default, stderr, is used.",
+                filename, strerror(errno));
+    keep_line(kept, line);
+}
+
+static void allow_messages(struct reporter *reporter)
+{
+    const struct settings *settings = &reporter->settings;
+    uint32_t limit = settings->duplicate_message_limit;
+    bool silent = settings->debug_action & DEBUG_ACTION_IGNORE;
+    for (enum vuid vuid = VUID_NONE; vuid < VUID_COUNT; vuid++) {
+        uint32_t flag = vuid == VUID_NONE ? REPORT_WARNING : REPORT_ERROR;
+        bool quiet = silent || settings->muted[vuid] || !(settings->report_flags & flag);
+        atomic_init(&reporter->left[vuid], quiet ? 0 : limit ? limit : NO_LIMIT);
+    }
+}
+
+/* Each is told, whatever the limit of duplicates: no two are the same. */
+static void send_kept_lines(struct reporter *reporter, struct kept_lines *kept)
+{
+    struct message message;
+    for (size_t i = 0; i < kept->count; i++) {
+        if (reporter->left[VUID_NONE]) {
+            message_of_warning(&message, kept->lines[i]);
+            deliver(reporter, &message);
+        }
+        free(kept->lines[i]);
+    }
+    free(kept->lines);
+}
+
+VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **out)
+{
+    struct reporter *reporter = calloc(1, sizeof(*reporter));
+    if (!reporter)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    messengers_init(&reporter->messengers);
+    struct kept_lines kept = {0};
+    VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
+    if (result == VK_SUCCESS)
+        result = settings_load(create_info, keep_line, &kept, &reporter->settings);
+    if (result == VK_SUCCESS) {
+        open_log(reporter, &kept);
+        allow_messages(reporter);
+    }
+    /* Where creation has failed, no message is allowed yet, so this only frees the lines. */
+    send_kept_lines(reporter, &kept);
+    if (result != VK_SUCCESS) {
+        reporter_destroy(reporter);
+        return result;
+    }
+    *out = reporter;
+    return VK_SUCCESS;
+}
+
+void reporter_destroy(struct reporter *reporter)
+{
+    if (!reporter)
+        return;
+    if (reporter->log_is_owned)
+        fclose(reporter->log);
+    settings_release(&reporter->settings);
+    messengers_destroy(&reporter->messengers);
+    free(reporter);
+}
+
+void reporter_set_instance_alive(struct reporter *reporter, bool alive)
+{
+    atomic_store(&reporter->messengers.instance_alive, alive);
+}
+
+const struct settings *reporter_settings(const struct reporter *reporter)
+{
+    return &reporter->settings;
+}
+
+VkResult reporter_add_messenger(struct reporter *reporter, VkDebugUtilsMessengerEXT handle,
+                                const VkDebugUtilsMessengerCreateInfoEXT *create_info)
+{
+    return messengers_add(&reporter->messengers, handle, create_info);
+}
+
+void reporter_remove_messenger(struct reporter *reporter, VkDebugUtilsMessengerEXT handle)
+{
+    messengers_remove(&reporter->messengers, VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT,
+                      (uint64_t)handle);
+}
+
+VkResult reporter_add_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle,
+                                      const VkDebugReportCallbackCreateInfoEXT *create_info)
+{
+    return messengers_add_report_callback(&reporter->messengers, handle, create_info);
+}
+
+void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle)
+{
+    messengers_remove(&reporter->messengers, VK_OBJECT_TYPE_DEBUG_REPORT_CALLBACK_EXT,
+                      (uint64_t)handle);
+}

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From findings to the application's ears: filters, counts duplicates, words the message, and hands
+ * it to the messengers of an instance, or to the log where it has none.
+ *
+ * Thread-safe. No lock of the reporter is held while a callback runs. */
+#ifndef ASSAY_REPORT_REPORTER_H
+#define ASSAY_REPORT_REPORTER_H
+
+#include <stdbool.h>
+#include <vulkan/vulkan.h>
+
+#include "check/finding.h"
+#include "check/location.h"
+#include "report/settings.h"
+#include "rules.h"
+
+struct reporter;
+struct object_names;
+struct label_stack;
+
+/* One per instance. Reads the settings and the messengers in the chain of `create_info`, which
+ * serve while the instance is created and destroyed. */
+VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **reporter);
+void reporter_destroy(struct reporter *reporter);
+
+/* Told when the instance has been created (true), and before it is destroyed (false): between the
+ * two the messengers of the create info are silent. */
+void reporter_set_instance_alive(struct reporter *reporter, bool alive);
+
+const struct settings *reporter_settings(const struct reporter *reporter);
+
+/* Messengers that the application creates and destroys. */
+VkResult reporter_add_messenger(struct reporter *reporter, VkDebugUtilsMessengerEXT handle,
+                                const VkDebugUtilsMessengerCreateInfoEXT *create_info);
+void reporter_remove_messenger(struct reporter *reporter, VkDebugUtilsMessengerEXT handle);
+VkResult reporter_add_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle,
+                                      const VkDebugReportCallbackCreateInfoEXT *create_info);
+void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle);
+
+/* Who made the call: what a message names beside the finding. Members may be null or 0. */
+struct call_origin {
+    VkDevice device;
+    VkCommandBuffer command_buffer;
+    uint32_t build_index; /* builds recorded in the command buffer before this call */
+    const struct object_names *names;
+    const struct label_stack *labels; /* of the command buffer */
+};
+
+/* False if a message of this id would not go out: filtered, or over its limit. */
+bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
+
+/* Sends one finding. Returns true if a callback asked to skip the call. */
+bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
+                   const struct call_origin *origin, const struct finding *finding);
+
+/* A message of the layer about itself (a bad setting, no memory), severity warning. */
+void reporter_warn(struct reporter *reporter, const char *line);
+
+#endif

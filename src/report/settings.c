@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The keys, what values they take, and what they mean. */
+#include "report/settings.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "report/message_filter.h"
+#include "report/settings_source.h"
+#include "report/text_buffer.h"
+
+enum { LINE_SIZE = 1024, VALUE_SHOWN = 200 };
+
+struct loader {
+    void (*warn)(void *context, const char *line);
+    void *context;
+    struct settings *settings;
+};
+
+/* ---- values */
+
+struct choice {
+    const char *name;
+    uint32_t value;
+};
+
+static const struct choice levels[] = {
+    {"parameters", LEVEL_PARAMETERS},
+    {"state", LEVEL_STATE},
+    {"execution", LEVEL_EXECUTION},
+    {"content", LEVEL_CONTENT},
+    {NULL, 0},
+};
+
+static const struct choice backends[] = {
+    {"driver", BACKEND_DRIVER},
+    {NULL, 0},
+};
+
+/* The last three are flags of the Khronos layer, whose settings users share with this one. */
+static const struct choice report_flags[] = {
+    {"error", REPORT_ERROR},
+    {"warn", REPORT_WARNING},
+    {"info", REPORT_INFO},
+    {"perf", 0},
+    {"debug", 0},
+    {"verbose", 0},
+    {NULL, 0},
+};
+
+static const struct choice debug_actions[] = {
+    {"default", DEBUG_ACTION_DEFAULT},
+    {"ignore", DEBUG_ACTION_IGNORE},
+    {"callback", DEBUG_ACTION_CALLBACK},
+    {"log", DEBUG_ACTION_LOG},
+    {"break", DEBUG_ACTION_BREAK},
+    {"VK_DBG_LAYER_ACTION_DEFAULT", DEBUG_ACTION_DEFAULT},
+    {"VK_DBG_LAYER_ACTION_IGNORE", DEBUG_ACTION_IGNORE},
+    {"VK_DBG_LAYER_ACTION_CALLBACK", DEBUG_ACTION_CALLBACK},
+    {"VK_DBG_LAYER_ACTION_LOG_MSG", DEBUG_ACTION_LOG},
+    {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK},
+    {NULL, 0},
+};
+
+static const struct choice booleans[] = {
+    {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
+};
+
+static const struct choice *find_choice(const struct choice *choices, const char *name)
+{
+    for (const struct choice *choice = choices; choice->name; choice++)
+        if (strcasecmp(choice->name, name) == 0)
+            return choice;
+    return NULL;
+}
+
+/* Cuts the next entry of a comma-separated list out of it, trimmed; NULL at the end. */
+static char *next_entry(char **list)
+{
+    while (*list) {
+        char *entry = strsep(list, ",");
+        while (isspace((unsigned char)*entry))
+            entry++;
+        size_t length = strlen(entry);
+        while (length && isspace((unsigned char)entry[length - 1]))
+            entry[--length] = '\0';
+        if (length)
+            return entry;
+    }
+    return NULL;
+}
+
+static bool read_choice(const struct choice *choices, char *list, uint32_t *value)
+{
+    const char *name = next_entry(&list);
+    const struct choice *choice = name ? find_choice(choices, name) : NULL;
+    if (!choice || next_entry(&list))
+        return false;
+    *value = choice->value;
+    return true;
+}
+
+static bool read_flags(const struct choice *choices, char *list, uint32_t *flags)
+{
+    uint32_t all = 0;
+    const char *name = next_entry(&list);
+    if (!name)
+        return false;
+    for (; name; name = next_entry(&list)) {
+        const struct choice *choice = find_choice(choices, name);
+        if (!choice)
+            return false;
+        all |= choice->value;
+    }
+    *flags = all;
+    return true;
+}
+
+static bool read_number(char *list, uint32_t *value)
+{
+    const char *digits = next_entry(&list);
+    if (!digits || !isdigit((unsigned char)digits[0]) || next_entry(&list))
+        return false;
+    char *end;
+    errno = 0;
+    unsigned long long number = strtoull(digits, &end, 10);
+    if (*end || errno || number > UINT32_MAX)
+        return false;
+    *value = (uint32_t)number;
+    return true;
+}
+
+/* ---- keys: each takes its value, which it may cut up, and returns false if that makes no sense */
+
+static bool load_level(const struct loader *loader, char *value)
+{
+    uint32_t level;
+    if (!read_choice(levels, value, &level))
+        return false;
+    loader->settings->level = (enum level)level;
+    return true;
+}
+
+static bool load_backend(const struct loader *loader, char *value)
+{
+    uint32_t backend;
+    if (!read_choice(backends, value, &backend))
+        return false;
+    loader->settings->backend = (enum backend)backend;
+    return true;
+}
+
+static bool load_report_flags(const struct loader *loader, char *value)
+{
+    return read_flags(report_flags, value, &loader->settings->report_flags);
+}
+
+static bool load_debug_action(const struct loader *loader, char *value)
+{
+    uint32_t actions;
+    if (!read_flags(debug_actions, value, &actions))
+        return false;
+    if (actions != DEBUG_ACTION_IGNORE)
+        actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
+    /* A break alone would leave its user without the reason. */
+    if (actions == DEBUG_ACTION_BREAK)
+        actions |= DEBUG_ACTION_DEFAULT;
+    loader->settings->debug_action = actions;
+    return true;
+}
+
+static bool load_duplicate_message_limit(const struct loader *loader, char *value)
+{
+    return read_number(value, &loader->settings->duplicate_message_limit);
+}
+
+static bool load_enable_message_limit(const struct loader *loader, char *value)
+{
+    uint32_t enabled;
+    if (!read_choice(booleans, value, &enabled))
+        return false;
+    if (!enabled)
+        loader->settings->duplicate_message_limit = 0;
+    return true;
+}
+
+static bool load_message_id_filter(const struct loader *loader, char *value)
+{
+    for (const char *entry; (entry = next_entry(&value));) {
+        if (message_filter_add(loader->settings->muted, entry))
+            continue;
+        char line[LINE_SIZE];
+        struct text_buffer text;
+        text_begin(&text, line, sizeof(line));
+        text_append(&text,
+                    "assay_validation.message_id_filter: \"%.*s\" names no message of this layer; "
+                    "an entry is a VUID, a message number (decimal or 0x...) or the last digits of "
+                    "a VUID; the entry is ignored.",
+                    VALUE_SHOWN, entry);
+        loader->warn(loader->context, line);
+    }
+    return true;
+}
+
+static const struct key {
+    const char *name;
+    bool (*load)(const struct loader *loader, char *value); /* NULL: log_filename */
+    const char *takes, *used_instead;
+} keys[] = {
+    {"level", load_level, "parameters, state, execution or content", "execution"},
+    {"backend", load_backend, "driver", "driver"},
+    {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
+    {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
+    {"log_filename", NULL, "a file name", "stderr"},
+    {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
+    {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
+    {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+};
+
+enum { KEY_COUNT = sizeof(keys) / sizeof(keys[0]) };
+
+static bool key_is_known(const char *name)
+{
+    for (unsigned i = 0; i < KEY_COUNT; i++)
+        if (strcmp(keys[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+static void warn_of_unknown_key(void *context, const char *name)
+{
+    const struct loader *loader = context;
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "%.*s is not a setting of this layer, which has", VALUE_SHOWN, name);
+    for (unsigned i = 0; i < KEY_COUNT; i++)
+        text_append(&text, "%s %s", i ? "," : "", keys[i].name);
+    text_append(&text, "; it is ignored.");
+    loader->warn(loader->context, line);
+}
+
+static void warn_of_value(const struct loader *loader, const struct key *key, const char *value)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.%s: \"%.*s\" is not understood; it takes %s; the default, %s, is "
+                "used.",
+                key->name, VALUE_SHOWN, value, key->takes, key->used_instead);
+    loader->warn(loader->context, line);
+}
+
+static VkResult load_key(const struct loader *loader, const struct settings_source *source,
+                         const struct key *key)
+{
+    if (!key->load)
+        return settings_source_filename(source, key->name, &loader->settings->log_filename);
+
+    char *value;
+    VkResult result = settings_source_list(source, key->name, &value);
+    if (result != VK_SUCCESS || !value)
+        return result;
+    char *as_given = strdup(value);
+    if (!key->load(loader, value))
+        warn_of_value(loader, key, as_given ? as_given : "");
+    free(as_given);
+    free(value);
+    return VK_SUCCESS;
+}
+
+VkResult settings_load(const VkInstanceCreateInfo *create_info,
+                       void (*warn)(void *context, const char *line), void *context,
+                       struct settings *settings)
+{
+    *settings = (struct settings){
+        .level = LEVEL_EXECUTION,
+        .backend = BACKEND_DRIVER,
+        .report_flags = REPORT_ERROR | REPORT_WARNING,
+        .debug_action = DEBUG_ACTION_DEFAULT,
+        .duplicate_message_limit = 10,
+    };
+    struct settings_source source;
+    VkResult result = settings_source_open(&source, create_info);
+    if (result != VK_SUCCESS)
+        return result;
+
+    struct loader loader = {warn, context, settings};
+    for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
+        result = load_key(&loader, &source, &keys[i]);
+    if (result == VK_SUCCESS)
+        settings_source_unknown(&source, key_is_known, warn_of_unknown_key, &loader);
+    else
+        settings_release(settings);
+    settings_source_close(&source);
+    return result;
+}
+
+void settings_release(struct settings *settings)
+{
+    free(settings->log_filename);
+    settings->log_filename = NULL;
+}

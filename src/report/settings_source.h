@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where settings come from: the environment, vk_layer_settings.txt and VK_EXT_layer_settings, in
+ * this order of precedence, as the Vulkan utility library reads them. */
+#ifndef ASSAY_REPORT_SETTINGS_SOURCE_H
+#define ASSAY_REPORT_SETTINGS_SOURCE_H
+
+#include <stdbool.h>
+#include <vulkan/layer/vk_layer_settings.h>
+
+struct settings_source {
+    VkuLayerSettingSet set;
+    /* What the application gave for this layer, without the entries that cannot be read. */
+    VkLayerSettingEXT *given;
+    VkLayerSettingsCreateInfoEXT given_info;
+};
+
+VkResult settings_source_open(struct settings_source *source,
+                              const VkInstanceCreateInfo *create_info);
+void settings_source_close(struct settings_source *source);
+
+/* The values of a key, comma-separated, for the caller to free; NULL where it isn't set. */
+VkResult settings_source_list(const struct settings_source *source, const char *key, char **list);
+
+/* The same for a key whose value is a file name, which may have commas and colons of its own. */
+VkResult settings_source_filename(const struct settings_source *source, const char *key,
+                                  char **filename);
+
+/* Calls `visit` for every key that is set for the layer and not `known`, as its user wrote it. */
+void settings_source_unknown(const struct settings_source *source, bool (*known)(const char *key),
+                             void (*visit)(void *context, const char *key), void *context);
+
+#endif

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The command pools and command buffers of one device: what each is recording and inside what.
+ *
+ * The table has a lock of its own; a record is not locked, since the application synchronizes access
+ * to a command buffer and its pool. A found record stays good until the application frees it. */
+#ifndef ASSAY_STATE_COMMAND_BUFFERS_H
+#define ASSAY_STATE_COMMAND_BUFFERS_H
+
+#include <stdbool.h>
+#include <vulkan/vulkan_core.h>
+
+#include "state/facts.h"
+#include "state/object_names.h"
+#include "state/readable.h"
+
+struct command_buffers;
+
+struct command_pool {
+    VkCommandPool handle;
+    VkQueueFlags queue_flags; /* of its family; 0: not known */
+    bool is_protected;
+    struct command_buffer *first; /* of its command buffers */
+};
+
+struct command_buffer {
+    VkCommandBuffer handle;
+    struct command_pool *pool;
+    struct command_buffer *previous, *next; /* in the pool */
+    VkCommandBufferLevel level;
+    enum command_buffer_state state;
+    bool in_render_pass, in_video_coding;
+    bool suspending;         /* the rendering instance in progress will be suspended */
+    enum tristate suspended; /* UNKNOWN until the first rendering: a command buffer before may have
+                                suspended one */
+    uint32_t build_count;
+    struct label_stack labels;
+    struct readable_cache readable; /* pages found readable since recording began */
+};
+
+VkResult command_buffers_create(struct command_buffers **command_buffers);
+void command_buffers_destroy(struct command_buffers *command_buffers);
+
+void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool pool,
+                              VkQueueFlags queue_flags, bool is_protected);
+void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool pool);
+void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool pool);
+
+void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool pool,
+                         VkCommandBufferLevel level, uint32_t count,
+                         const VkCommandBuffer *handles);
+void command_buffers_remove(struct command_buffers *command_buffers, uint32_t count,
+                            const VkCommandBuffer *handles);
+
+/* NULL if it isn't known. */
+struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
+                                            VkCommandBuffer handle);
+
+/* What rules may see; for a handle without record alive is NO, or UNKNOWN where one was lost. */
+struct command_buffer_facts command_buffers_facts(struct command_buffers *command_buffers,
+                                                  const struct command_buffer *command_buffer,
+                                                  VkCommandBuffer handle);
+
+/* The command buffer's label stack, or NULL. */
+struct label_stack *command_buffers_labels(struct command_buffers *command_buffers,
+                                           VkCommandBuffer handle);
+
+/* What commands do to a command buffer. All accept NULL. */
+void command_buffer_begin(struct command_buffer *command_buffer,
+                          const VkCommandBufferBeginInfo *begin_info, VkResult result);
+void command_buffer_end(struct command_buffer *command_buffer, VkResult result);
+void command_buffer_reset(struct command_buffer *command_buffer, VkResult result);
+void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags);
+void command_buffer_end_rendering(struct command_buffer *command_buffer);
+void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool inside);
+void command_buffer_execute(struct command_buffer *primary, const struct command_buffer *secondary);
+
+#endif

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What recorded commands do to the state of a command buffer. */
+#include "state/command_buffers.h"
+
+static void start_over(struct command_buffer *command_buffer, enum command_buffer_state state)
+{
+    command_buffer->state = state;
+    command_buffer->in_render_pass = false;
+    command_buffer->in_video_coding = false;
+    command_buffer->suspending = false;
+    command_buffer->suspended = UNKNOWN;
+    command_buffer->build_count = 0;
+    command_buffer->readable = (struct readable_cache){0};
+    label_stack_clear(&command_buffer->labels);
+}
+
+void command_buffer_begin(struct command_buffer *command_buffer,
+                          const VkCommandBufferBeginInfo *begin_info, VkResult result)
+{
+    if (!command_buffer)
+        return;
+    start_over(command_buffer,
+               result == VK_SUCCESS ? COMMAND_BUFFER_RECORDING : COMMAND_BUFFER_UNKNOWN);
+    /* The flag is ignored for primary command buffers. */
+    command_buffer->in_render_pass =
+        command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
+        (begin_info->flags & VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT);
+}
+
+void command_buffer_end(struct command_buffer *command_buffer, VkResult result)
+{
+    if (command_buffer)
+        command_buffer->state =
+            result == VK_SUCCESS ? COMMAND_BUFFER_EXECUTABLE : COMMAND_BUFFER_INVALID;
+}
+
+void command_buffer_reset(struct command_buffer *command_buffer, VkResult result)
+{
+    if (command_buffer)
+        start_over(command_buffer,
+                   result == VK_SUCCESS ? COMMAND_BUFFER_INITIAL : COMMAND_BUFFER_UNKNOWN);
+}
+
+void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags)
+{
+    if (!command_buffer)
+        return;
+    command_buffer->in_render_pass = true;
+    command_buffer->suspending = flags & VK_RENDERING_SUSPENDING_BIT;
+    command_buffer->suspended = NO;
+}
+
+void command_buffer_end_rendering(struct command_buffer *command_buffer)
+{
+    if (!command_buffer)
+        return;
+    command_buffer->in_render_pass = false;
+    command_buffer->suspended = command_buffer->suspending ? YES : NO;
+    command_buffer->suspending = false;
+}
+
+void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool inside)
+{
+    if (command_buffer)
+        command_buffer->in_video_coding = inside;
+}
+
+/* A secondary command buffer without a rendering of its own leaves a suspension as it was. */
+void command_buffer_execute(struct command_buffer *primary, const struct command_buffer *secondary)
+{
+    if (!primary || !secondary)
+        return;
+    if (secondary->suspended != UNKNOWN)
+        primary->suspended = secondary->suspended;
+    primary->build_count += secondary->build_count;
+}

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Facts: copies, by value, of what the state knows about something at one moment. Rules see only
+ * facts, so no lock is held while they run and no object can die under them. */
+#ifndef ASSAY_STATE_FACTS_H
+#define ASSAY_STATE_FACTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+/* An answer that may not be known; a rule stays silent on UNKNOWN. */
+enum tristate { UNKNOWN, NO, YES };
+
+/* Bytes [begin, end) of one VkDeviceMemory; memory VK_NULL_HANDLE: none, or not known. */
+struct memory_span {
+    VkDeviceMemory memory;
+    VkDeviceSize begin, end;
+};
+
+/* An acceleration structure. */
+struct accel_facts {
+    VkAccelerationStructureKHR handle;
+    enum tristate alive;         /* a structure of this device */
+    bool of_another_device;      /* alive == NO, but another VkDevice has this handle */
+    enum tristate backed;        /* its buffer range lies in live memory */
+    bool details_known;          /* type, create_flags, size and buffer are meaningful */
+    VkAccelerationStructureTypeKHR type;
+    VkAccelerationStructureCreateFlagsKHR create_flags;
+    VkDeviceSize size; /* bytes, VkAccelerationStructureCreateInfoKHR::size */
+    VkBuffer buffer;
+    VkDeviceSize offset;     /* of the structure in the buffer, bytes */
+    struct memory_span span; /* where the structure lies, if in one piece */
+};
+
+enum address_status {
+    ADDRESS_UNKNOWN,   /* not looked up, or the state cannot tell */
+    ADDRESS_NULL,      /* 0 */
+    ADDRESS_NOWHERE,   /* in no buffer whose address was retrieved */
+    ADDRESS_UNBOUND,   /* only in buffers that are not bound to live memory */
+    ADDRESS_IN_BUFFER, /* in at least one bound (or sparse) buffer */
+};
+
+/* A device address. Aliasing buffers may share it: usage is what any of them has, bytes_left what
+ * the one that reaches furthest leaves from the address to its end. */
+struct address_facts {
+    VkDeviceAddress address;
+    enum address_status status;
+    VkBuffer buffer; /* the one that reaches furthest */
+    VkBufferUsageFlags2 usage;
+    VkDeviceSize bytes_left;
+    struct memory_span span; /* from the address to the end of `buffer`; memory null if sparse */
+    VkDeviceSize buffer_offset; /* of the address in `buffer`, bytes */
+};
+
+enum command_buffer_state {
+    COMMAND_BUFFER_UNKNOWN,
+    COMMAND_BUFFER_INITIAL,
+    COMMAND_BUFFER_RECORDING,
+    COMMAND_BUFFER_EXECUTABLE,
+    COMMAND_BUFFER_INVALID,
+};
+
+struct command_buffer_facts {
+    VkCommandBuffer handle;
+    enum tristate alive;
+    enum command_buffer_state state;
+    enum tristate is_protected;
+    VkQueueFlags queue_flags;     /* of the pool's queue family; 0: unknown */
+    enum tristate in_render_pass; /* render pass instance or dynamic rendering */
+    enum tristate suspended;      /* between a suspended rendering and its resumption */
+    enum tristate in_video_coding;
+    uint32_t build_index; /* builds recorded before this call */
+};
+
+/* What vkGetAccelerationStructureBuildSizesKHR of the next layer says, bytes. */
+struct size_facts {
+    bool known;
+    VkDeviceSize acceleration_structure, build_scratch, update_scratch;
+};
+
+/* A device: what was enabled, and the limits. Never changes after its creation. */
+struct device_facts {
+    VkDevice handle;
+    uint32_t api_version;
+    /* An extension that the registry of this build doesn't know is enabled: enumerants and
+     * structures that look wrong may be right. */
+    bool newer_than_registry;
+    bool acceleration_structure, acceleration_structure_indirect_build,
+        acceleration_structure_host_commands;                 /* features */
+    bool opacity_micromap_ext, opacity_micromap_khr, displacement_micromap; /* micromap features */
+    bool motion_blur;                                          /* rayTracingMotionBlur */
+    bool spheres, linear_swept_spheres;                        /* features */
+    bool dense_geometry_format;                                /* feature */
+    bool index_type_uint8;                                     /* feature */
+    struct {
+        bool acceleration_structure, ray_tracing_nv, motion_blur_nv, opacity_micromap_ext,
+            opacity_micromap_khr, displacement_micromap_nv, linear_swept_spheres_nv,
+            dense_geometry_format_amdx, index_type_uint8;
+    } extension; /* enabled */
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
+};
+
+#endif

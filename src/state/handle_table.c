@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The hash table from handles to records. */
+#include "state/handle_table.h"
+
+#include <stdlib.h>
+
+enum { FIRST_SLOTS = 64 };
+
+/* Handles are pointers or small counters: multiply by 2^64 / phi and keep the high bits, so that
+ * neighbours spread (Knuth, The Art of Computer Programming, 6.4). */
+static size_t home_slot(const struct handle_table *table, uint64_t handle)
+{
+    return (size_t)((handle * 0x9e3779b97f4a7c15u) >> 20) & table->mask;
+}
+
+static struct handle_slot *find_slot(const struct handle_table *table, uint64_t handle)
+{
+    size_t i = home_slot(table, handle);
+    while (table->slots[i].handle && table->slots[i].handle != handle)
+        i = (i + 1) & table->mask;
+    return &table->slots[i];
+}
+
+void *handle_table_find(const struct handle_table *table, uint64_t handle)
+{
+    return table->slots && handle ? find_slot(table, handle)->record : NULL;
+}
+
+static bool grow(struct handle_table *table)
+{
+    size_t size = table->slots ? (table->mask + 1) * 2 : FIRST_SLOTS;
+    struct handle_table larger = {.slots = calloc(size, sizeof(*larger.slots)), .mask = size - 1};
+    if (!larger.slots)
+        return false;
+
+    for (size_t i = 0; table->slots && i <= table->mask; i++)
+        if (table->slots[i].handle)
+            *find_slot(&larger, table->slots[i].handle) = table->slots[i];
+    larger.count = table->count;
+    free(table->slots);
+    *table = larger;
+    return true;
+}
+
+bool handle_table_set(struct handle_table *table, uint64_t handle, void *record)
+{
+    if (!handle)
+        return false;
+    bool full = !table->slots || (table->count + 1) * 3 > (table->mask + 1) * 2;
+    if (full && !grow(table))
+        return false;
+
+    struct handle_slot *slot = find_slot(table, handle);
+    if (!slot->handle)
+        table->count++;
+    *slot = (struct handle_slot){.handle = handle, .record = record};
+    return true;
+}
+
+void *handle_table_remove(struct handle_table *table, uint64_t handle)
+{
+    if (!table->slots || !handle)
+        return NULL;
+    struct handle_slot *slot = find_slot(table, handle);
+    if (!slot->handle)
+        return NULL;
+    void *record = slot->record;
+
+    /* Close the gap: move up each later slot of the run that may not stand behind it. */
+    size_t gap = (size_t)(slot - table->slots);
+    for (size_t i = (gap + 1) & table->mask; table->slots[i].handle; i = (i + 1) & table->mask) {
+        size_t home = home_slot(table, table->slots[i].handle);
+        if (((i - home) & table->mask) >= ((i - gap) & table->mask)) {
+            table->slots[gap] = table->slots[i];
+            gap = i;
+        }
+    }
+    table->slots[gap] = (struct handle_slot){0};
+    table->count--;
+    return record;
+}
+
+void handle_table_release(struct handle_table *table)
+{
+    free(table->slots);
+    *table = (struct handle_table){0};
+}
+
+void handle_table_each(const struct handle_table *table, void (*visit)(void *record, void *context),
+                       void *context)
+{
+    for (size_t i = 0; table->slots && i <= table->mask; i++)
+        if (table->slots[i].handle)
+            visit(table->slots[i].record, context);
+}

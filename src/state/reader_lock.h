@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A read-write lock for state that is read on every recorded command and written when objects come
+ * and go. It is striped: a reader takes one stripe, chosen by its thread, so readers on different
+ * threads do not share a cache line; a writer takes all of them. */
+#ifndef ASSAY_STATE_READER_LOCK_H
+#define ASSAY_STATE_READER_LOCK_H
+
+#include <pthread.h>
+#include <stdalign.h>
+
+enum { READER_LOCK_STRIPES = 8 };
+
+struct reader_lock {
+    struct {
+        alignas(64) pthread_rwlock_t lock;
+    } stripes[READER_LOCK_STRIPES];
+};
+
+/* For locks of static storage; these need no destruction. */
+#define READER_LOCK_INITIALIZER                                                                    \
+    {                                                                                              \
+        .stripes = {[0 ... READER_LOCK_STRIPES - 1] = {.lock = PTHREAD_RWLOCK_INITIALIZER}}        \
+    }
+
+void reader_lock_init(struct reader_lock *lock);
+void reader_lock_destroy(struct reader_lock *lock);
+
+/* Returns the stripe, to be handed to reader_lock_leave. */
+unsigned reader_lock_enter(struct reader_lock *lock);
+void reader_lock_leave(struct reader_lock *lock, unsigned stripe);
+
+void reader_lock_write(struct reader_lock *lock);
+void reader_lock_write_done(struct reader_lock *lock);
+
+#endif

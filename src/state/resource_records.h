@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The records behind resources.h; private to resources*.c. All fields are guarded by the lock of
+ * struct resources. */
+#ifndef ASSAY_STATE_RESOURCE_RECORDS_H
+#define ASSAY_STATE_RESOURCE_RECORDS_H
+
+#include "state/address_map.h"
+#include "state/handle_table.h"
+#include "state/reader_lock.h"
+#include "state/resources.h"
+
+struct memory_record {
+    uint32_t references; /* of buffers, and one of the table while alive */
+    bool alive;
+    VkDeviceMemory handle;
+    VkDeviceSize size;
+    VkMemoryPropertyFlags properties;
+    bool multi_instance;
+};
+
+/* One bound range of a sparse buffer; the ranges of a buffer are sorted and do not overlap. */
+struct sparse_range {
+    VkDeviceSize begin, end; /* in the buffer */
+    struct memory_record *memory;
+    VkDeviceSize memory_offset; /* of `begin` */
+};
+
+struct buffer_record {
+    uint32_t references; /* of acceleration structures, and one of the table while alive */
+    bool alive;
+    VkBuffer handle;
+    VkDeviceSize size;
+    VkBufferUsageFlags2 usage;
+    VkBufferCreateFlags flags;
+    VkDeviceAddress address; /* 0: not retrieved */
+
+    /* Not sparse: YES if bound to `memory` at `memory_offset`. */
+    enum tristate bound;
+    struct memory_record *memory;
+    VkDeviceSize memory_offset;
+    bool instances_differ;
+
+    struct sparse_range *sparse;
+    uint32_t sparse_count, sparse_capacity;
+    bool sparse_incomplete; /* a binding was lost for lack of memory */
+};
+
+struct accel_record {
+    VkAccelerationStructureKHR handle;
+    struct buffer_record *buffer; /* NULL: not known */
+    VkDeviceSize offset, size;
+    VkAccelerationStructureTypeKHR type;
+    VkAccelerationStructureCreateFlagsKHR flags;
+};
+
+struct resources {
+    struct reader_lock lock;
+    struct handle_table memories, buffers, accels;
+    struct address_map addresses; /* of buffer records */
+    bool incomplete;
+};
+
+void memory_record_release(struct memory_record *memory);
+void buffer_record_release(struct buffer_record *buffer);
+
+/* Sparse ranges (resources_sparse.c). */
+void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemoryBind *bind,
+                               struct memory_record *memory);
+/* YES where all of [begin, end) is bound to live memory, else UNKNOWN: it may yet be bound. */
+enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
+                                           VkDeviceSize end);
+/* The span of [begin, end) if one range holds all of it. */
+struct memory_span buffer_record_sparse_span(const struct buffer_record *buffer, VkDeviceSize begin,
+                                             VkDeviceSize end);
+
+#endif

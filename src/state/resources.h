@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The buffers, memory and acceleration structures of one device, and which device addresses they
+ * have. It owns their records and one lock over all of them.
+ *
+ * Memory, not addresses: a structure's bytes are found through its buffer's binding, which may come
+ * before or after the structure's creation, and which ends when the memory is freed. Records refer
+ * to each other by pointer and are kept until nothing refers to them, marked dead meanwhile, so a
+ * handle that the driver reuses is never mistaken for its predecessor.
+ *
+ * A record that could not be kept for lack of memory makes the whole `incomplete`: from then on what
+ * isn't found counts as unknown. */
+#ifndef ASSAY_STATE_RESOURCES_H
+#define ASSAY_STATE_RESOURCES_H
+
+#include <stdbool.h>
+#include <vulkan/vulkan_core.h>
+
+#include "state/facts.h"
+
+struct resources;
+
+VkResult resources_create(struct resources **resources);
+void resources_destroy(struct resources *resources);
+
+/* Memory. `multi_instance`: several instances, one a physical device of the group. */
+void resources_add_memory(struct resources *resources, VkDeviceMemory memory, VkDeviceSize size,
+                          VkMemoryPropertyFlags properties, bool multi_instance);
+void resources_remove_memory(struct resources *resources, VkDeviceMemory memory);
+
+/* Buffers. */
+void resources_add_buffer(struct resources *resources, VkBuffer buffer,
+                          const VkBufferCreateInfo *create_info);
+void resources_remove_buffer(struct resources *resources, VkBuffer buffer);
+void resources_set_address(struct resources *resources, VkBuffer buffer, VkDeviceAddress address);
+
+/* A bind command returned success. `instances_differ`: the binding gives each physical device an
+ * instance of its choice, so that equal offsets need not be equal bytes. */
+void resources_bind_buffer(struct resources *resources, VkBuffer buffer, VkDeviceMemory memory,
+                           VkDeviceSize offset, bool instances_differ);
+/* A bind command failed: what is bound is not known. */
+void resources_forget_binding(struct resources *resources, VkBuffer buffer);
+void resources_bind_sparse(struct resources *resources, VkBuffer buffer,
+                           const VkSparseMemoryBind *bind);
+
+/* Acceleration structures. */
+void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR handle,
+                         const VkAccelerationStructureCreateInfoKHR *create_info);
+/* Created over an address range (vkCreateAccelerationStructure2KHR). */
+void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
+                            const VkAccelerationStructureCreateInfo2KHR *create_info);
+void resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle);
+
+/* Look-ups. Between begin and end the caller calls nothing but the two below, and no lock of
+ * another module. `begin` returns what `end` wants. */
+unsigned resources_begin_reading(struct resources *resources);
+void resources_end_reading(struct resources *resources, unsigned token);
+void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
+                          struct accel_facts *facts);
+void resources_find_address(const struct resources *resources, VkDeviceAddress address,
+                            struct address_facts *facts);
+
+/* Whether the handle is a structure of this device; takes the lock itself. */
+bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR handle);
+
+#endif

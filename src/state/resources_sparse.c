@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The bound ranges of a sparse buffer. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "state/resource_records.h"
+
+static bool reserve(struct buffer_record *buffer, uint32_t count)
+{
+    if (count <= buffer->sparse_capacity)
+        return true;
+    uint32_t capacity = count * 2;
+    struct sparse_range *ranges = realloc(buffer->sparse, capacity * sizeof(*ranges));
+    if (!ranges)
+        return false;
+    buffer->sparse = ranges;
+    buffer->sparse_capacity = capacity;
+    return true;
+}
+
+static void insert(struct buffer_record *buffer, uint32_t at, struct sparse_range range)
+{
+    memmove(&buffer->sparse[at + 1], &buffer->sparse[at],
+            (buffer->sparse_count - at) * sizeof(range));
+    buffer->sparse[at] = range;
+    buffer->sparse_count++;
+    range.memory->references++;
+}
+
+static void erase(struct buffer_record *buffer, uint32_t at)
+{
+    memory_record_release(buffer->sparse[at].memory);
+    buffer->sparse_count--;
+    memmove(&buffer->sparse[at], &buffer->sparse[at + 1],
+            (buffer->sparse_count - at) * sizeof(buffer->sparse[0]));
+}
+
+static struct sparse_range tail_of(const struct sparse_range *range, VkDeviceSize begin)
+{
+    return (struct sparse_range){.begin = begin,
+                                 .end = range->end,
+                                 .memory = range->memory,
+                                 .memory_offset = range->memory_offset + (begin - range->begin)};
+}
+
+/* Takes [begin, end) out of the ranges, cutting those that reach over its ends. Needs room for one
+ * more range. Returns the index where a range that begins at `begin` belongs. */
+static uint32_t cut_out(struct buffer_record *buffer, VkDeviceSize begin, VkDeviceSize end)
+{
+    uint32_t i = 0;
+    while (i < buffer->sparse_count && buffer->sparse[i].end <= begin)
+        i++;
+    if (i < buffer->sparse_count && buffer->sparse[i].begin < begin) {
+        struct sparse_range *range = &buffer->sparse[i];
+        if (range->end > end)
+            insert(buffer, i + 1, tail_of(range, end));
+        buffer->sparse[i].end = begin;
+        i++;
+    }
+    while (i < buffer->sparse_count && buffer->sparse[i].end <= end)
+        erase(buffer, i);
+    if (i < buffer->sparse_count && buffer->sparse[i].begin < end)
+        buffer->sparse[i] = tail_of(&buffer->sparse[i], end);
+    return i;
+}
+
+void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemoryBind *bind,
+                               struct memory_record *memory)
+{
+    VkDeviceSize begin = bind->resourceOffset, end = begin + bind->size;
+    if (!bind->size || end < begin)
+        return;
+    if (!reserve(buffer, buffer->sparse_count + 2)) {
+        buffer->sparse_incomplete = true;
+        return;
+    }
+    uint32_t at = cut_out(buffer, begin, end);
+    if (memory)
+        insert(buffer, at,
+               (struct sparse_range){
+                   .begin = begin, .end = end, .memory = memory, .memory_offset = bind->memoryOffset});
+}
+
+enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
+                                           VkDeviceSize end)
+{
+    for (uint32_t i = 0; i < buffer->sparse_count && begin < end; i++) {
+        const struct sparse_range *range = &buffer->sparse[i];
+        if (range->begin <= begin && begin < range->end && range->memory->alive)
+            begin = range->end;
+    }
+    return begin >= end && !buffer->sparse_incomplete ? YES : UNKNOWN;
+}
+
+struct memory_span buffer_record_sparse_span(const struct buffer_record *buffer, VkDeviceSize begin,
+                                             VkDeviceSize end)
+{
+    for (uint32_t i = 0; i < buffer->sparse_count && !buffer->sparse_incomplete; i++) {
+        const struct sparse_range *range = &buffer->sparse[i];
+        if (range->begin <= begin && end <= range->end && range->memory->alive) {
+            VkDeviceSize offset = range->memory_offset + (begin - range->begin);
+            return (struct memory_span){range->memory->handle, offset, offset + (end - begin)};
+        }
+    }
+    return (struct memory_span){0};
+}
