@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Buffers: creation, binding and addresses. */
+#include "internal.h"
+
+static void release_sparse_buffer(struct object *buffer) {
+    address_release(buffer->config, buffer->buffer.address, buffer->buffer.size);
+}
+
+/* Until it is bound, or for good where it is sparse; 0 where it gets one from memory alone. */
+static VkDeviceAddress first_address(const struct null_driver_config *config,
+                                     const VkBufferCreateInfo *info) {
+    const VkBufferOpaqueCaptureAddressCreateInfo *opaque =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO);
+    const VkBufferDeviceAddressCreateInfoEXT *address =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_CREATE_INFO_EXT);
+    if (opaque != NULL && opaque->opaqueCaptureAddress != 0)
+        return opaque->opaqueCaptureAddress;
+    if (address != NULL && address->deviceAddress != 0)
+        return address->deviceAddress;
+    if (info->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+        return address_allocate(config, info->size);
+    return info->usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+               ? address_allocate(NULL, info->size)
+               : 0;
+}
+
+VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInfo,
+                           const VkAllocationCallbacks *pAllocator, VkBuffer *pBuffer) {
+    ENTER_OR_FAIL(CreateBuffer);
+    (void)pAllocator;
+    const bool sparse = pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
+    struct object *buffer =
+        object_create(OBJECT(device), TYPE_BUFFER, sparse ? release_sparse_buffer : NULL);
+    if (buffer == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    buffer->buffer.size = pCreateInfo->size;
+    buffer->buffer.flags = pCreateInfo->flags;
+    buffer->buffer.address = first_address(CONFIG(device), pCreateInfo);
+    *pBuffer = HANDLE(VkBuffer, buffer->handle);
+    return VK_SUCCESS;
+}
+
+void null_DestroyBuffer(VkDevice device, VkBuffer buffer, const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyBuffer);
+    (void)device;
+    (void)pAllocator;
+    object_destroy(RAW(buffer), TYPE_BUFFER);
+}
+
+static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
+    struct object *to = object_find(RAW(buffer), TYPE_BUFFER);
+    const struct object *from = object_find(RAW(memory), TYPE_MEMORY);
+    if (to != NULL && from != NULL && !(to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT))
+        to->buffer.address = from->memory.address + offset;
+}
+
+VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory memory,
+                               VkDeviceSize memoryOffset) {
+    ENTER_OR_FAIL(BindBufferMemory);
+    (void)device;
+    bind(buffer, memory, memoryOffset);
+    return VK_SUCCESS;
+}
+
+VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
+                                const VkBindBufferMemoryInfo *pBindInfos) {
+    ENTER_OR_FAIL(BindBufferMemory2);
+    (void)device;
+    for (uint32_t i = 0; i < bindInfoCount; i++) {
+        bind(pBindInfos[i].buffer, pBindInfos[i].memory, pBindInfos[i].memoryOffset);
+        const VkBindMemoryStatus *status =
+            chain_find(pBindInfos[i].pNext, VK_STRUCTURE_TYPE_BIND_MEMORY_STATUS);
+        if (status != NULL && status->pResult != NULL)
+            *status->pResult = VK_SUCCESS;
+    }
+    return VK_SUCCESS;
+}
+
+static VkDeviceAddress address_of(VkBuffer buffer) {
+    const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
+    return object != NULL ? object->buffer.address : 0;
+}
+
+VkDeviceAddress null_GetBufferDeviceAddress(VkDevice device,
+                                            const VkBufferDeviceAddressInfo *pInfo) {
+    ENTER(GetBufferDeviceAddress);
+    (void)device;
+    return address_of(pInfo->buffer);
+}
+
+uint64_t null_GetBufferOpaqueCaptureAddress(VkDevice device,
+                                            const VkBufferDeviceAddressInfo *pInfo) {
+    ENTER(GetBufferOpaqueCaptureAddress);
+    (void)device;
+    return address_of(pInfo->buffer);
+}

@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The configuration, its defaults, and what it says about extensions and versions. */
+#include "internal.h"
+
+#include <string.h>
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of both below */
+static struct null_driver_config current;
+static bool configured;
+
+static const struct {
+    const char *name;
+    enum guard promoted;
+} extensions[] = {
+#define EXTENSION(name, promoted) {"VK_" #name, promoted},
+#include "extensions.h"
+#undef EXTENSION
+};
+
+const char *guard_extension_name(enum guard guard) {
+    return extensions[guard - FIRST_EXTENSION].name;
+}
+
+bool guard_is_offered(const struct null_driver_config *config, enum guard guard) {
+    if (guard < NEVER)
+        return VK_API_VERSION_MINOR(config->api_version) >= (uint32_t)guard;
+    if (guard == NEVER)
+        return false;
+    for (uint32_t i = 0; i < config->hidden_extension_count; i++) {
+        if (strcmp(config->hidden_extensions[i], guard_extension_name(guard)) == 0)
+            return false;
+    }
+    return true;
+}
+
+bool guard_is_known(const struct null_driver_config *config, enum guard guard) {
+    return guard_is_offered(config, guard) ||
+           (guard > BEFORE_EXTENSIONS &&
+            guard_is_offered(config, extensions[guard - FIRST_EXTENSION].promoted));
+}
+
+struct null_driver_config config_current(void) {
+    pthread_mutex_lock(&lock);
+    if (!configured) {
+        current = null_driver_default_config();
+        configured = true;
+    }
+    const struct null_driver_config config = current;
+    pthread_mutex_unlock(&lock);
+    return config;
+}
+
+static uint32_t at_most(uint32_t value, uint32_t limit) {
+    return value < limit ? value : limit;
+}
+
+void null_driver_configure(const struct null_driver_config *config) {
+    struct null_driver_config next = config != NULL ? *config : null_driver_default_config();
+    next.physical_device_count =
+        at_most(next.physical_device_count, NULL_DRIVER_MAX_PHYSICAL_DEVICES);
+    next.hidden_extension_count = at_most(next.hidden_extension_count, NULL_DRIVER_MAX_EXTENSIONS);
+    next.extra_extension_count = at_most(next.extra_extension_count, NULL_DRIVER_MAX_EXTENSIONS);
+    next.feature_count = at_most(next.feature_count, NULL_DRIVER_MAX_FEATURES);
+    next.queue_family_count = at_most(next.queue_family_count, NULL_DRIVER_MAX_QUEUE_FAMILIES);
+    next.format_count = at_most(next.format_count, NULL_DRIVER_MAX_FORMATS);
+    if (next.buffer_alignment == 0)
+        next.buffer_alignment = 1;
+    pthread_mutex_lock(&lock);
+    current = next;
+    configured = true;
+    pthread_mutex_unlock(&lock);
+}
+
+#define SAMPLES (VK_SAMPLE_COUNT_1_BIT | VK_SAMPLE_COUNT_4_BIT)
+
+/* Those that anything asks for; the required minimum, mostly. */
+static const VkPhysicalDeviceLimits default_limits = {
+    .maxImageDimension1D = 16384,
+    .maxImageDimension2D = 16384,
+    .maxImageDimension3D = 2048,
+    .maxImageDimensionCube = 16384,
+    .maxImageArrayLayers = 2048,
+    .maxTexelBufferElements = 1 << 27,
+    .maxUniformBufferRange = 65536,
+    .maxStorageBufferRange = UINT32_MAX,
+    .maxPushConstantsSize = 256,
+    .maxMemoryAllocationCount = UINT32_MAX,
+    .maxSamplerAllocationCount = 4096,
+    .bufferImageGranularity = 1,
+    .sparseAddressSpaceSize = (VkDeviceSize)1 << 40,
+    .maxBoundDescriptorSets = 8,
+    .maxPerStageDescriptorSamplers = 1 << 20,
+    .maxPerStageDescriptorUniformBuffers = 1 << 20,
+    .maxPerStageDescriptorStorageBuffers = 1 << 20,
+    .maxPerStageDescriptorSampledImages = 1 << 20,
+    .maxPerStageDescriptorStorageImages = 1 << 20,
+    .maxPerStageDescriptorInputAttachments = 1 << 20,
+    .maxPerStageResources = 1 << 20,
+    .maxDescriptorSetSamplers = 1 << 20,
+    .maxDescriptorSetUniformBuffers = 1 << 20,
+    .maxDescriptorSetUniformBuffersDynamic = 16,
+    .maxDescriptorSetStorageBuffers = 1 << 20,
+    .maxDescriptorSetStorageBuffersDynamic = 16,
+    .maxDescriptorSetSampledImages = 1 << 20,
+    .maxDescriptorSetStorageImages = 1 << 20,
+    .maxDescriptorSetInputAttachments = 1 << 20,
+    .maxVertexInputAttributes = 32,
+    .maxVertexInputBindings = 32,
+    .maxVertexInputAttributeOffset = 2047,
+    .maxVertexInputBindingStride = 2048,
+    .maxVertexOutputComponents = 128,
+    .maxFragmentInputComponents = 128,
+    .maxFragmentOutputAttachments = 8,
+    .maxFragmentCombinedOutputResources = 16,
+    .maxComputeSharedMemorySize = 49152,
+    .maxComputeWorkGroupCount = {65535, 65535, 65535},
+    .maxComputeWorkGroupInvocations = 1024,
+    .maxComputeWorkGroupSize = {1024, 1024, 64},
+    .subPixelPrecisionBits = 8,
+    .subTexelPrecisionBits = 8,
+    .mipmapPrecisionBits = 8,
+    .maxDrawIndexedIndexValue = UINT32_MAX,
+    .maxDrawIndirectCount = UINT32_MAX,
+    .maxSamplerLodBias = 16,
+    .maxSamplerAnisotropy = 16,
+    .maxViewports = 16,
+    .maxViewportDimensions = {16384, 16384},
+    .viewportBoundsRange = {-32768, 32768},
+    .minMemoryMapAlignment = 4096,
+    .minTexelBufferOffsetAlignment = 16,
+    .minUniformBufferOffsetAlignment = 16,
+    .minStorageBufferOffsetAlignment = 16,
+    .minTexelOffset = -8,
+    .maxTexelOffset = 7,
+    .maxFramebufferWidth = 16384,
+    .maxFramebufferHeight = 16384,
+    .maxFramebufferLayers = 2048,
+    .framebufferColorSampleCounts = SAMPLES,
+    .framebufferDepthSampleCounts = SAMPLES,
+    .framebufferStencilSampleCounts = SAMPLES,
+    .framebufferNoAttachmentsSampleCounts = SAMPLES,
+    .maxColorAttachments = 8,
+    .sampledImageColorSampleCounts = SAMPLES,
+    .sampledImageIntegerSampleCounts = SAMPLES,
+    .sampledImageDepthSampleCounts = SAMPLES,
+    .sampledImageStencilSampleCounts = SAMPLES,
+    .storageImageSampleCounts = SAMPLES,
+    .maxSampleMaskWords = 1,
+    .timestampComputeAndGraphics = VK_TRUE,
+    .timestampPeriod = 1,
+    .maxClipDistances = 8,
+    .maxCullDistances = 8,
+    .maxCombinedClipAndCullDistances = 8,
+    .discreteQueuePriorities = 2,
+    .pointSizeRange = {1, 64},
+    .lineWidthRange = {1, 8},
+    .pointSizeGranularity = 0.125f,
+    .lineWidthGranularity = 0.125f,
+    .strictLines = VK_TRUE,
+    .standardSampleLocations = VK_TRUE,
+    .optimalBufferCopyOffsetAlignment = 1,
+    .optimalBufferCopyRowPitchAlignment = 1,
+    .nonCoherentAtomSize = 64,
+};
+
+#define VERTICES                                                                                   \
+    (VK_FORMAT_FEATURE_2_VERTEX_BUFFER_BIT |                                                       \
+     VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR)
+#define RADII                                                                                      \
+    (VK_FORMAT_FEATURE_2_VERTEX_BUFFER_BIT |                                                       \
+     VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV)
+#define GIB ((VkDeviceSize)1 << 30)
+#define HOST (VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)
+#define LOCAL VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
+
+struct null_driver_config null_driver_default_config(void) {
+    return (struct null_driver_config){
+        .api_version = VK_API_VERSION_1_3,
+        .physical_device_count = 2,
+        .one_device_group = true,
+        .properties = {.driverVersion = 1,
+                       .vendorID = 1,
+                       .deviceID = 1,
+                       .deviceType = VK_PHYSICAL_DEVICE_TYPE_OTHER,
+                       .deviceName = "null driver",
+                       .limits = default_limits,
+                       .sparseProperties = {VK_TRUE, VK_TRUE, VK_TRUE, VK_TRUE, VK_TRUE}},
+        /* Small enough for a test to exceed. */
+        .as_properties = {.maxGeometryCount = 256,
+                          .maxInstanceCount = 4096,
+                          .maxPrimitiveCount = 1 << 20,
+                          .maxPerStageDescriptorAccelerationStructures = 16,
+                          .maxPerStageDescriptorUpdateAfterBindAccelerationStructures = 16,
+                          .maxDescriptorSetAccelerationStructures = 16,
+                          .maxDescriptorSetUpdateAfterBindAccelerationStructures = 16,
+                          .minAccelerationStructureScratchOffsetAlignment = 256},
+        .nv_properties = {.shaderGroupHandleSize = 32,
+                          .maxRecursionDepth = 31,
+                          .maxShaderGroupStride = 4096,
+                          .shaderGroupBaseAlignment = 64,
+                          .maxGeometryCount = 256,
+                          .maxInstanceCount = 4096,
+                          .maxTriangleCount = 1 << 20,
+                          .maxDescriptorSetAccelerationStructures = 16},
+        .pipeline_properties = {.shaderGroupHandleSize = 32,
+                                .maxRayRecursionDepth = 31,
+                                .maxShaderGroupStride = 4096,
+                                .shaderGroupBaseAlignment = 64,
+                                .shaderGroupHandleCaptureReplaySize = 32,
+                                .maxRayDispatchInvocationCount = 1 << 30,
+                                .shaderGroupHandleAlignment = 32,
+                                .maxRayHitAttributeSize = 32},
+        .micromap_properties = {.maxOpacity2StateSubdivisionLevel = 6,
+                                .maxOpacity4StateSubdivisionLevel = 5},
+        .micromap_properties_khr = {.maxOpacity2StateSubdivisionLevel = 6,
+                                    .maxOpacity4StateSubdivisionLevel = 5,
+                                    .maxOpacityLossy4StateSubdivisionLevel = 4,
+                                    .maxMicromapTriangles = 4096},
+#ifdef VK_NV_displacement_micromap
+        .displacement_properties = {.maxDisplacementMicromapSubdivisionLevel = 5},
+#endif
+        .memory = {.memoryTypeCount = 6,
+                   .memoryTypes = {{LOCAL, 0},
+                                   {HOST, 1},
+                                   {HOST | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, 1},
+                                   {LOCAL | HOST, 2},
+                                   {LOCAL | VK_MEMORY_PROPERTY_PROTECTED_BIT, 0},
+                                   {LOCAL | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT, 0}},
+                   .memoryHeapCount = 3,
+                   .memoryHeaps = {{64 * GIB, VK_MEMORY_HEAP_DEVICE_LOCAL_BIT |
+                                                  VK_MEMORY_HEAP_MULTI_INSTANCE_BIT},
+                                   {64 * GIB, 0},
+                                   {64 * GIB, VK_MEMORY_HEAP_DEVICE_LOCAL_BIT}}},
+        .queue_families =
+            {{VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT |
+                  VK_QUEUE_SPARSE_BINDING_BIT,
+              2,
+              64,
+              {1, 1, 1}},
+             {VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT, 2, 64, {1, 1, 1}},
+             {VK_QUEUE_TRANSFER_BIT, 1, 64, {1, 1, 1}},
+             {VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT |
+                  VK_QUEUE_PROTECTED_BIT,
+              1,
+              64,
+              {1, 1, 1}},
+             {VK_QUEUE_TRANSFER_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR, 1, 64, {1, 1, 1}}},
+        .queue_family_count = 5,
+        .formats = {{VK_FORMAT_R32G32_SFLOAT, VERTICES},
+                    {VK_FORMAT_R32G32B32_SFLOAT, VERTICES},
+                    {VK_FORMAT_R16G16_SFLOAT, VERTICES},
+                    {VK_FORMAT_R16G16B16A16_SFLOAT, VERTICES},
+                    {VK_FORMAT_R16G16_SNORM, VERTICES},
+                    {VK_FORMAT_R16G16B16A16_SNORM, VERTICES},
+                    {VK_FORMAT_R32_SFLOAT, RADII},
+                    {VK_FORMAT_R16_SFLOAT, RADII}},
+        .format_count = 8,
+        .sizes = {.structure = {4096, 64},
+                  .build_scratch = {2048, 32},
+                  .update_scratch = {1024, 16},
+                  .micromap = 4096,
+                  .micromap_scratch = 1024,
+                  .compacted = 2048,
+                  .serialized = 4096},
+        .buffer_alignment = 256,
+        .deferred_joins = 1,
+    };
+}

@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Devices: what they were created with, and their queues. */
+#include "internal.h"
+
+#include <string.h>
+
+/* Enables it; false where it is not offered. */
+static bool enable_extension(struct object *device, const char *name) {
+    const struct null_driver_config *config = device->config;
+    for (enum guard guard = FIRST_EXTENSION; guard < GUARD_COUNT; guard++) {
+        if (strcmp(guard_extension_name(guard), name) == 0) {
+            device->device.enabled[guard] = guard_is_offered(config, guard);
+            return device->device.enabled[guard];
+        }
+    }
+    for (uint32_t i = 0; i < config->extra_extension_count; i++) {
+        if (strcmp(config->extra_extensions[i], name) == 0)
+            return true;
+    }
+    return false;
+}
+
+static VkResult create_queues(struct object *device, const VkDeviceQueueCreateInfo *info) {
+    const struct null_driver_config *config = device->config;
+    if (info->queueFamilyIndex >= config->queue_family_count ||
+        info->queueCount > config->queue_families[info->queueFamilyIndex].queueCount)
+        return VK_ERROR_INITIALIZATION_FAILED;
+    for (uint32_t i = 0; i < info->queueCount; i++) {
+        struct object *queue = object_create(device, TYPE_QUEUE, NULL);
+        if (queue == NULL)
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
+        queue->queue.family = info->queueFamilyIndex;
+        queue->queue.index = i;
+        queue->queue.flags = info->flags;
+    }
+    return VK_SUCCESS;
+}
+
+static VkResult set_up(struct object *device, const VkDeviceCreateInfo *info) {
+    for (uint32_t i = 0; i < info->enabledExtensionCount; i++) {
+        if (!enable_extension(device, info->ppEnabledExtensionNames[i]))
+            return VK_ERROR_EXTENSION_NOT_PRESENT;
+    }
+    if (!features_are_on(device->config, info->pNext, info->pEnabledFeatures))
+        return VK_ERROR_FEATURE_NOT_PRESENT;
+    for (uint32_t i = 0; i < info->queueCreateInfoCount; i++) {
+        const VkResult result = create_queues(device, &info->pQueueCreateInfos[i]);
+        if (result != VK_SUCCESS)
+            return result;
+    }
+    return VK_SUCCESS;
+}
+
+VkResult null_CreateDevice(VkPhysicalDevice physicalDevice, const VkDeviceCreateInfo *pCreateInfo,
+                           const VkAllocationCallbacks *pAllocator, VkDevice *pDevice) {
+    ENTER_OR_FAIL(CreateDevice);
+    (void)pAllocator;
+    struct object *device = object_create(OBJECT(physicalDevice), TYPE_DEVICE, NULL);
+    if (device == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    const VkResult result = set_up(device, pCreateInfo);
+    if (result != VK_SUCCESS) {
+        object_destroy_dispatchable(device, TYPE_DEVICE);
+        return result;
+    }
+    *pDevice = (VkDevice)device;
+    return VK_SUCCESS;
+}
+
+void null_DestroyDevice(VkDevice device, const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyDevice);
+    (void)pAllocator;
+    object_destroy_dispatchable(device, TYPE_DEVICE);
+}
+
+PFN_vkVoidFunction null_GetDeviceProcAddr(VkDevice device, const char *pName) {
+    ENTER(GetDeviceProcAddr);
+    return entry_find_device(OBJECT(device), pName);
+}
+
+static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info) {
+    struct object *queue;
+    for (uint32_t i = 0; (queue = object_child(OBJECT(device), TYPE_QUEUE, i)) != NULL; i++) {
+        if (queue->queue.family == info->queueFamilyIndex &&
+            queue->queue.index == info->queueIndex && queue->queue.flags == info->flags)
+            return (VkQueue)queue;
+    }
+    return VK_NULL_HANDLE;
+}
+
+void null_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex, uint32_t queueIndex,
+                         VkQueue *pQueue) {
+    ENTER(GetDeviceQueue);
+    const VkDeviceQueueInfo2 info = {.queueFamilyIndex = queueFamilyIndex,
+                                     .queueIndex = queueIndex};
+    *pQueue = find_queue(device, &info);
+}
+
+void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo, VkQueue *pQueue) {
+    ENTER(GetDeviceQueue2);
+    *pQueue = find_queue(device, pQueueInfo);
+}
+
+void null_GetDeviceGroupPeerMemoryFeatures(VkDevice device, uint32_t heapIndex,
+                                           uint32_t localDeviceIndex, uint32_t remoteDeviceIndex,
+                                           VkPeerMemoryFeatureFlags *pPeerMemoryFeatures) {
+    ENTER(GetDeviceGroupPeerMemoryFeatures);
+    (void)device;
+    (void)heapIndex;
+    (void)localDeviceIndex;
+    (void)remoteDeviceIndex;
+    *pPeerMemoryFeatures =
+        VK_PEER_MEMORY_FEATURE_COPY_DST_BIT | VK_PEER_MEMORY_FEATURE_GENERIC_SRC_BIT;
+}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Formats: buffer features as configured, and images of every format there is. */
+#include "internal.h"
+
+static bool is_format(VkFormat format) {
+    return format > VK_FORMAT_UNDEFINED && format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
+}
+
+static VkFormatFeatureFlags2 image_features(VkFormat format) {
+    if (!is_format(format))
+        return 0;
+    const VkFormatFeatureFlags2 all = VK_FORMAT_FEATURE_2_SAMPLED_IMAGE_BIT |
+                                      VK_FORMAT_FEATURE_2_TRANSFER_SRC_BIT |
+                                      VK_FORMAT_FEATURE_2_TRANSFER_DST_BIT;
+    if (format >= VK_FORMAT_D16_UNORM && format <= VK_FORMAT_D32_SFLOAT_S8_UINT)
+        return all | VK_FORMAT_FEATURE_2_DEPTH_STENCIL_ATTACHMENT_BIT;
+    return all | VK_FORMAT_FEATURE_2_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_2_STORAGE_IMAGE_BIT;
+}
+
+static VkFormatProperties3 format_properties(const struct null_driver_config *config,
+                                             VkFormat format) {
+    VkFormatProperties3 properties = {
+        .linearTilingFeatures = image_features(format),
+        .optimalTilingFeatures = image_features(format),
+    };
+    for (uint32_t i = 0; i < config->format_count; i++) {
+        if (config->formats[i].format == format)
+            properties.bufferFeatures =
+                config->formats[i].buffer_features | VK_FORMAT_FEATURE_2_VERTEX_BUFFER_BIT;
+    }
+    return properties;
+}
+
+/* The older structure holds the flags that fit it. */
+static VkFormatProperties first_32_bits(const VkFormatProperties3 *properties) {
+    const VkFormatFeatureFlags2 mask = 0x7fffffff;
+    return (VkFormatProperties){
+        .linearTilingFeatures = (VkFormatFeatureFlags)(properties->linearTilingFeatures & mask),
+        .optimalTilingFeatures = (VkFormatFeatureFlags)(properties->optimalTilingFeatures & mask),
+        .bufferFeatures = (VkFormatFeatureFlags)(properties->bufferFeatures & mask),
+    };
+}
+
+void null_GetPhysicalDeviceFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
+                                            VkFormatProperties *pFormatProperties) {
+    ENTER(GetPhysicalDeviceFormatProperties);
+    const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
+    *pFormatProperties = first_32_bits(&properties);
+}
+
+void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, VkFormat format,
+                                             VkFormatProperties2 *pFormatProperties) {
+    ENTER(GetPhysicalDeviceFormatProperties2);
+    const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
+    pFormatProperties->formatProperties = first_32_bits(&properties);
+    for (VkBaseOutStructure *out = pFormatProperties->pNext; out != NULL; out = out->pNext) {
+        if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3) {
+            VkFormatProperties3 *to = (VkFormatProperties3 *)out;
+            to->linearTilingFeatures = properties.linearTilingFeatures;
+            to->optimalTilingFeatures = properties.optimalTilingFeatures;
+            to->bufferFeatures = properties.bufferFeatures;
+        }
+    }
+}
+
+static VkResult image_format(const struct null_driver_config *config, VkFormat format,
+                             VkImageFormatProperties *properties) {
+    const uint32_t side = config->properties.limits.maxImageDimension2D;
+    *properties = (VkImageFormatProperties){0};
+    if (!is_format(format))
+        return VK_ERROR_FORMAT_NOT_SUPPORTED;
+    *properties = (VkImageFormatProperties){
+        .maxExtent = {side, side, side},
+        .maxMipLevels = 15,
+        .maxArrayLayers = config->properties.limits.maxImageArrayLayers,
+        .sampleCounts = config->properties.limits.framebufferColorSampleCounts,
+        .maxResourceSize = (VkDeviceSize)1 << 38,
+    };
+    return VK_SUCCESS;
+}
+
+VkResult
+null_GetPhysicalDeviceImageFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
+                                            VkImageType type, VkImageTiling tiling,
+                                            VkImageUsageFlags usage, VkImageCreateFlags flags,
+                                            VkImageFormatProperties *pImageFormatProperties) {
+    ENTER_OR_FAIL(GetPhysicalDeviceImageFormatProperties);
+    (void)type;
+    (void)tiling;
+    (void)usage;
+    (void)flags;
+    return image_format(CONFIG(physicalDevice), format, pImageFormatProperties);
+}
+
+VkResult null_GetPhysicalDeviceImageFormatProperties2(
+    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceImageFormatInfo2 *pImageFormatInfo,
+    VkImageFormatProperties2 *pImageFormatProperties) {
+    ENTER_OR_FAIL(GetPhysicalDeviceImageFormatProperties2);
+    return image_format(CONFIG(physicalDevice), pImageFormatInfo->format,
+                        &pImageFormatProperties->imageFormatProperties);
+}
+
+void null_GetPhysicalDeviceSparseImageFormatProperties(
+    VkPhysicalDevice physicalDevice, VkFormat format, VkImageType type,
+    VkSampleCountFlagBits samples, VkImageUsageFlags usage, VkImageTiling tiling,
+    uint32_t *pPropertyCount, VkSparseImageFormatProperties *pProperties) {
+    ENTER(GetPhysicalDeviceSparseImageFormatProperties);
+    (void)physicalDevice;
+    (void)format;
+    (void)type;
+    (void)samples;
+    (void)usage;
+    (void)tiling;
+    (void)pProperties;
+    *pPropertyCount = 0;
+}
+
+void null_GetPhysicalDeviceSparseImageFormatProperties2(
+    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceSparseImageFormatInfo2 *pFormatInfo,
+    uint32_t *pPropertyCount, VkSparseImageFormatProperties2 *pProperties) {
+    ENTER(GetPhysicalDeviceSparseImageFormatProperties2);
+    (void)physicalDevice;
+    (void)pFormatInfo;
+    (void)pProperties;
+    *pPropertyCount = 0;
+}

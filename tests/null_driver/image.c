@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Images: created, measured, bound; they have no contents. */
+#include "internal.h"
+
+static VkMemoryRequirements requirements(const struct null_driver_config *config,
+                                         const VkImageCreateInfo *info) {
+    const VkExtent3D *extent = &info->extent;
+    /* 16 bytes a texel and twice the first level are enough for any format with all its levels. */
+    const VkDeviceSize texels =
+        (VkDeviceSize)extent->width * extent->height * extent->depth * info->arrayLayers;
+    const bool protected = info->flags & VK_IMAGE_CREATE_PROTECTED_BIT;
+    const bool transient = info->usage & VK_IMAGE_USAGE_TRANSIENT_ATTACHMENT_BIT;
+    const VkMemoryPropertyFlags required = protected ? VK_MEMORY_PROPERTY_PROTECTED_BIT : 0;
+    const VkMemoryPropertyFlags refused = (protected ? 0 : VK_MEMORY_PROPERTY_PROTECTED_BIT) |
+                                          (transient ? 0 : VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT);
+    return (VkMemoryRequirements){
+        .size = align_up(texels * 32 * (info->samples != 0 ? info->samples : 1), 65536),
+        .alignment = 65536,
+        .memoryTypeBits = requirements_types(config, required, refused),
+    };
+}
+
+VkResult null_CreateImage(VkDevice device, const VkImageCreateInfo *pCreateInfo,
+                          const VkAllocationCallbacks *pAllocator, VkImage *pImage) {
+    ENTER_OR_FAIL(CreateImage);
+    (void)pAllocator;
+    struct object *image = object_create(OBJECT(device), TYPE_IMAGE, NULL);
+    if (image == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    image->image = requirements(CONFIG(device), pCreateInfo);
+    *pImage = HANDLE(VkImage, image->handle);
+    return VK_SUCCESS;
+}
+
+void null_DestroyImage(VkDevice device, VkImage image, const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyImage);
+    (void)device;
+    (void)pAllocator;
+    object_destroy(RAW(image), TYPE_IMAGE);
+}
+
+static VkMemoryRequirements requirements_of(VkImage image) {
+    const struct object *object = object_find(RAW(image), TYPE_IMAGE);
+    return object != NULL ? object->image : (VkMemoryRequirements){0};
+}
+
+void null_GetImageMemoryRequirements(VkDevice device, VkImage image,
+                                     VkMemoryRequirements *pMemoryRequirements) {
+    ENTER(GetImageMemoryRequirements);
+    (void)device;
+    *pMemoryRequirements = requirements_of(image);
+}
+
+void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequirementsInfo2 *pInfo,
+                                      VkMemoryRequirements2 *pMemoryRequirements) {
+    ENTER(GetImageMemoryRequirements2);
+    (void)device;
+    pMemoryRequirements->memoryRequirements = requirements_of(pInfo->image);
+    requirements_fill_chain(pMemoryRequirements->pNext);
+}
+
+void null_GetDeviceImageMemoryRequirements(VkDevice device,
+                                           const VkDeviceImageMemoryRequirements *pInfo,
+                                           VkMemoryRequirements2 *pMemoryRequirements) {
+    ENTER(GetDeviceImageMemoryRequirements);
+    pMemoryRequirements->memoryRequirements = requirements(CONFIG(device), pInfo->pCreateInfo);
+    requirements_fill_chain(pMemoryRequirements->pNext);
+}
+
+void null_GetImageSparseMemoryRequirements(VkDevice device, VkImage image,
+                                           uint32_t *pSparseMemoryRequirementCount,
+                                           VkSparseImageMemoryRequirements *pRequirements) {
+    ENTER(GetImageSparseMemoryRequirements);
+    (void)device;
+    (void)image;
+    (void)pRequirements;
+    *pSparseMemoryRequirementCount = 0;
+}
+
+void null_GetImageSparseMemoryRequirements2(VkDevice device,
+                                            const VkImageSparseMemoryRequirementsInfo2 *pInfo,
+                                            uint32_t *pSparseMemoryRequirementCount,
+                                            VkSparseImageMemoryRequirements2 *pRequirements) {
+    ENTER(GetImageSparseMemoryRequirements2);
+    (void)device;
+    (void)pInfo;
+    (void)pRequirements;
+    *pSparseMemoryRequirementCount = 0;
+}
+
+void null_GetDeviceImageSparseMemoryRequirements(VkDevice device,
+                                                 const VkDeviceImageMemoryRequirements *pInfo,
+                                                 uint32_t *pSparseMemoryRequirementCount,
+                                                 VkSparseImageMemoryRequirements2 *pRequirements) {
+    ENTER(GetDeviceImageSparseMemoryRequirements);
+    (void)device;
+    (void)pInfo;
+    (void)pRequirements;
+    *pSparseMemoryRequirementCount = 0;
+}
+
+VkResult null_BindImageMemory(VkDevice device, VkImage image, VkDeviceMemory memory,
+                              VkDeviceSize memoryOffset) {
+    ENTER_OR_FAIL(BindImageMemory);
+    (void)device;
+    (void)image;
+    (void)memory;
+    (void)memoryOffset;
+    return VK_SUCCESS;
+}
+
+VkResult null_BindImageMemory2(VkDevice device, uint32_t bindInfoCount,
+                               const VkBindImageMemoryInfo *pBindInfos) {
+    ENTER_OR_FAIL(BindImageMemory2);
+    (void)device;
+    (void)bindInfoCount;
+    (void)pBindInfos;
+    return VK_SUCCESS;
+}
+
+void null_GetImageSubresourceLayout(VkDevice device, VkImage image,
+                                    const VkImageSubresource *pSubresource,
+                                    VkSubresourceLayout *pLayout) {
+    ENTER(GetImageSubresourceLayout);
+    (void)device;
+    (void)pSubresource;
+    *pLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
+}
+
+void null_GetImageSubresourceLayout2(VkDevice device, VkImage image,
+                                     const VkImageSubresource2 *pSubresource,
+                                     VkSubresourceLayout2 *pLayout) {
+    ENTER(GetImageSubresourceLayout2);
+    (void)device;
+    (void)pSubresource;
+    pLayout->subresourceLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
+}
+
+void null_GetDeviceImageSubresourceLayout(VkDevice device,
+                                          const VkDeviceImageSubresourceInfo *pInfo,
+                                          VkSubresourceLayout2 *pLayout) {
+    ENTER(GetDeviceImageSubresourceLayout);
+    const VkMemoryRequirements memory = requirements(CONFIG(device), pInfo->pCreateInfo);
+    pLayout->subresourceLayout = (VkSubresourceLayout){.size = memory.size};
+}

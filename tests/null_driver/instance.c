@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the loader asks first: negotiation, instances, physical devices and their groups. */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const VkExtensionProperties instance_extensions[] = {
+    {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, 2},
+    {VK_KHR_DEVICE_GROUP_CREATION_EXTENSION_NAME, 1},
+    {VK_KHR_EXTERNAL_FENCE_CAPABILITIES_EXTENSION_NAME, 1},
+    {VK_KHR_EXTERNAL_MEMORY_CAPABILITIES_EXTENSION_NAME, 1},
+    {VK_KHR_EXTERNAL_SEMAPHORE_CAPABILITIES_EXTENSION_NAME, 1},
+    {VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME, 2},
+};
+
+NULL_DRIVER_EXPORT __typeof__(*(
+    PFN_vk_icdNegotiateLoaderICDInterfaceVersion)NULL) vk_icdNegotiateLoaderICDInterfaceVersion;
+NULL_DRIVER_EXPORT __typeof__(*(PFN_vk_icdGetInstanceProcAddr)NULL) vk_icdGetInstanceProcAddr;
+NULL_DRIVER_EXPORT
+__typeof__(*(PFN_vk_icdGetPhysicalDeviceProcAddr)NULL) vk_icdGetPhysicalDeviceProcAddr;
+
+VkResult vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *pVersion) {
+    if (*pVersion > 5)
+        *pVersion = 5;
+    return VK_SUCCESS;
+}
+
+PFN_vkVoidFunction vk_icdGetInstanceProcAddr(VkInstance instance, const char *pName) {
+    return null_GetInstanceProcAddr(instance, pName);
+}
+
+PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const char *pName) {
+    (void)instance;
+    return entry_find_physical(pName);
+}
+
+PFN_vkVoidFunction null_GetInstanceProcAddr(VkInstance instance, const char *pName) {
+    (void)instance;
+    return entry_find(pName);
+}
+
+VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size) {
+    if (to == NULL) {
+        *count = available;
+        return VK_SUCCESS;
+    }
+    const bool all = *count >= available;
+    if (all)
+        *count = available;
+    memcpy(to, from, *count * size);
+    return all ? VK_SUCCESS : VK_INCOMPLETE;
+}
+
+VkResult null_EnumerateInstanceVersion(uint32_t *pApiVersion) {
+    ENTER_OR_FAIL(EnumerateInstanceVersion);
+    *pApiVersion = config_current().api_version;
+    return VK_SUCCESS;
+}
+
+VkResult null_EnumerateInstanceExtensionProperties(const char *pLayerName, uint32_t *pPropertyCount,
+                                                   VkExtensionProperties *pProperties) {
+    ENTER_OR_FAIL(EnumerateInstanceExtensionProperties);
+    (void)pLayerName;
+    return enumerate(pPropertyCount, pProperties, instance_extensions,
+                     COUNT_OF(instance_extensions), sizeof(instance_extensions[0]));
+}
+
+VkResult null_EnumerateInstanceLayerProperties(uint32_t *pPropertyCount,
+                                               VkLayerProperties *pProperties) {
+    ENTER_OR_FAIL(EnumerateInstanceLayerProperties);
+    (void)pProperties;
+    *pPropertyCount = 0;
+    return VK_SUCCESS;
+}
+
+static bool extension_is_known(const char *name) {
+    for (size_t i = 0; i < COUNT_OF(instance_extensions); i++) {
+        if (strcmp(instance_extensions[i].extensionName, name) == 0)
+            return true;
+    }
+    return false;
+}
+
+static void release_instance(struct object *instance) {
+    free(instance->instance_config);
+}
+
+VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
+                             const VkAllocationCallbacks *pAllocator, VkInstance *pInstance) {
+    ENTER_OR_FAIL(CreateInstance);
+    (void)pAllocator;
+    for (uint32_t i = 0; i < pCreateInfo->enabledExtensionCount; i++) {
+        if (!extension_is_known(pCreateInfo->ppEnabledExtensionNames[i]))
+            return VK_ERROR_EXTENSION_NOT_PRESENT;
+    }
+    struct null_driver_config *config = malloc(sizeof(*config));
+    struct object *instance = object_create(NULL, TYPE_INSTANCE, release_instance);
+    if (config == NULL || instance == NULL) {
+        free(config);
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    *config = config_current();
+    instance->instance_config = config;
+    instance->config = config;
+    for (uint32_t i = 0; i < config->physical_device_count; i++) {
+        struct object *physical = object_create(instance, TYPE_PHYSICAL_DEVICE, NULL);
+        if (physical == NULL) {
+            object_destroy_dispatchable(instance, TYPE_INSTANCE);
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
+        }
+        physical->physical_device.index = i;
+    }
+    *pInstance = (VkInstance)instance;
+    return VK_SUCCESS;
+}
+
+void null_DestroyInstance(VkInstance instance, const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyInstance);
+    (void)pAllocator;
+    object_destroy_dispatchable(instance, TYPE_INSTANCE);
+}
+
+static uint32_t physical_devices(VkInstance instance,
+                                 VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES]) {
+    const uint32_t count = CONFIG(instance)->physical_device_count;
+    for (uint32_t i = 0; i < count; i++) {
+        devices[i] = (VkPhysicalDevice)object_child(OBJECT(instance), TYPE_PHYSICAL_DEVICE, i);
+    }
+    return count;
+}
+
+VkResult null_EnumeratePhysicalDevices(VkInstance instance, uint32_t *pPhysicalDeviceCount,
+                                       VkPhysicalDevice *pPhysicalDevices) {
+    ENTER_OR_FAIL(EnumeratePhysicalDevices);
+    VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
+    const uint32_t count = physical_devices(instance, devices);
+    return enumerate(pPhysicalDeviceCount, pPhysicalDevices, devices, count, sizeof(devices[0]));
+}
+
+VkResult null_EnumeratePhysicalDeviceGroups(VkInstance instance, uint32_t *pGroupCount,
+                                            VkPhysicalDeviceGroupProperties *pGroups) {
+    ENTER_OR_FAIL(EnumeratePhysicalDeviceGroups);
+    VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
+    const uint32_t device_count = physical_devices(instance, devices);
+    const uint32_t group_size =
+        CONFIG(instance)->one_device_group && device_count > 0 ? device_count : 1;
+    const uint32_t group_count = device_count / group_size;
+    if (pGroups == NULL) {
+        *pGroupCount = group_count;
+        return VK_SUCCESS;
+    }
+    const bool all = *pGroupCount >= group_count;
+    if (all)
+        *pGroupCount = group_count;
+    for (uint32_t i = 0; i < *pGroupCount; i++) {
+        pGroups[i].physicalDeviceCount = group_size;
+        memcpy(pGroups[i].physicalDevices, &devices[i * group_size],
+               group_size * sizeof(devices[0]));
+        pGroups[i].subsetAllocation = VK_TRUE;
+    }
+    return all ? VK_SUCCESS : VK_INCOMPLETE;
+}
+
+/* The loader calls its own messengers; drivers keep theirs for messages of their own. */
+VkResult null_CreateDebugUtilsMessengerEXT(VkInstance instance,
+                                           const VkDebugUtilsMessengerCreateInfoEXT *pCreateInfo,
+                                           const VkAllocationCallbacks *pAllocator,
+                                           VkDebugUtilsMessengerEXT *pMessenger) {
+    ENTER_OR_FAIL(CreateDebugUtilsMessengerEXT);
+    (void)pCreateInfo;
+    (void)pAllocator;
+    struct object *messenger = object_create(OBJECT(instance), TYPE_SIMPLE, NULL);
+    if (messenger == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    *pMessenger = HANDLE(VkDebugUtilsMessengerEXT, messenger->handle);
+    return VK_SUCCESS;
+}
+
+void null_DestroyDebugUtilsMessengerEXT(VkInstance instance, VkDebugUtilsMessengerEXT messenger,
+                                        const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyDebugUtilsMessengerEXT);
+    (void)instance;
+    (void)pAllocator;
+    object_destroy(RAW(messenger), TYPE_SIMPLE);
+}
+
+void null_SubmitDebugUtilsMessageEXT(VkInstance instance,
+                                     VkDebugUtilsMessageSeverityFlagBitsEXT messageSeverity,
+                                     VkDebugUtilsMessageTypeFlagsEXT messageTypes,
+                                     const VkDebugUtilsMessengerCallbackDataEXT *pCallbackData) {
+    ENTER(SubmitDebugUtilsMessageEXT);
+    (void)instance;
+    (void)messageSeverity;
+    (void)messageTypes;
+    (void)pCallbackData;
+}

@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the driver's files share: objects, entry points, guards and the current configuration. */
+#ifndef NULL_DRIVER_INTERNAL_H
+#define NULL_DRIVER_INTERNAL_H
+
+#include "null_driver.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <vulkan/vk_icd.h>
+
+#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
+#define RAW(handle) ((uint64_t)(uintptr_t)(handle))
+#define HANDLE(type, value) ((type)(uintptr_t)(value))
+
+/* ---- guards: what a command, structure or extension needs to be there */
+
+enum guard {
+    V1_0,
+    V1_1,
+    V1_2,
+    V1_3,
+    V1_4,
+    NEVER,
+    FIRST_EXTENSION,
+    BEFORE_EXTENSIONS = FIRST_EXTENSION - 1,
+#define EXTENSION(name, promoted) name,
+#include "extensions.h"
+#undef EXTENSION
+    GUARD_COUNT,
+    EXTENSION_COUNT = GUARD_COUNT - FIRST_EXTENSION,
+};
+
+/* "VK_KHR_..." of an extension's guard. */
+const char *guard_extension_name(enum guard guard);
+/* The extension is not hidden, or the version is at most that of the configuration. */
+bool guard_is_offered(const struct null_driver_config *config, enum guard guard);
+/* The same, or it has become part of the configuration's version. */
+bool guard_is_known(const struct null_driver_config *config, enum guard guard);
+
+/* ---- configuration */
+
+/* A copy of the current one. */
+struct null_driver_config config_current(void);
+
+bool feature_is_on(const struct null_driver_config *config, VkStructureType sType, uint32_t offset);
+void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeatures2 *features);
+/* Whether all features asked for are on; pEnabledFeatures may be NULL. */
+bool features_are_on(const struct null_driver_config *config, const void *pNext,
+                     const VkPhysicalDeviceFeatures *pEnabledFeatures);
+void properties_fill(const struct null_driver_config *config, uint32_t index,
+                     VkPhysicalDeviceProperties2 *properties);
+
+/* ---- objects */
+
+enum object_type {
+    TYPE_NONE,
+    TYPE_INSTANCE,
+    TYPE_PHYSICAL_DEVICE,
+    TYPE_DEVICE,
+    TYPE_QUEUE,
+    TYPE_COMMAND_BUFFER,
+    TYPE_LAST_DISPATCHABLE = TYPE_COMMAND_BUFFER,
+    TYPE_COMMAND_POOL,
+    TYPE_MEMORY,
+    TYPE_BUFFER,
+    TYPE_IMAGE,
+    TYPE_ACCELERATION_STRUCTURE,
+    TYPE_ACCELERATION_STRUCTURE_NV,
+    TYPE_MICROMAP,
+    TYPE_DEFERRED_OPERATION,
+    TYPE_DESCRIPTOR_POOL,
+    TYPE_DESCRIPTOR_SET,
+    TYPE_FENCE,
+    TYPE_SEMAPHORE,
+    TYPE_EVENT,
+    TYPE_QUERY_POOL,
+    TYPE_PRIVATE_DATA_SLOT,
+    TYPE_SIMPLE,
+    TYPE_COUNT,
+};
+
+struct private_value {
+    VkObjectType type;
+    uint64_t handle;
+    uint64_t value;
+};
+
+/* Any Vulkan object. Lives in memory that is never unmapped, so that a freed handle can still be
+ * looked at, by the loader too. The tree and the type change under the lock of object.c alone; the
+ * union belongs to whoever may use the object by the rules of Vulkan. */
+struct object {
+    VK_LOADER_DATA loader; /* first: the loader's dispatch pointer of dispatchable objects */
+    _Atomic uint64_t handle;
+    enum object_type type;
+    uint32_t index;
+    uint32_t generation;
+    const struct null_driver_config *config; /* of the instance, while it lives */
+    struct object *parent, *children, *next, *previous;
+    void (*release)(struct object *object);
+    union {
+        struct null_driver_config *instance_config;
+        struct {
+            uint32_t index;
+        } physical_device;
+        struct {
+            bool enabled[GUARD_COUNT];
+        } device;
+        struct {
+            uint32_t family, index;
+            VkDeviceQueueCreateFlags flags;
+        } queue;
+        struct {
+            VkDeviceSize size;
+            VkDeviceAddress address;
+            void *host;    /* mapped so far, or imported */
+            bool imported; /* host is the application's */
+            bool host_visible;
+        } memory;
+        struct {
+            VkDeviceSize size;
+            VkBufferCreateFlags flags;
+            VkDeviceAddress address;
+        } buffer;
+        VkMemoryRequirements image;
+        struct {
+            uint64_t buffer;
+            VkDeviceSize offset;
+            VkDeviceAddress fallback; /* where there is no buffer, or it has no address */
+        } as;
+        struct {
+            VkDeviceSize primitives;
+            VkDeviceSize compacted;
+            VkDeviceAddress address;
+        } as_nv;
+        struct {
+            uint32_t joins_left;
+        } deferred;
+        bool fence_signaled;
+        uint64_t semaphore_value;
+        atomic_bool event_set;
+        VkQueryType query_type;
+        struct {
+            struct private_value *values;
+            size_t count;
+        } private_data;
+    };
+};
+
+/* Returns NULL when out of memory. release, if any, is called when the object goes, with the lock
+ * of object.c held. */
+struct object *object_create(struct object *parent, enum object_type type,
+                             void (*release)(struct object *));
+/* The object behind a live non-dispatchable handle of that type, else NULL. */
+struct object *object_find(uint64_t handle, enum object_type type);
+/* Destroys it and what was made from it; ignores handles that are not live. */
+void object_destroy(uint64_t handle, enum object_type type);
+void object_destroy_dispatchable(void *handle, enum object_type type);
+void object_destroy_children(struct object *parent, enum object_type type);
+/* The child of that number, counted from 0, in order of creation; else NULL. */
+struct object *object_child(struct object *parent, enum object_type type, uint32_t number);
+
+#define OBJECT(dispatchable) ((struct object *)(dispatchable))
+#define CONFIG(dispatchable) (OBJECT(dispatchable)->config)
+
+/* ---- addresses: 64 KiB aligned, never 0, with a gap behind each range */
+
+/* One that was released, where the configuration says so; with NULL never. */
+VkDeviceAddress address_allocate(const struct null_driver_config *config, VkDeviceSize size);
+void address_release(const struct null_driver_config *config, VkDeviceAddress address,
+                     VkDeviceSize size);
+
+/* ---- shared by several entry points */
+
+static inline VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment) {
+    return (value + alignment - 1) / alignment * alignment;
+}
+
+static inline VkDeviceSize size_for(const struct null_driver_size *size, uint64_t primitives) {
+    return size->base + size->per_primitive * primitives;
+}
+
+/* A structure of an application's pNext chain, or NULL. */
+static inline const void *chain_find(const void *pNext, VkStructureType sType) {
+    const VkBaseInStructure *in = pNext;
+    while (in != NULL && in->sType != sType)
+        in = in->pNext;
+    return in;
+}
+
+/* The two calls of every enumeration: copies the members named by from, of which there are
+ * available, of size bytes each, to where count says there is room. */
+VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size);
+
+/* What a property query of a built acceleration structure or micromap answers. */
+uint64_t query_value(const struct null_driver_config *config, VkQueryType type);
+void query_write(const struct null_driver_config *config, uint32_t count, VkQueryType type,
+                 size_t size, void *data, size_t stride);
+
+/* Completes a host command at once, or leaves that to the deferred operation's joins. */
+VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation);
+
+uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
+                            VkMemoryPropertyFlags refused);
+/* Of a VkMemoryRequirements2. */
+void requirements_fill_chain(void *pNext);
+
+void sync_signal_fence(VkFence fence);
+void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value);
+void sync_wake(void);
+bool device_is_lost(void);
+
+/* ---- entry points: null_NAME implements vkNAME */
+
+#define ENTRY(level, name, guard) __typeof__(*(PFN_vk##name)NULL) null_##name;
+#define ALIAS(level, name, target, guard)
+#include "entry_points.h"
+#undef ENTRY
+#undef ALIAS
+
+enum entry {
+#define ENTRY(level, name, guard) ENTRY_##name,
+#define ALIAS(level, name, target, guard)
+#define NO_OP(name, guard) ENTRY_##name,
+#include "entry_points.h"
+#include "no_ops.h"
+#undef ENTRY
+#undef ALIAS
+#undef NO_OP
+    ENTRY_COUNT,
+};
+
+/* Counts a call; the failure that was asked for, else VK_SUCCESS. */
+VkResult entry_count(enum entry entry);
+PFN_vkVoidFunction entry_find(const char *name);
+PFN_vkVoidFunction entry_find_physical(const char *name);
+PFN_vkVoidFunction entry_find_device(const struct object *device, const char *name);
+
+#define ENTER(name) ((void)entry_count(ENTRY_##name))
+#define ENTER_OR_FAIL(name)                                                                        \
+    do {                                                                                           \
+        const VkResult failure_ = entry_count(ENTRY_##name);                                       \
+        if (failure_ != VK_SUCCESS)                                                                \
+            return failure_;                                                                       \
+    } while (0)
+
+#endif

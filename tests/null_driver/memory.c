@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Device memory: an address each, and real memory once a host-visible one is mapped. */
+#define _GNU_SOURCE
+#include "internal.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+static void release_memory(struct object *memory) {
+    if (memory->memory.host != NULL && !memory->memory.imported)
+        munmap(memory->memory.host, memory->memory.size);
+    address_release(memory->config, memory->memory.address, memory->memory.size);
+}
+
+static VkResult check(const struct null_driver_config *config, const VkMemoryAllocateInfo *info) {
+    const VkPhysicalDeviceMemoryProperties *memory = &config->memory;
+    if (info->memoryTypeIndex >= memory->memoryTypeCount || info->allocationSize == 0)
+        return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    const uint32_t heap = memory->memoryTypes[info->memoryTypeIndex].heapIndex;
+    if (info->allocationSize > memory->memoryHeaps[heap].size)
+        return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    return VK_SUCCESS;
+}
+
+static void import(struct object *memory, const VkMemoryAllocateInfo *info) {
+    const VkImportMemoryHostPointerInfoEXT *host =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_IMPORT_MEMORY_HOST_POINTER_INFO_EXT);
+    if (host != NULL && host->pHostPointer != NULL) {
+        memory->memory.host = host->pHostPointer;
+        memory->memory.imported = true;
+    }
+    /* A successful import owns the descriptor. What it stands for has no contents to share. */
+    const VkImportMemoryFdInfoKHR *fd =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_IMPORT_MEMORY_FD_INFO_KHR);
+    if (fd != NULL && fd->handleType != 0 && fd->fd >= 0)
+        close(fd->fd);
+}
+
+static VkDeviceAddress replayed_address(const VkMemoryAllocateInfo *info) {
+    const VkMemoryOpaqueCaptureAddressAllocateInfo *replay =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_MEMORY_OPAQUE_CAPTURE_ADDRESS_ALLOCATE_INFO);
+    return replay != NULL ? replay->opaqueCaptureAddress : 0;
+}
+
+VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAllocateInfo,
+                             const VkAllocationCallbacks *pAllocator, VkDeviceMemory *pMemory) {
+    ENTER_OR_FAIL(AllocateMemory);
+    (void)pAllocator;
+    const struct null_driver_config *config = CONFIG(device);
+    const VkResult result = check(config, pAllocateInfo);
+    if (result != VK_SUCCESS)
+        return result;
+    struct object *memory = object_create(OBJECT(device), TYPE_MEMORY, release_memory);
+    if (memory == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    const VkMemoryType *type = &config->memory.memoryTypes[pAllocateInfo->memoryTypeIndex];
+    memory->memory.size = pAllocateInfo->allocationSize;
+    memory->memory.host_visible = type->propertyFlags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
+    memory->memory.address = replayed_address(pAllocateInfo);
+    if (memory->memory.address == 0)
+        memory->memory.address = address_allocate(config, memory->memory.size);
+    import(memory, pAllocateInfo);
+    *pMemory = HANDLE(VkDeviceMemory, memory->handle);
+    return VK_SUCCESS;
+}
+
+void null_FreeMemory(VkDevice device, VkDeviceMemory memory,
+                     const VkAllocationCallbacks *pAllocator) {
+    ENTER(FreeMemory);
+    (void)device;
+    (void)pAllocator;
+    object_destroy(RAW(memory), TYPE_MEMORY);
+}
+
+static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData) {
+    struct object *memory = object_find(RAW(handle), TYPE_MEMORY);
+    if (memory == NULL || !memory->memory.host_visible || offset >= memory->memory.size)
+        return VK_ERROR_MEMORY_MAP_FAILED;
+    if (memory->memory.host == NULL) {
+        void *host = mmap(NULL, memory->memory.size, PROT_READ | PROT_WRITE,
+                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        if (host == MAP_FAILED)
+            return VK_ERROR_MEMORY_MAP_FAILED;
+        memory->memory.host = host;
+    }
+    *ppData = (char *)memory->memory.host + offset;
+    return VK_SUCCESS;
+}
+
+VkResult null_MapMemory(VkDevice device, VkDeviceMemory memory, VkDeviceSize offset,
+                        VkDeviceSize size, VkMemoryMapFlags flags, void **ppData) {
+    ENTER_OR_FAIL(MapMemory);
+    (void)device;
+    (void)size;
+    (void)flags;
+    return map(memory, offset, ppData);
+}
+
+VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData) {
+    ENTER_OR_FAIL(MapMemory2);
+    (void)device;
+    return map(pMemoryMapInfo->memory, pMemoryMapInfo->offset, ppData);
+}
+
+/* What was written stays until the memory is freed. */
+void null_UnmapMemory(VkDevice device, VkDeviceMemory memory) {
+    ENTER(UnmapMemory);
+    (void)device;
+    (void)memory;
+}
+
+VkResult null_UnmapMemory2(VkDevice device, const VkMemoryUnmapInfo *pMemoryUnmapInfo) {
+    ENTER_OR_FAIL(UnmapMemory2);
+    (void)device;
+    (void)pMemoryUnmapInfo;
+    return VK_SUCCESS;
+}
+
+void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
+                                    VkDeviceSize *pCommittedMemoryInBytes) {
+    ENTER(GetDeviceMemoryCommitment);
+    (void)device;
+    const struct object *object = object_find(RAW(memory), TYPE_MEMORY);
+    *pCommittedMemoryInBytes = object != NULL ? object->memory.size : 0;
+}
+
+uint64_t
+null_GetDeviceMemoryOpaqueCaptureAddress(VkDevice device,
+                                         const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo) {
+    ENTER(GetDeviceMemoryOpaqueCaptureAddress);
+    (void)device;
+    const struct object *memory = object_find(RAW(pInfo->memory), TYPE_MEMORY);
+    return memory != NULL ? memory->memory.address : 0;
+}
+
+VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd) {
+    ENTER_OR_FAIL(GetMemoryFdKHR);
+    (void)device;
+    if (object_find(RAW(pGetFdInfo->memory), TYPE_MEMORY) == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    *pFd = memfd_create("null driver", MFD_CLOEXEC);
+    return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;
+}
+
+VkResult null_GetMemoryFdPropertiesKHR(VkDevice device,
+                                       VkExternalMemoryHandleTypeFlagBits handleType, int fd,
+                                       VkMemoryFdPropertiesKHR *pMemoryFdProperties) {
+    ENTER_OR_FAIL(GetMemoryFdPropertiesKHR);
+    (void)handleType;
+    (void)fd;
+    pMemoryFdProperties->memoryTypeBits =
+        requirements_types(CONFIG(device), 0, VK_MEMORY_PROPERTY_PROTECTED_BIT);
+    return VK_SUCCESS;
+}
+
+VkResult null_GetMemoryHostPointerPropertiesEXT(
+    VkDevice device, VkExternalMemoryHandleTypeFlagBits handleType, const void *pHostPointer,
+    VkMemoryHostPointerPropertiesEXT *pMemoryHostPointerProperties) {
+    ENTER_OR_FAIL(GetMemoryHostPointerPropertiesEXT);
+    (void)handleType;
+    (void)pHostPointer;
+    pMemoryHostPointerProperties->memoryTypeBits =
+        requirements_types(CONFIG(device), VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0);
+    return VK_SUCCESS;
+}

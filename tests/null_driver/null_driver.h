@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The null driver as tests see it: how to configure it, make it fail, and count what reached it.
+ *
+ * A test names the driver's manifest in VK_DRIVER_FILES, loads the same libVkICD_null.so with
+ * null_driver_load (which keeps it and its state in memory while the loader comes and goes), and
+ * configures it before vkCreateInstance. An instance and all that is made from it keep the
+ * configuration that was current when the instance was created.
+ */
+#ifndef NULL_DRIVER_H
+#define NULL_DRIVER_H
+
+#include <dlfcn.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <vulkan/vulkan.h>
+
+#define NULL_DRIVER_EXPORT __attribute__((visibility("default")))
+
+enum {
+    NULL_DRIVER_MAX_PHYSICAL_DEVICES = 4,
+    NULL_DRIVER_MAX_EXTENSIONS = 32,
+    NULL_DRIVER_MAX_FEATURES = 64,
+    NULL_DRIVER_MAX_QUEUE_FAMILIES = 8,
+    NULL_DRIVER_MAX_FORMATS = 64,
+};
+
+/* One feature set to something else than on: the VkBool32 at an offset of a feature structure.
+ * Core features are members of VkPhysicalDeviceFeatures2. A feature that is a member of several
+ * structures (VkPhysicalDeviceVulkan12Features and its own) is the same in all, by any name. */
+struct null_driver_feature {
+    VkStructureType sType;
+    uint32_t offset;
+    VkBool32 value;
+};
+
+/* A size is base + per_primitive * primitives, summed over the geometries. */
+struct null_driver_size {
+    VkDeviceSize base;
+    VkDeviceSize per_primitive;
+};
+
+/* For KHR and NV acceleration structures. What properties of a built one are asked for
+ * (compacted size, serialization size ...) is answered with the constants below. */
+struct null_driver_sizes {
+    struct null_driver_size structure;
+    struct null_driver_size build_scratch;
+    struct null_driver_size update_scratch;
+    VkDeviceSize micromap;
+    VkDeviceSize micromap_scratch;
+    VkDeviceSize compacted;
+    VkDeviceSize serialized;
+};
+
+/* Buffer features of a format; they come with VK_FORMAT_FEATURE_VERTEX_BUFFER_BIT. */
+struct null_driver_format {
+    VkFormat format;
+    VkFormatFeatureFlags2 buffer_features;
+};
+
+struct null_driver_config {
+    uint32_t api_version; /* of the driver and its devices; default 1.3 */
+
+    uint32_t physical_device_count; /* default 2, all alike */
+    bool one_device_group;          /* else each is a group of its own; default true */
+
+    /* The driver offers all extensions of extensions.h; hidden ones are taken away (with their
+     * features, properties and commands), extra ones are added by name alone. Strings are not
+     * copied. */
+    const char *hidden_extensions[NULL_DRIVER_MAX_EXTENSIONS];
+    uint32_t hidden_extension_count;
+    const char *extra_extensions[NULL_DRIVER_MAX_EXTENSIONS];
+    uint32_t extra_extension_count;
+
+    /* All features of known structures are on, save for these. */
+    struct null_driver_feature features[NULL_DRIVER_MAX_FEATURES];
+    uint32_t feature_count;
+
+    /* Limits. sType and pNext are ignored, and so is properties.apiVersion. */
+    VkPhysicalDeviceProperties properties;
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR as_properties;
+    VkPhysicalDeviceRayTracingPropertiesNV nv_properties;
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipeline_properties;
+    VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_properties;
+    VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_properties_khr;
+#ifdef VK_NV_displacement_micromap
+    VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement_properties;
+#endif
+
+    /* Default types: 0 device local (multi-instance heap), 1 host visible and coherent, 2 the same
+     * and cached, 3 device local and host visible, 4 protected, 5 lazily allocated. */
+    VkPhysicalDeviceMemoryProperties memory;
+
+    /* Default families: 0 graphics, compute, transfer, sparse binding, 2 queues; 1 compute and
+     * transfer, 2 queues; 2 transfer only; 3 graphics, compute, transfer, protected; 4 transfer and
+     * video decode. */
+    VkQueueFamilyProperties queue_families[NULL_DRIVER_MAX_QUEUE_FAMILIES];
+    uint32_t queue_family_count;
+
+    /* Default: the formats that the specification makes mandatory as vertices of an acceleration
+     * structure, and two that radii of spheres may have. All others have no buffer features. */
+    struct null_driver_format formats[NULL_DRIVER_MAX_FORMATS];
+    uint32_t format_count;
+
+    struct null_driver_sizes sizes;
+    VkDeviceSize buffer_alignment; /* VkMemoryRequirements of buffers; default 256 */
+
+    /* Host commands with a deferred operation return VK_OPERATION_DEFERRED_KHR and complete at this
+     * join (earlier ones return VK_THREAD_IDLE_KHR); 0: they return
+     * VK_OPERATION_NOT_DEFERRED_KHR and have completed. Default 1. */
+    uint32_t deferred_joins;
+
+    /* A destroyed object's handle, or a freed memory's addresses, are given to the next one that
+     * fits; else none is ever given out twice. Default false. */
+    bool recycle_handles;
+    bool recycle_addresses;
+};
+
+static inline void null_driver_set_feature(struct null_driver_config *config, VkStructureType sType,
+                                           size_t offset, VkBool32 value) {
+    if (config->feature_count < NULL_DRIVER_MAX_FEATURES) {
+        config->features[config->feature_count++] =
+            (struct null_driver_feature){sType, (uint32_t)offset, value};
+    }
+}
+
+static inline void null_driver_hide_extension(struct null_driver_config *config, const char *name) {
+    if (config->hidden_extension_count < NULL_DRIVER_MAX_EXTENSIONS) {
+        config->hidden_extensions[config->hidden_extension_count++] = name;
+    }
+}
+
+/* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a
+ * command (KHR, EXT) count and fail as one with it. */
+struct null_driver_api {
+    struct null_driver_config (*default_config)(void);
+    /* NULL: the default. */
+    void (*configure)(const struct null_driver_config *config);
+    /* The next call of a command that returns VkResult returns this one and does nothing. */
+    void (*fail_next)(const char *name, VkResult result);
+    /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */
+    void (*set_device_lost)(bool lost);
+    /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a
+     * name that it does not have. */
+    uint64_t (*calls)(const char *name);
+    /* Sets all counts to 0, and forgets pending failures and the lost device. */
+    void (*reset)(void);
+};
+
+NULL_DRIVER_EXPORT struct null_driver_config null_driver_default_config(void);
+NULL_DRIVER_EXPORT void null_driver_configure(const struct null_driver_config *config);
+NULL_DRIVER_EXPORT void null_driver_fail_next(const char *name, VkResult result);
+NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
+NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
+NULL_DRIVER_EXPORT void null_driver_reset(void);
+
+/* Returns what dlopen returned; NULL, with dlerror set, where something is missing. */
+static inline void *null_driver_load(const char *path, struct null_driver_api *api) {
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    const struct {
+        const char *name;
+        void **function;
+    } functions[] = {
+        {"null_driver_default_config", (void **)&api->default_config},
+        {"null_driver_configure", (void **)&api->configure},
+        {"null_driver_fail_next", (void **)&api->fail_next},
+        {"null_driver_set_device_lost", (void **)&api->set_device_lost},
+        {"null_driver_calls", (void **)&api->calls},
+        {"null_driver_reset", (void **)&api->reset},
+    };
+    for (size_t i = 0; library != NULL && i < sizeof(functions) / sizeof(functions[0]); i++) {
+        *functions[i].function = dlsym(library, functions[i].name);
+        if (*functions[i].function == NULL) {
+            dlclose(library);
+            library = NULL;
+        }
+    }
+    return library;
+}
+
+#endif

@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Queries of a physical device: features, properties, memory, queue families, extensions. */
+#include "internal.h"
+
+#include <string.h>
+
+void null_GetPhysicalDeviceFeatures2(VkPhysicalDevice physicalDevice,
+                                     VkPhysicalDeviceFeatures2 *pFeatures) {
+    ENTER(GetPhysicalDeviceFeatures2);
+    features_fill(CONFIG(physicalDevice), pFeatures);
+}
+
+void null_GetPhysicalDeviceFeatures(VkPhysicalDevice physicalDevice,
+                                    VkPhysicalDeviceFeatures *pFeatures) {
+    ENTER(GetPhysicalDeviceFeatures);
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
+    features_fill(CONFIG(physicalDevice), &features);
+    *pFeatures = features.features;
+}
+
+void null_GetPhysicalDeviceProperties2(VkPhysicalDevice physicalDevice,
+                                       VkPhysicalDeviceProperties2 *pProperties) {
+    ENTER(GetPhysicalDeviceProperties2);
+    properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
+                    pProperties);
+}
+
+void null_GetPhysicalDeviceProperties(VkPhysicalDevice physicalDevice,
+                                      VkPhysicalDeviceProperties *pProperties) {
+    ENTER(GetPhysicalDeviceProperties);
+    VkPhysicalDeviceProperties2 properties = {.sType =
+                                                  VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+    properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
+                    &properties);
+    *pProperties = properties.properties;
+}
+
+void null_GetPhysicalDeviceMemoryProperties(VkPhysicalDevice physicalDevice,
+                                            VkPhysicalDeviceMemoryProperties *pMemoryProperties) {
+    ENTER(GetPhysicalDeviceMemoryProperties);
+    *pMemoryProperties = CONFIG(physicalDevice)->memory;
+}
+
+void null_GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physicalDevice,
+                                             VkPhysicalDeviceMemoryProperties2 *pMemoryProperties) {
+    ENTER(GetPhysicalDeviceMemoryProperties2);
+    pMemoryProperties->memoryProperties = CONFIG(physicalDevice)->memory;
+}
+
+void null_GetPhysicalDeviceQueueFamilyProperties(VkPhysicalDevice physicalDevice,
+                                                 uint32_t *pQueueFamilyPropertyCount,
+                                                 VkQueueFamilyProperties *pQueueFamilyProperties) {
+    ENTER(GetPhysicalDeviceQueueFamilyProperties);
+    const struct null_driver_config *config = CONFIG(physicalDevice);
+    enumerate(pQueueFamilyPropertyCount, pQueueFamilyProperties, config->queue_families,
+              config->queue_family_count, sizeof(config->queue_families[0]));
+}
+
+static void fill_family_chain(const VkQueueFamilyProperties *family, VkBaseOutStructure *out) {
+    for (; out != NULL; out = out->pNext) {
+        if (out->sType == VK_STRUCTURE_TYPE_QUEUE_FAMILY_VIDEO_PROPERTIES_KHR) {
+            ((VkQueueFamilyVideoPropertiesKHR *)out)->videoCodecOperations =
+                family->queueFlags & VK_QUEUE_VIDEO_DECODE_BIT_KHR
+                    ? VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR
+                    : 0;
+        }
+    }
+}
+
+void null_GetPhysicalDeviceQueueFamilyProperties2(
+    VkPhysicalDevice physicalDevice, uint32_t *pQueueFamilyPropertyCount,
+    VkQueueFamilyProperties2 *pQueueFamilyProperties) {
+    ENTER(GetPhysicalDeviceQueueFamilyProperties2);
+    const struct null_driver_config *config = CONFIG(physicalDevice);
+    if (pQueueFamilyProperties == NULL || *pQueueFamilyPropertyCount > config->queue_family_count)
+        *pQueueFamilyPropertyCount = config->queue_family_count;
+    if (pQueueFamilyProperties == NULL)
+        return;
+    for (uint32_t i = 0; i < *pQueueFamilyPropertyCount; i++) {
+        pQueueFamilyProperties[i].queueFamilyProperties = config->queue_families[i];
+        fill_family_chain(&config->queue_families[i], pQueueFamilyProperties[i].pNext);
+    }
+}
+
+static void add_extension(VkExtensionProperties *extensions, uint32_t *count, const char *name) {
+    VkExtensionProperties *extension = &extensions[(*count)++];
+    *extension = (VkExtensionProperties){.specVersion = 1};
+    strncpy(extension->extensionName, name, sizeof(extension->extensionName) - 1);
+}
+
+/* Returns how many there are. */
+static uint32_t
+list_extensions(const struct null_driver_config *config,
+                VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS]) {
+    uint32_t count = 0;
+    for (enum guard guard = FIRST_EXTENSION; guard < GUARD_COUNT; guard++) {
+        if (guard_is_offered(config, guard))
+            add_extension(extensions, &count, guard_extension_name(guard));
+    }
+    for (uint32_t i = 0; i < config->extra_extension_count; i++)
+        add_extension(extensions, &count, config->extra_extensions[i]);
+    return count;
+}
+
+VkResult null_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice,
+                                                 const char *pLayerName, uint32_t *pPropertyCount,
+                                                 VkExtensionProperties *pProperties) {
+    ENTER_OR_FAIL(EnumerateDeviceExtensionProperties);
+    (void)pLayerName;
+    VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS];
+    const uint32_t count = list_extensions(CONFIG(physicalDevice), extensions);
+    return enumerate(pPropertyCount, pProperties, extensions, count, sizeof(extensions[0]));
+}
+
+VkResult null_EnumerateDeviceLayerProperties(VkPhysicalDevice physicalDevice,
+                                             uint32_t *pPropertyCount,
+                                             VkLayerProperties *pProperties) {
+    ENTER_OR_FAIL(EnumerateDeviceLayerProperties);
+    (void)physicalDevice;
+    (void)pProperties;
+    *pPropertyCount = 0;
+    return VK_SUCCESS;
+}
+
+VkResult null_GetPhysicalDeviceToolProperties(VkPhysicalDevice physicalDevice, uint32_t *pToolCount,
+                                              VkPhysicalDeviceToolProperties *pToolProperties) {
+    ENTER_OR_FAIL(GetPhysicalDeviceToolProperties);
+    (void)physicalDevice;
+    (void)pToolProperties;
+    *pToolCount = 0;
+    return VK_SUCCESS;
+}
+
+void null_GetPhysicalDeviceExternalBufferProperties(
+    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalBufferInfo *pExternalBufferInfo,
+    VkExternalBufferProperties *pExternalBufferProperties) {
+    ENTER(GetPhysicalDeviceExternalBufferProperties);
+    (void)physicalDevice;
+    pExternalBufferProperties->externalMemoryProperties = (VkExternalMemoryProperties){
+        VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT | VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT,
+        pExternalBufferInfo->handleType, pExternalBufferInfo->handleType};
+}
+
+void null_GetPhysicalDeviceExternalFenceProperties(
+    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalFenceInfo *pExternalFenceInfo,
+    VkExternalFenceProperties *pExternalFenceProperties) {
+    ENTER(GetPhysicalDeviceExternalFenceProperties);
+    (void)physicalDevice;
+    (void)pExternalFenceInfo;
+    pExternalFenceProperties->exportFromImportedHandleTypes = 0;
+    pExternalFenceProperties->compatibleHandleTypes = 0;
+    pExternalFenceProperties->externalFenceFeatures = 0;
+}
+
+void null_GetPhysicalDeviceExternalSemaphoreProperties(
+    VkPhysicalDevice physicalDevice,
+    const VkPhysicalDeviceExternalSemaphoreInfo *pExternalSemaphoreInfo,
+    VkExternalSemaphoreProperties *pExternalSemaphoreProperties) {
+    ENTER(GetPhysicalDeviceExternalSemaphoreProperties);
+    (void)physicalDevice;
+    (void)pExternalSemaphoreInfo;
+    pExternalSemaphoreProperties->exportFromImportedHandleTypes = 0;
+    pExternalSemaphoreProperties->compatibleHandleTypes = 0;
+    pExternalSemaphoreProperties->externalSemaphoreFeatures = 0;
+}

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Private data: each slot keeps the values that were set, in no order. */
+#include "internal.h"
+
+#include <stdlib.h>
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all slots' values */
+
+static void release_slot(struct object *slot) {
+    free(slot->private_data.values);
+}
+
+VkResult null_CreatePrivateDataSlot(VkDevice device, const VkPrivateDataSlotCreateInfo *pCreateInfo,
+                                    const VkAllocationCallbacks *pAllocator,
+                                    VkPrivateDataSlot *pPrivateDataSlot) {
+    ENTER_OR_FAIL(CreatePrivateDataSlot);
+    (void)pCreateInfo;
+    (void)pAllocator;
+    struct object *slot = object_create(OBJECT(device), TYPE_PRIVATE_DATA_SLOT, release_slot);
+    if (slot == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    *pPrivateDataSlot = HANDLE(VkPrivateDataSlot, slot->handle);
+    return VK_SUCCESS;
+}
+
+void null_DestroyPrivateDataSlot(VkDevice device, VkPrivateDataSlot privateDataSlot,
+                                 const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyPrivateDataSlot);
+    (void)device;
+    (void)pAllocator;
+    object_destroy(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
+}
+
+static struct private_value *find(const struct object *slot, VkObjectType type, uint64_t handle) {
+    for (size_t i = 0; i < slot->private_data.count; i++) {
+        struct private_value *value = &slot->private_data.values[i];
+        if (value->type == type && value->handle == handle)
+            return value;
+    }
+    return NULL;
+}
+
+static VkResult set(struct object *slot, const struct private_value *new) {
+    struct private_value *value = find(slot, new->type, new->handle);
+    if (value == NULL) {
+        struct private_value *values =
+            realloc(slot->private_data.values, (slot->private_data.count + 1) * sizeof(*values));
+        if (values == NULL)
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
+        slot->private_data.values = values;
+        value = &values[slot->private_data.count++];
+    }
+    *value = *new;
+    return VK_SUCCESS;
+}
+
+VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
+                             VkPrivateDataSlot privateDataSlot, uint64_t data) {
+    ENTER_OR_FAIL(SetPrivateData);
+    (void)device;
+    struct object *slot = object_find(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
+    if (slot == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    const struct private_value value = {objectType, objectHandle, data};
+    pthread_mutex_lock(&lock);
+    const VkResult result = set(slot, &value);
+    pthread_mutex_unlock(&lock);
+    return result;
+}
+
+void null_GetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
+                         VkPrivateDataSlot privateDataSlot, uint64_t *pData) {
+    ENTER(GetPrivateData);
+    (void)device;
+    const struct object *slot = object_find(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
+    pthread_mutex_lock(&lock);
+    const struct private_value *value = slot != NULL ? find(slot, objectType, objectHandle) : NULL;
+    *pData = value != NULL ? value->value : 0;
+    pthread_mutex_unlock(&lock);
+}

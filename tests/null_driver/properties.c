@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Properties: those that a test may set come from the configuration, the others are fixed. */
+#include "internal.h"
+
+#include <string.h>
+
+#define MAX_ALLOCATION ((VkDeviceSize)1 << 38)
+#define MAX_DESCRIPTORS (1 << 20)
+
+static const VkPhysicalDeviceVulkan11Properties vulkan11 = {
+    .driverUUID = "null driver",
+    .deviceNodeMask = 1,
+    .subgroupSize = 32,
+    .subgroupSupportedStages = VK_SHADER_STAGE_ALL,
+    .subgroupSupportedOperations = VK_SUBGROUP_FEATURE_BASIC_BIT,
+    .maxMultiviewViewCount = 6,
+    .maxMultiviewInstanceIndex = (1 << 27) - 1,
+    .protectedNoFault = VK_TRUE,
+    .maxPerSetDescriptors = MAX_DESCRIPTORS,
+    .maxMemoryAllocationSize = MAX_ALLOCATION,
+};
+
+static const VkPhysicalDeviceVulkan12Properties vulkan12 = {
+    .driverName = "null driver",
+    .driverInfo = "executes nothing",
+    .conformanceVersion = {1, 3, 0, 0},
+    .maxUpdateAfterBindDescriptorsInAllPools = MAX_DESCRIPTORS,
+    .maxPerStageDescriptorUpdateAfterBindSamplers = MAX_DESCRIPTORS,
+    .maxPerStageDescriptorUpdateAfterBindUniformBuffers = MAX_DESCRIPTORS,
+    .maxPerStageDescriptorUpdateAfterBindStorageBuffers = MAX_DESCRIPTORS,
+    .maxPerStageDescriptorUpdateAfterBindSampledImages = MAX_DESCRIPTORS,
+    .maxPerStageDescriptorUpdateAfterBindStorageImages = MAX_DESCRIPTORS,
+    .maxPerStageDescriptorUpdateAfterBindInputAttachments = MAX_DESCRIPTORS,
+    .maxPerStageUpdateAfterBindResources = MAX_DESCRIPTORS,
+    .maxDescriptorSetUpdateAfterBindSamplers = MAX_DESCRIPTORS,
+    .maxDescriptorSetUpdateAfterBindUniformBuffers = MAX_DESCRIPTORS,
+    .maxDescriptorSetUpdateAfterBindUniformBuffersDynamic = 16,
+    .maxDescriptorSetUpdateAfterBindStorageBuffers = MAX_DESCRIPTORS,
+    .maxDescriptorSetUpdateAfterBindStorageBuffersDynamic = 16,
+    .maxDescriptorSetUpdateAfterBindSampledImages = MAX_DESCRIPTORS,
+    .maxDescriptorSetUpdateAfterBindStorageImages = MAX_DESCRIPTORS,
+    .maxDescriptorSetUpdateAfterBindInputAttachments = MAX_DESCRIPTORS,
+    .supportedDepthResolveModes = VK_RESOLVE_MODE_SAMPLE_ZERO_BIT,
+    .supportedStencilResolveModes = VK_RESOLVE_MODE_SAMPLE_ZERO_BIT,
+    .maxTimelineSemaphoreValueDifference = UINT64_MAX,
+    .framebufferIntegerColorSampleCounts = VK_SAMPLE_COUNT_1_BIT,
+};
+
+static const VkPhysicalDeviceVulkan13Properties vulkan13 = {
+    .minSubgroupSize = 32,
+    .maxSubgroupSize = 32,
+    .maxComputeWorkgroupSubgroups = 32,
+    .maxInlineUniformBlockSize = 256,
+    .maxPerStageDescriptorInlineUniformBlocks = 4,
+    .maxPerStageDescriptorUpdateAfterBindInlineUniformBlocks = 4,
+    .maxDescriptorSetInlineUniformBlocks = 4,
+    .maxDescriptorSetUpdateAfterBindInlineUniformBlocks = 4,
+    .maxInlineUniformTotalSize = 4096,
+    .storageTexelBufferOffsetAlignmentBytes = 16,
+    .uniformTexelBufferOffsetAlignmentBytes = 16,
+    .maxBufferSize = MAX_ALLOCATION,
+};
+
+/* Its pointers are the application's. */
+static const VkPhysicalDeviceVulkan14Properties vulkan14 = {
+    .lineSubPixelPrecisionBits = 4,
+    .maxVertexAttribDivisor = 1,
+    .maxPushDescriptors = 32,
+    .maxCombinedImageSamplerDescriptorCount = 1,
+    .identicalMemoryTypeRequirements = VK_TRUE,
+};
+
+static const VkPhysicalDeviceDriverProperties driver = {
+    .driverName = "null driver",
+    .driverInfo = "executes nothing",
+    .conformanceVersion = {1, 3, 0, 0},
+};
+
+static const VkPhysicalDeviceIDProperties id = {.driverUUID = "null driver", .deviceNodeMask = 1};
+
+static const VkPhysicalDeviceSubgroupProperties subgroup = {
+    .subgroupSize = 32,
+    .supportedStages = VK_SHADER_STAGE_ALL,
+    .supportedOperations = VK_SUBGROUP_FEATURE_BASIC_BIT,
+};
+
+static const VkPhysicalDeviceProtectedMemoryProperties protected_memory = {
+    .protectedNoFault = VK_TRUE,
+};
+
+static const VkPhysicalDeviceMaintenance3Properties maintenance3 = {
+    .maxPerSetDescriptors = MAX_DESCRIPTORS,
+    .maxMemoryAllocationSize = MAX_ALLOCATION,
+};
+
+static const VkPhysicalDeviceMaintenance4Properties maintenance4 = {
+    .maxBufferSize = MAX_ALLOCATION,
+};
+
+static const VkPhysicalDeviceTimelineSemaphoreProperties timeline = {
+    .maxTimelineSemaphoreValueDifference = UINT64_MAX,
+};
+
+static const VkPhysicalDevicePushDescriptorProperties push_descriptor = {.maxPushDescriptors = 32};
+
+static const VkPhysicalDeviceExternalMemoryHostPropertiesEXT external_memory_host = {
+    .minImportedHostPointerAlignment = 4096,
+};
+
+/* From where a structure's members are copied: one of the above, or the configuration at offset. */
+struct property_row {
+    VkStructureType sType;
+    enum guard guard;
+    const void *fixed;
+    size_t offset;
+    size_t size;
+};
+
+#define ROW(guard, name, fixed)                                                                    \
+    {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##name, guard, &(fixed), 0, sizeof(fixed)},
+#define CONFIGURED(guard, name, member)                                                            \
+    {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##name, guard, NULL,                                        \
+     offsetof(struct null_driver_config, member),                                                  \
+     sizeof(((struct null_driver_config *)NULL)->member)},
+
+/* clang-format off */
+static const struct property_row rows[] = {
+    ROW(V1_2, VULKAN_1_1_PROPERTIES, vulkan11)
+    ROW(V1_2, VULKAN_1_2_PROPERTIES, vulkan12)
+    ROW(V1_3, VULKAN_1_3_PROPERTIES, vulkan13)
+    ROW(KHR_driver_properties, DRIVER_PROPERTIES, driver)
+    ROW(V1_0, ID_PROPERTIES, id)
+    ROW(V1_1, SUBGROUP_PROPERTIES, subgroup)
+    ROW(V1_1, PROTECTED_MEMORY_PROPERTIES, protected_memory)
+    ROW(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, maintenance3)
+    ROW(KHR_maintenance4, MAINTENANCE_4_PROPERTIES, maintenance4)
+    ROW(KHR_timeline_semaphore, TIMELINE_SEMAPHORE_PROPERTIES, timeline)
+    ROW(KHR_push_descriptor, PUSH_DESCRIPTOR_PROPERTIES, push_descriptor)
+    ROW(EXT_external_memory_host, EXTERNAL_MEMORY_HOST_PROPERTIES_EXT, external_memory_host)
+    CONFIGURED(KHR_acceleration_structure, ACCELERATION_STRUCTURE_PROPERTIES_KHR, as_properties)
+    CONFIGURED(NV_ray_tracing, RAY_TRACING_PROPERTIES_NV, nv_properties)
+    CONFIGURED(KHR_ray_tracing_pipeline, RAY_TRACING_PIPELINE_PROPERTIES_KHR, pipeline_properties)
+    CONFIGURED(EXT_opacity_micromap, OPACITY_MICROMAP_PROPERTIES_EXT, micromap_properties)
+    CONFIGURED(KHR_opacity_micromap, OPACITY_MICROMAP_PROPERTIES_KHR, micromap_properties_khr)
+#ifdef VK_NV_displacement_micromap
+    CONFIGURED(NV_displacement_micromap, DISPLACEMENT_MICROMAP_PROPERTIES_NV, displacement_properties)
+#endif
+};
+/* clang-format on */
+
+static void fill(const struct null_driver_config *config, const struct property_row *row,
+                 VkBaseOutStructure *out) {
+    const char *from =
+        row->fixed != NULL ? (const char *)row->fixed : (const char *)config + row->offset;
+    memcpy(out + 1, from + sizeof(*out), row->size - sizeof(*out));
+}
+
+static void fill_vulkan14(VkPhysicalDeviceVulkan14Properties *properties) {
+    const VkPhysicalDeviceVulkan14Properties asked = *properties;
+    *properties = vulkan14;
+    properties->sType = asked.sType;
+    properties->pNext = asked.pNext;
+    properties->pCopySrcLayouts = asked.pCopySrcLayouts;
+    properties->pCopyDstLayouts = asked.pCopyDstLayouts;
+}
+
+void properties_fill(const struct null_driver_config *config, uint32_t index,
+                     VkPhysicalDeviceProperties2 *properties) {
+    properties->properties = config->properties;
+    properties->properties.apiVersion = config->api_version;
+    for (VkBaseOutStructure *out = properties->pNext; out != NULL; out = out->pNext) {
+        for (size_t i = 0; i < COUNT_OF(rows); i++) {
+            if (rows[i].sType == out->sType && guard_is_known(config, rows[i].guard))
+                fill(config, &rows[i], out);
+        }
+        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_PROPERTIES &&
+            guard_is_known(config, V1_4))
+            fill_vulkan14((VkPhysicalDeviceVulkan14Properties *)out);
+        /* Devices of a group differ in nothing else. Both begin with the device's UUID. */
+        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES ||
+            out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES)
+            *(uint8_t *)(out + 1) = (uint8_t)(index + 1);
+    }
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Query pools. What a query answers depends on its type alone. */
+#include "internal.h"
+
+uint64_t query_value(const struct null_driver_config *config, VkQueryType type) {
+    switch ((int)type) {
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
+    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
+        return config->sizes.compacted;
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
+    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
+        return config->sizes.serialized;
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
+        return config->sizes.structure.base;
+    default:
+        return 0;
+    }
+}
+
+static void write_value(void *to, size_t size, uint64_t value) {
+    const uint32_t low = (uint32_t)value;
+    memcpy(to, size == sizeof(low) ? (const void *)&low : (const void *)&value, size);
+}
+
+void query_write(const struct null_driver_config *config, uint32_t count, VkQueryType type,
+                 size_t size, void *data, size_t stride) {
+    const uint64_t value = query_value(config, type);
+    if (data == NULL)
+        return;
+    for (uint32_t i = 0; i < count && i * stride + sizeof(value) <= size; i++)
+        write_value((char *)data + i * stride, sizeof(value), value);
+}
+
+VkResult null_CreateQueryPool(VkDevice device, const VkQueryPoolCreateInfo *pCreateInfo,
+                              const VkAllocationCallbacks *pAllocator, VkQueryPool *pQueryPool) {
+    ENTER_OR_FAIL(CreateQueryPool);
+    (void)pAllocator;
+    struct object *pool = object_create(OBJECT(device), TYPE_QUERY_POOL, NULL);
+    if (pool == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    pool->query_type = pCreateInfo->queryType;
+    *pQueryPool = HANDLE(VkQueryPool, pool->handle);
+    return VK_SUCCESS;
+}
+
+void null_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
+                           const VkAllocationCallbacks *pAllocator) {
+    ENTER(DestroyQueryPool);
+    (void)device;
+    (void)pAllocator;
+    object_destroy(RAW(queryPool), TYPE_QUERY_POOL);
+}
+
+/* All queries are available at once. */
+VkResult null_GetQueryPoolResults(VkDevice device, VkQueryPool queryPool, uint32_t firstQuery,
+                                  uint32_t queryCount, size_t dataSize, void *pData,
+                                  VkDeviceSize stride, VkQueryResultFlags flags) {
+    ENTER_OR_FAIL(GetQueryPoolResults);
+    (void)firstQuery;
+    const struct object *pool = object_find(RAW(queryPool), TYPE_QUERY_POOL);
+    if (device_is_lost())
+        return VK_ERROR_DEVICE_LOST;
+    if (pool == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    const size_t word = flags & VK_QUERY_RESULT_64_BIT ? sizeof(uint64_t) : sizeof(uint32_t);
+    const bool extra = flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
+    const size_t size = extra ? 2 * word : word;
+    for (uint32_t i = 0; i < queryCount && i * stride + size <= dataSize; i++) {
+        char *to = (char *)pData + i * stride;
+        write_value(to, word, query_value(CONFIG(device), pool->query_type));
+        if (extra)
+            write_value(to + word, word, 1);
+    }
+    return VK_SUCCESS;
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Submissions: complete at once, and signal what they are to signal. */
+#include "internal.h"
+
+/* values may be shorter than semaphores, or missing: binary semaphores have none. */
+static void signal_semaphores(uint32_t count, const VkSemaphore *semaphores, const void *pNext) {
+    const VkTimelineSemaphoreSubmitInfo *timeline =
+        chain_find(pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+    if (timeline == NULL || timeline->pSignalSemaphoreValues == NULL || semaphores == NULL)
+        return;
+    for (uint32_t i = 0; i < count && i < timeline->signalSemaphoreValueCount; i++)
+        sync_signal_semaphore(semaphores[i], timeline->pSignalSemaphoreValues[i]);
+}
+
+static VkResult finish(VkFence fence) {
+    if (fence != VK_NULL_HANDLE)
+        sync_signal_fence(fence);
+    sync_wake();
+    return VK_SUCCESS;
+}
+
+VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInfo *pSubmits,
+                          VkFence fence) {
+    ENTER_OR_FAIL(QueueSubmit);
+    (void)queue;
+    if (device_is_lost())
+        return VK_ERROR_DEVICE_LOST;
+    for (uint32_t i = 0; i < submitCount; i++) {
+        signal_semaphores(pSubmits[i].signalSemaphoreCount, pSubmits[i].pSignalSemaphores,
+                          pSubmits[i].pNext);
+    }
+    return finish(fence);
+}
+
+VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitInfo2 *pSubmits,
+                           VkFence fence) {
+    ENTER_OR_FAIL(QueueSubmit2);
+    (void)queue;
+    if (device_is_lost())
+        return VK_ERROR_DEVICE_LOST;
+    for (uint32_t i = 0; i < submitCount; i++) {
+        for (uint32_t j = 0; j < pSubmits[i].signalSemaphoreInfoCount; j++) {
+            const VkSemaphoreSubmitInfo *info = &pSubmits[i].pSignalSemaphoreInfos[j];
+            sync_signal_semaphore(info->semaphore, info->value);
+        }
+    }
+    return finish(fence);
+}
+
+VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
+                              const VkBindSparseInfo *pBindInfo, VkFence fence) {
+    ENTER_OR_FAIL(QueueBindSparse);
+    (void)queue;
+    if (device_is_lost())
+        return VK_ERROR_DEVICE_LOST;
+    for (uint32_t i = 0; i < bindInfoCount; i++) {
+        signal_semaphores(pBindInfo[i].signalSemaphoreCount, pBindInfo[i].pSignalSemaphores,
+                          pBindInfo[i].pNext);
+    }
+    return finish(fence);
+}
+
+VkResult null_QueueWaitIdle(VkQueue queue) {
+    ENTER_OR_FAIL(QueueWaitIdle);
+    (void)queue;
+    return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+}
+
+VkResult null_DeviceWaitIdle(VkDevice device) {
+    ENTER_OR_FAIL(DeviceWaitIdle);
+    (void)device;
+    return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Memory requirements of buffers, and which memory types suit what. */
+#include "internal.h"
+
+uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
+                            VkMemoryPropertyFlags refused) {
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < config->memory.memoryTypeCount; i++) {
+        const VkMemoryPropertyFlags flags = config->memory.memoryTypes[i].propertyFlags;
+        if ((flags & required) == required && (flags & refused) == 0)
+            bits |= 1u << i;
+    }
+    return bits;
+}
+
+void requirements_fill_chain(void *pNext) {
+    for (VkBaseOutStructure *out = pNext; out != NULL; out = out->pNext) {
+        if (out->sType == VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS) {
+            VkMemoryDedicatedRequirements *dedicated = (VkMemoryDedicatedRequirements *)out;
+            dedicated->prefersDedicatedAllocation = VK_FALSE;
+            dedicated->requiresDedicatedAllocation = VK_FALSE;
+        }
+    }
+}
+
+static VkMemoryRequirements requirements(const struct null_driver_config *config, VkDeviceSize size,
+                                         VkBufferCreateFlags flags) {
+    const VkMemoryPropertyFlags protected = VK_MEMORY_PROPERTY_PROTECTED_BIT;
+    const VkMemoryPropertyFlags lazy = VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT;
+    const VkDeviceSize alignment =
+        flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ? 65536 : config->buffer_alignment;
+    return (VkMemoryRequirements){
+        .size = align_up(size, alignment),
+        .alignment = alignment,
+        .memoryTypeBits = flags & VK_BUFFER_CREATE_PROTECTED_BIT
+                              ? requirements_types(config, protected, lazy)
+                              : requirements_types(config, 0, protected | lazy),
+    };
+}
+
+static VkMemoryRequirements requirements_of(VkDevice device, VkBuffer buffer) {
+    const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
+    return object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
+                          : (VkMemoryRequirements){0};
+}
+
+void null_GetBufferMemoryRequirements(VkDevice device, VkBuffer buffer,
+                                      VkMemoryRequirements *pMemoryRequirements) {
+    ENTER(GetBufferMemoryRequirements);
+    *pMemoryRequirements = requirements_of(device, buffer);
+}
+
+void null_GetBufferMemoryRequirements2(VkDevice device,
+                                       const VkBufferMemoryRequirementsInfo2 *pInfo,
+                                       VkMemoryRequirements2 *pMemoryRequirements) {
+    ENTER(GetBufferMemoryRequirements2);
+    pMemoryRequirements->memoryRequirements = requirements_of(device, pInfo->buffer);
+    requirements_fill_chain(pMemoryRequirements->pNext);
+}
+
+void null_GetDeviceBufferMemoryRequirements(VkDevice device,
+                                            const VkDeviceBufferMemoryRequirements *pInfo,
+                                            VkMemoryRequirements2 *pMemoryRequirements) {
+    ENTER(GetDeviceBufferMemoryRequirements);
+    pMemoryRequirements->memoryRequirements =
+        requirements(CONFIG(device), pInfo->pCreateInfo->size, pInfo->pCreateInfo->flags);
+    requirements_fill_chain(pMemoryRequirements->pNext);
+}

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The smoke test's fixture, made through the installed loader. */
+#include "smoke.h"
+
+PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
+
+struct null_driver_api driver;
+
+void make_instance(struct fixture *f) {
+    PFN_vkCreateInstance create =
+        (PFN_vkCreateInstance)vkGetInstanceProcAddr(NULL, "vkCreateInstance");
+    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                           .apiVersion = VK_API_VERSION_1_3};
+    static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+                                       .enabledExtensionCount = 1,
+                                       .ppEnabledExtensionNames = extensions,
+                                       .pApplicationInfo = &application};
+    uint32_t count = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
+    CHECK(create(&info, NULL, &f->instance));
+    vkuInitInstanceDispatchTable(f->instance, &f->instance_table, vkGetInstanceProcAddr);
+    CHECK(f->instance_table.EnumeratePhysicalDevices(f->instance, &count, f->physical));
+}
+
+VkResult make_device(struct fixture *f, const void *pNext) {
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                             VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+                                             VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME,
+                                             VK_KHR_VIDEO_QUEUE_EXTENSION_NAME};
+    const float priorities[] = {1, 1};
+    const VkDeviceQueueCreateInfo queues = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                            .queueCount = 2,
+                                            .pQueuePriorities = priorities};
+    const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                     .pNext = pNext,
+                                     .queueCreateInfoCount = 1,
+                                     .pQueueCreateInfos = &queues,
+                                     .enabledExtensionCount = COUNT_OF(extensions),
+                                     .ppEnabledExtensionNames = extensions};
+    PFN_vkCreateDevice create =
+        (PFN_vkCreateDevice)vkGetInstanceProcAddr(f->instance, "vkCreateDevice");
+    PFN_vkGetDeviceProcAddr get_address =
+        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(f->instance, "vkGetDeviceProcAddr");
+    const VkResult result = create(f->physical[0], &info, NULL, &f->device);
+    if (result != VK_SUCCESS)
+        return result;
+    vkuInitDeviceDispatchTable(f->device, &f->device_table, get_address);
+    f->device_table.GetDeviceQueue(f->device, 0, 1, &f->queue);
+    assert_non_null(f->queue);
+    return VK_SUCCESS;
+}
+
+static void destroy(struct fixture *f) {
+    if (f->device != VK_NULL_HANDLE)
+        f->device_table.DestroyDevice(f->device, NULL);
+    f->instance_table.DestroyInstance(f->instance, NULL);
+}
+
+int set_up(void **state) {
+    static struct fixture fixture;
+    memset(&fixture, 0, sizeof(fixture));
+    driver.reset();
+    driver.configure(NULL);
+    *state = &fixture;
+    return 0;
+}
+
+/* An instance and a device of the default configuration. */
+int set_up_device(void **state) {
+    set_up(state);
+    make_instance(*state);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .accelerationStructure = VK_TRUE,
+        .accelerationStructureHostCommands = VK_TRUE};
+    VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
+        .pNext = &features,
+        .bufferDeviceAddress = VK_TRUE};
+    CHECK(make_device(*state, &addresses));
+    return 0;
+}
+
+int tear_down(void **state) {
+    destroy(*state);
+    return 0;
+}
+
+VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize size) {
+    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                     .flags = flags,
+                                     .size = size,
+                                     .usage =
+                                         VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR};
+    VkBuffer buffer;
+    CHECK(f->device_table.CreateBuffer(f->device, &info, NULL, &buffer));
+    return buffer;
+}
+
+VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size) {
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .allocationSize = size,
+                                       .memoryTypeIndex = type};
+    VkDeviceMemory memory;
+    CHECK(f->device_table.AllocateMemory(f->device, &info, NULL, &memory));
+    return memory;
+}
+
+VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer) {
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = buffer};
+    return f->device_table.GetBufferDeviceAddress(f->device, &info);
+}
+
+VkCommandPool make_pool(struct fixture *f) {
+    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    VkCommandPool pool;
+    CHECK(f->device_table.CreateCommandPool(f->device, &info, NULL, &pool));
+    return pool;
+}
+
+VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool) {
+    const VkCommandBufferAllocateInfo info = {.sType =
+                                                  VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                              .commandPool = pool,
+                                              .commandBufferCount = 1};
+    VkCommandBuffer commands;
+    CHECK(f->device_table.AllocateCommandBuffers(f->device, &info, &commands));
+    return commands;
+}

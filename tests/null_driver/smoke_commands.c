@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The null driver's commands, synchronization, counters and failures. */
+#include "smoke.h"
+
+#include <pthread.h>
+
+static void test_build_commands(void **state) {
+    struct fixture *f = *state;
+    const VkCommandPool pool = make_pool(f);
+    const VkCommandBuffer commands = make_command_buffer(f, pool);
+    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const void *bad = (const void *)(uintptr_t)0x10;
+    const VkAccelerationStructureNV none = VK_NULL_HANDLE;
+    CHECK(f->device_table.BeginCommandBuffer(commands, &begin));
+    f->device_table.CmdBuildAccelerationStructuresKHR(commands, UINT32_MAX, bad, bad);
+    f->device_table.CmdBuildAccelerationStructuresIndirectKHR(commands, UINT32_MAX, bad, bad, bad,
+                                                              bad);
+    f->device_table.CmdBuildAccelerationStructureNV(commands, bad, VK_NULL_HANDLE, 0, VK_FALSE,
+                                                    none, none, VK_NULL_HANDLE, 0);
+    CHECK(f->device_table.EndCommandBuffer(commands));
+    CHECK(f->device_table.BuildAccelerationStructuresKHR(f->device, VK_NULL_HANDLE, UINT32_MAX, bad,
+                                                         bad));
+
+    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    VkFence fence;
+    CHECK(f->device_table.CreateFence(f->device, &fence_info, NULL, &fence));
+    assert_int_equal(f->device_table.GetFenceStatus(f->device, fence), VK_NOT_READY);
+    const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                 .commandBufferCount = 1,
+                                 .pCommandBuffers = &commands};
+    CHECK(f->device_table.QueueSubmit(f->queue, 1, &submit, fence));
+    CHECK(f->device_table.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX));
+
+    f->device_table.FreeCommandBuffers(f->device, pool, 1, &commands);
+    f->device_table.CmdBuildAccelerationStructuresKHR(commands, 1, bad, bad);
+    const VkCommandBuffer other = make_command_buffer(f, pool);
+    assert_ptr_not_equal(other, commands);
+    f->device_table.DestroyCommandPool(f->device, pool, NULL);
+    f->device_table.CmdBuildAccelerationStructuresKHR(other, 1, bad, bad);
+    f->device_table.FreeCommandBuffers(f->device, pool, 1, &other);
+    assert_int_equal(driver.calls("vkCmdBuildAccelerationStructuresKHR"), 3);
+    assert_int_equal(driver.calls("vkCmdBuildAccelerationStructuresIndirectKHR"), 1);
+    assert_int_equal(driver.calls("vkCmdBuildAccelerationStructureNV"), 1);
+    assert_int_equal(driver.calls("vkBuildAccelerationStructuresKHR"), 1);
+}
+
+/* ---- what else may be around a build */
+
+static void test_scopes(void **state) {
+    struct fixture *f = *state;
+    const VkuDeviceDispatchTable *t = &f->device_table;
+    const VkCommandPool pool = make_pool(f);
+    const VkCommandBuffer commands = make_command_buffer(f, pool),
+                          secondary = make_command_buffer(f, pool);
+    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    CHECK(t->BeginCommandBuffer(commands, &begin));
+    const VkRenderPassCreateInfo pass_info = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO};
+    VkRenderPass pass;
+    CHECK(t->CreateRenderPass(f->device, &pass_info, NULL, &pass));
+    const VkFramebufferCreateInfo framebuffer_info = {
+        .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO, .renderPass = pass};
+    VkFramebuffer framebuffer;
+    CHECK(t->CreateFramebuffer(f->device, &framebuffer_info, NULL, &framebuffer));
+    const VkRenderPassBeginInfo pass_begin = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
+                                              .renderPass = pass,
+                                              .framebuffer = framebuffer};
+    t->CmdBeginRenderPass(commands, &pass_begin, VK_SUBPASS_CONTENTS_INLINE);
+    t->CmdNextSubpass(commands, VK_SUBPASS_CONTENTS_INLINE);
+    t->CmdEndRenderPass(commands);
+    const VkRenderingInfo rendering = {.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                       .flags = VK_RENDERING_SUSPENDING_BIT};
+    t->CmdBeginRendering(commands, &rendering);
+    t->CmdEndRendering(commands);
+    t->CmdExecuteCommands(commands, 1, &secondary);
+    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
+                                        .pLabelName = "label"};
+    const VkDebugUtilsObjectNameInfoEXT name = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = VK_OBJECT_TYPE_RENDER_PASS,
+        .objectHandle = (uint64_t)(uintptr_t)pass,
+        .pObjectName = "pass"};
+    t->CmdBeginDebugUtilsLabelEXT(commands, &label);
+    t->CmdEndDebugUtilsLabelEXT(commands);
+    t->QueueBeginDebugUtilsLabelEXT(f->queue, &label);
+    t->QueueEndDebugUtilsLabelEXT(f->queue);
+    CHECK(t->SetDebugUtilsObjectNameEXT(f->device, &name));
+    t->CmdBeginVideoCodingKHR(commands, NULL);
+    t->CmdEndVideoCodingKHR(commands, NULL);
+    CHECK(t->EndCommandBuffer(commands));
+    assert_int_equal(driver.calls("vkCmdBeginRenderingKHR"), 1); /* counts with its core name */
+    assert_int_equal(driver.calls("vkCmdExecuteCommands"), 1);
+    assert_int_equal(driver.calls("vkCmdBeginDebugUtilsLabelEXT"), 1);
+    assert_int_equal(driver.calls("vkSetDebugUtilsObjectNameEXT"), 1);
+    assert_int_equal(driver.calls("vkCmdEndVideoCodingKHR"), 1);
+}
+
+static void *record(void *data) {
+    struct fixture *f = data;
+    const VkCommandPool pool = make_pool(f);
+    for (int i = 0; i < 200; i++) {
+        const VkCommandBuffer commands = make_command_buffer(f, pool);
+        const VkBuffer buffer = make_buffer(f, 0, 4096);
+        const VkDeviceMemory memory = make_memory(f, 1, 4096);
+        CHECK(f->device_table.BindBufferMemory(f->device, buffer, memory, 0));
+        assert_int_not_equal(address_of(f, buffer), 0);
+        f->device_table.CmdBuildAccelerationStructuresKHR(commands, 0, NULL, NULL);
+        f->device_table.DestroyBuffer(f->device, buffer, NULL);
+        f->device_table.FreeMemory(f->device, memory, NULL);
+        f->device_table.FreeCommandBuffers(f->device, pool, 1, &commands);
+    }
+    f->device_table.DestroyCommandPool(f->device, pool, NULL);
+    return NULL;
+}
+
+static void test_threads(void **state) {
+    pthread_t threads[4];
+    for (size_t i = 0; i < COUNT_OF(threads); i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, record, *state), 0);
+    for (size_t i = 0; i < COUNT_OF(threads); i++)
+        pthread_join(threads[i], NULL);
+    assert_int_equal(driver.calls("vkCmdBuildAccelerationStructuresKHR"), 200 * COUNT_OF(threads));
+}
+
+/* ---- what a test asks the driver for */
+
+static void test_failures(void **state) {
+    struct fixture *f = *state;
+    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    VkFence fence;
+    driver.fail_next("vkCreateFence", VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(f->device_table.CreateFence(f->device, &info, NULL, &fence),
+                     VK_ERROR_OUT_OF_HOST_MEMORY);
+    CHECK(f->device_table.CreateFence(f->device, &info, NULL, &fence));
+    assert_int_equal(driver.calls("vkCreateFence"), 2);
+    assert_true(driver.calls("vkNoSuchCommand") == UINT64_MAX);
+
+    driver.set_device_lost(true);
+    assert_int_equal(f->device_table.QueueSubmit(f->queue, 0, NULL, fence), VK_ERROR_DEVICE_LOST);
+    assert_int_equal(f->device_table.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX),
+                     VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+    assert_int_equal(f->device_table.WaitForFences(f->device, 1, &fence, VK_TRUE, 1000),
+                     VK_TIMEOUT);
+    CHECK(f->device_table.QueueSubmit(f->queue, 0, NULL, fence));
+    CHECK(f->device_table.GetFenceStatus(f->device, fence));
+}
+
+static void test_timeline(void **state) {
+    struct fixture *f = *state;
+    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE,
+                                            .initialValue = 5};
+    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                        .pNext = &type};
+    VkSemaphore semaphore;
+    CHECK(f->device_table.CreateSemaphore(f->device, &info, NULL, &semaphore));
+    const VkSemaphoreSubmitInfo signal = {
+        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO, .semaphore = semaphore, .value = 9};
+    const VkSubmitInfo2 submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
+                                  .signalSemaphoreInfoCount = 1,
+                                  .pSignalSemaphoreInfos = &signal};
+    uint64_t value;
+    CHECK(f->device_table.GetSemaphoreCounterValue(f->device, semaphore, &value));
+    assert_int_equal(value, 5);
+    CHECK(f->device_table.QueueSubmit2(f->queue, 1, &submit, VK_NULL_HANDLE));
+    CHECK(f->device_table.GetSemaphoreCounterValue(f->device, semaphore, &value));
+    assert_int_equal(value, 9);
+    const uint64_t ten = 10;
+    const VkSemaphoreWaitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+                                      .semaphoreCount = 1,
+                                      .pSemaphores = &semaphore,
+                                      .pValues = &ten};
+    assert_int_equal(f->device_table.WaitSemaphores(f->device, &wait, 1000), VK_TIMEOUT);
+}
+
+int run_command_tests(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_build_commands, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_failures, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_timeline, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_scopes, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_threads, set_up_device, tear_down),
+    };
+    return cmocka_run_group_tests_name("null_driver commands", tests, NULL, NULL);
+}

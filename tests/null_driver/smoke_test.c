@@ -1,0 +1,329 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The null driver through the installed loader: configuration, memory, acceleration structures. */
+#include "smoke.h"
+
+#define FEATURE(config, sType, type, member, value)                                                \
+    null_driver_set_feature(config, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##sType,                     \
+                            offsetof(VkPhysicalDevice##type, member), value)
+
+/* ---- physical devices */
+
+static bool device_offers(struct fixture *f, const char *name) {
+    static VkExtensionProperties extensions[256];
+    uint32_t count = 256;
+    CHECK(f->instance_table.EnumerateDeviceExtensionProperties(f->physical[0], NULL, &count,
+                                                               extensions));
+    for (uint32_t i = 0; i < count; i++) {
+        if (strcmp(extensions[i].extensionName, name) == 0)
+            return true;
+    }
+    return false;
+}
+
+static void test_configuration(void **state) {
+    struct fixture *f = *state;
+    struct null_driver_config config = driver.default_config();
+    config.api_version = VK_API_VERSION_1_2;
+    config.as_properties.maxInstanceCount = 7;
+    null_driver_hide_extension(&config, VK_KHR_RAY_QUERY_EXTENSION_NAME);
+    config.extra_extensions[config.extra_extension_count++] = "VK_TEST_extra";
+    FEATURE(&config, BUFFER_DEVICE_ADDRESS_FEATURES, BufferDeviceAddressFeatures,
+            bufferDeviceAddressCaptureReplay, VK_FALSE);
+    FEATURE(&config, FEATURES_2, Features2, features.sparseBinding, VK_FALSE);
+    driver.configure(&config);
+    make_instance(f);
+    driver.configure(NULL);
+
+    assert_false(device_offers(f, VK_KHR_RAY_QUERY_EXTENSION_NAME));
+    assert_true(device_offers(f, "VK_TEST_extra"));
+    assert_true(device_offers(f, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME));
+
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR as = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &as};
+    f->instance_table.GetPhysicalDeviceProperties2(f->physical[0], &properties);
+    assert_int_equal(properties.properties.apiVersion, VK_API_VERSION_1_2);
+    assert_int_equal(as.maxInstanceCount, 7);
+    assert_int_equal(as.minAccelerationStructureScratchOffsetAlignment, 256);
+    assert_null(as.pNext);
+
+    VkPhysicalDeviceVulkan12Features features12 = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+    VkPhysicalDeviceRayQueryFeaturesKHR query = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .pNext = &features12};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &query};
+    f->instance_table.GetPhysicalDeviceFeatures2(f->physical[0], &features);
+    assert_false(query.rayQuery);
+    assert_false(features12.bufferDeviceAddressCaptureReplay);
+    assert_true(features12.bufferDeviceAddress);
+    assert_true(features12.subgroupBroadcastDynamicId);
+    assert_false(features.features.sparseBinding);
+    assert_true(features.features.sparseResidencyAliased);
+
+    features12.pNext = NULL;
+    features12.bufferDeviceAddressCaptureReplay = VK_TRUE;
+    assert_int_equal(make_device(f, &features12), VK_ERROR_FEATURE_NOT_PRESENT);
+    query = (VkPhysicalDeviceRayQueryFeaturesKHR){.sType = query.sType, .rayQuery = VK_TRUE};
+    assert_int_equal(make_device(f, &query), VK_ERROR_FEATURE_NOT_PRESENT);
+    CHECK(make_device(f, NULL));
+    assert_null(f->device_table.QueueSubmit2); /* is of 1.3 */
+    assert_null(f->device_table.CreateRayTracingPipelinesKHR);
+    assert_non_null(f->device_table.CreateAccelerationStructure2KHR);
+}
+
+static void test_versions(void **state) {
+    struct fixture *f = *state;
+    for (uint32_t minor = 0; minor <= 4; minor++) {
+        struct null_driver_config config = driver.default_config();
+        config.api_version = VK_MAKE_API_VERSION(0, 1, minor, 0);
+        driver.configure(&config);
+        make_instance(f);
+        VkPhysicalDeviceProperties properties;
+        f->instance_table.GetPhysicalDeviceProperties(f->physical[0], &properties);
+        assert_int_equal(properties.apiVersion, config.api_version);
+        CHECK(make_device(f, NULL));
+        assert_int_equal(f->device_table.GetBufferDeviceAddress != NULL, minor >= 2);
+        assert_int_equal(f->device_table.CmdBeginRendering != NULL, minor >= 3);
+        assert_int_equal(f->device_table.MapMemory2 != NULL, minor >= 4);
+        tear_down(state);
+    }
+    driver.configure(NULL);
+    make_instance(f);
+    f->device = VK_NULL_HANDLE;
+}
+
+static void test_formats(void **state) {
+    struct fixture *f = *state;
+    VkFormatProperties3 three = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
+    VkFormatProperties2 properties = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
+                                      .pNext = &three};
+    f->instance_table.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32G32B32_SFLOAT,
+                                                         &properties);
+    assert_true(properties.formatProperties.bufferFeatures &
+                VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR);
+    f->instance_table.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32_SFLOAT,
+                                                         &properties);
+    assert_true(three.bufferFeatures &
+                VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
+    f->instance_table.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R8_UNORM,
+                                                         &properties);
+    assert_int_equal(three.bufferFeatures, 0);
+}
+
+static void test_device_group(void **state) {
+    struct fixture *f = *state;
+    VkPhysicalDeviceGroupProperties group = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_GROUP_PROPERTIES};
+    uint32_t count = 1;
+    CHECK(f->instance_table.EnumeratePhysicalDeviceGroups(f->instance, &count, &group));
+    assert_int_equal(count, 1);
+    assert_int_equal(group.physicalDeviceCount, 2);
+
+    VkPhysicalDeviceMemoryProperties memory;
+    f->instance_table.GetPhysicalDeviceMemoryProperties(f->physical[0], &memory);
+    assert_true(memory.memoryHeaps[0].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT);
+    const VkDeviceGroupDeviceCreateInfo both = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_GROUP_DEVICE_CREATE_INFO,
+        .physicalDeviceCount = 2,
+        .pPhysicalDevices = group.physicalDevices};
+    CHECK(make_device(f, &both));
+}
+
+/* ---- memory and addresses */
+
+static void test_addresses(void **state) {
+    struct fixture *f = *state;
+    const VkBuffer unbound = make_buffer(f, 0, 4096), a = make_buffer(f, 0, 4096),
+                   b = make_buffer(f, 0, 4096);
+    const VkDeviceMemory memory = make_memory(f, 1, 65536);
+    assert_int_not_equal(address_of(f, unbound), 0);
+    CHECK(f->device_table.BindBufferMemory(f->device, a, memory, 256));
+    const VkBindBufferMemoryInfo bind = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
+                                         .buffer = b,
+                                         .memory = memory,
+                                         .memoryOffset = 512};
+    CHECK(f->device_table.BindBufferMemory2(f->device, 1, &bind));
+    assert_int_equal(address_of(f, a) % 65536, 256);
+    assert_int_equal(address_of(f, b), address_of(f, a) + 256);
+
+    char *data;
+    CHECK(f->device_table.MapMemory(f->device, memory, 16, VK_WHOLE_SIZE, 0, (void **)&data));
+    memset(data, 1, 65536 - 16);
+    f->device_table.UnmapMemory(f->device, memory);
+    CHECK(f->device_table.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
+    assert_int_equal(data[16], 1);
+
+    const VkDeviceMemory local = make_memory(f, 0, 65536);
+    assert_int_equal(
+        f->device_table.MapMemory(f->device, local, 0, VK_WHOLE_SIZE, 0, (void **)&data),
+        VK_ERROR_MEMORY_MAP_FAILED);
+
+    f->device_table.DestroyBuffer(f->device, a, NULL);
+    assert_int_equal(address_of(f, a), 0);
+    assert_int_equal(address_of(f, (VkBuffer)(uintptr_t)0xdeadbeef), 0);
+    assert_int_not_equal(make_buffer(f, 0, 4096), a);
+}
+
+static void test_recycling(void **state) {
+    struct fixture *f = *state;
+    struct null_driver_config config = driver.default_config();
+    config.recycle_handles = true;
+    config.recycle_addresses = true;
+    driver.configure(&config);
+    make_instance(f);
+    CHECK(make_device(f, NULL));
+    VkDeviceAddress address = 0;
+    VkBuffer before = VK_NULL_HANDLE;
+    VkCommandBuffer commands_before = VK_NULL_HANDLE;
+    const VkCommandPool pool = make_pool(f);
+    for (int i = 0; i < 3; i++) {
+        const VkDeviceMemory memory = make_memory(f, 1, 65536);
+        const VkBuffer buffer = make_buffer(f, 0, 65536);
+        const VkCommandBuffer commands = make_command_buffer(f, pool);
+        CHECK(f->device_table.BindBufferMemory(f->device, buffer, memory, 0));
+        assert_true(i == 0 || buffer == before);
+        assert_true(i == 0 || address_of(f, buffer) == address);
+        assert_true(i == 0 || commands == commands_before);
+        before = buffer;
+        commands_before = commands;
+        address = address_of(f, buffer);
+        f->device_table.FreeCommandBuffers(f->device, pool, 1, &commands);
+        f->device_table.DestroyBuffer(f->device, buffer, NULL);
+        f->device_table.FreeMemory(f->device, memory, NULL);
+    }
+}
+
+static void test_sparse(void **state) {
+    struct fixture *f = *state;
+    const VkBuffer buffer = make_buffer(f, VK_BUFFER_CREATE_SPARSE_BINDING_BIT, 131072);
+    const VkDeviceAddress address = address_of(f, buffer);
+    assert_int_not_equal(address, 0);
+    VkMemoryRequirements requirements;
+    f->device_table.GetBufferMemoryRequirements(f->device, buffer, &requirements);
+    assert_int_equal(requirements.alignment, 65536);
+    const VkSparseMemoryBind bind = {.size = 65536, .memory = make_memory(f, 0, 65536)};
+    const VkSparseBufferMemoryBindInfo buffer_bind = {
+        .buffer = buffer, .bindCount = 1, .pBinds = &bind};
+    const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
+                                   .bufferBindCount = 1,
+                                   .pBufferBinds = &buffer_bind};
+    CHECK(f->device_table.QueueBindSparse(f->queue, 1, &info, VK_NULL_HANDLE));
+    assert_int_equal(address_of(f, buffer), address);
+}
+
+/* ---- acceleration structures */
+
+static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, VkDeviceSize offset) {
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = buffer,
+        .offset = offset,
+        .size = 4096,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
+    VkAccelerationStructureKHR as;
+    CHECK(f->device_table.CreateAccelerationStructureKHR(f->device, &info, NULL, &as));
+    return as;
+}
+
+static VkDeviceAddress as_address(struct fixture *f, VkAccelerationStructureKHR as) {
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = as};
+    return f->device_table.GetAccelerationStructureDeviceAddressKHR(f->device, &info);
+}
+
+static void test_acceleration_structure(void **state) {
+    struct fixture *f = *state;
+    const VkBuffer buffer = make_buffer(f, 0, 65536);
+    const VkAccelerationStructureKHR as = make_as(f, buffer, 512); /* not bound yet */
+    CHECK(f->device_table.BindBufferMemory(f->device, buffer, make_memory(f, 0, 65536), 0));
+    assert_int_equal(as_address(f, as), address_of(f, buffer) + 512);
+
+    const uint32_t counts[] = {10, 20};
+    const VkAccelerationStructureBuildGeometryInfoKHR build = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .geometryCount = 2};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    f->device_table.GetAccelerationStructureBuildSizesKHR(
+        f->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build, counts, &sizes);
+    assert_int_equal(sizes.accelerationStructureSize, 4096 + 30 * 64);
+    assert_int_equal(driver.calls("vkGetAccelerationStructureBuildSizesKHR"), 1);
+
+    uint64_t compacted[2] = {0};
+    const VkAccelerationStructureKHR both[] = {as, as};
+    CHECK(f->device_table.WriteAccelerationStructuresPropertiesKHR(
+        f->device, 2, both, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        sizeof(compacted), compacted, sizeof(compacted[0])));
+    assert_int_equal(compacted[1], 2048);
+    f->device_table.DestroyAccelerationStructureKHR(f->device, as, NULL);
+    assert_int_equal(as_address(f, as), 0);
+}
+
+static void test_deferred(void **state) {
+    struct fixture *f = *state;
+    VkDeferredOperationKHR operation;
+    CHECK(f->device_table.CreateDeferredOperationKHR(f->device, NULL, &operation));
+    assert_int_equal(
+        f->device_table.BuildAccelerationStructuresKHR(f->device, operation, 0, NULL, NULL),
+        VK_OPERATION_DEFERRED_KHR);
+    assert_int_equal(f->device_table.GetDeferredOperationResultKHR(f->device, operation),
+                     VK_NOT_READY);
+    assert_int_equal(f->device_table.GetDeferredOperationMaxConcurrencyKHR(f->device, operation),
+                     1);
+    CHECK(f->device_table.DeferredOperationJoinKHR(f->device, operation));
+    CHECK(f->device_table.GetDeferredOperationResultKHR(f->device, operation));
+}
+
+static void test_nv(void **state) {
+    struct fixture *f = *state;
+    const VkAccelerationStructureCreateInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
+        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV,
+                 .instanceCount = 10}};
+    VkAccelerationStructureNV as;
+    CHECK(f->device_table.CreateAccelerationStructureNV(f->device, &info, NULL, &as));
+    const VkAccelerationStructureMemoryRequirementsInfoNV requirements_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
+        .accelerationStructure = as};
+    VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+    f->device_table.GetAccelerationStructureMemoryRequirementsNV(f->device, &requirements_info,
+                                                                 &requirements);
+    assert_true(requirements.memoryRequirements.size >= 4096 + 640);
+    const VkBindAccelerationStructureMemoryInfoNV bind = {
+        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
+        .accelerationStructure = as,
+        .memory = make_memory(f, 0, 65536)};
+    CHECK(f->device_table.BindAccelerationStructureMemoryNV(f->device, 1, &bind));
+    uint64_t handle = 0;
+    CHECK(f->device_table.GetAccelerationStructureHandleNV(f->device, as, sizeof(handle), &handle));
+    assert_int_not_equal(handle, 0);
+    f->device_table.DestroyAccelerationStructureNV(f->device, as, NULL);
+}
+
+int main(void) {
+    void *library = null_driver_load(NULL_DRIVER_LIBRARY, &driver);
+    if (library == NULL) {
+        print_error("%s\n", dlerror());
+        return 1;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_configuration, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_versions, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_formats, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_device_group, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_addresses, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_recycling, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_sparse, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_acceleration_structure, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_deferred, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_nv, set_up_device, tear_down),
+    };
+    int failed = cmocka_run_group_tests_name("null_driver", tests, NULL, NULL);
+    failed += run_command_tests();
+    dlclose(library);
+    return failed;
+}
