@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Writes a picture as PNG. */
+#include <errno.h>
+#include <png.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "fail.h"
+#include "picture.h"
+
+#define PATH_SIZE 4096
+
+/* As mkdir -p. What is there already may be anything: opening the file will tell. */
+static void picture_make_folder(const char *folder)
+{
+    char part[PATH_SIZE];
+    snprintf(part, sizeof(part), "%s", folder);
+    for (char *slash = strchr(part + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = '\0';
+        mkdir(part, 0777);
+        *slash = '/';
+    }
+    mkdir(part, 0777);
+}
+
+void picture_write(const char *folder, const char *name, uint32_t width, uint32_t height,
+                   const uint32_t *pixels)
+{
+    char path[PATH_SIZE];
+    if ((size_t)snprintf(path, sizeof(path), "%s/%s", folder, name) >= sizeof(path))
+        demo_fail("the path of the folder for the picture is too long");
+    picture_make_folder(folder);
+    FILE *file = fopen(path, "wb");
+    if (!file)
+        demo_fail("picture %s: %s", path, strerror(errno));
+
+    png_image image = {
+        .version = PNG_IMAGE_VERSION,
+        .width = width,
+        .height = height,
+        .format = PNG_FORMAT_RGBA,
+    };
+    const int written = png_image_write_to_stdio(&image, file, 0, pixels, 0, NULL);
+    const int closed = fclose(file);
+    if (!written)
+        demo_fail("picture %s: %s", path, image.message);
+    if (closed)
+        demo_fail("picture %s: %s", path, strerror(errno));
+}

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The mistakes: what each changes in a valid build, in words, and the VUID that must come. */
+#ifndef DEMO_PLANTS_H
+#define DEMO_PLANTS_H
+
+#include <stdbool.h>
+
+#include "build_call.h"
+#include "scene.h"
+
+/* Objects that only mistakes use. */
+struct plant_objects {
+    struct gpu_buffer shared;         /* for structures and scratch that get in each other's way */
+    struct gpu_structure shared_low;  /* in `shared` at offset 0, large enough for the mesh */
+    struct gpu_structure shared_next; /* in `shared` 256 bytes on, large enough for the boxes */
+    struct gpu_structure small;       /* half the size that the mesh needs */
+    struct gpu_structure of_top_type; /* large enough for the mesh, but a TLAS */
+    struct gpu_structure unbacked;    /* large enough for the mesh, its memory freed */
+    struct gpu_buffer no_input;       /* vertices in a buffer that isn't for build inputs */
+    struct gpu_buffer no_storage;     /* scratch in a buffer that isn't a storage buffer */
+    VkRenderPass pass;                /* these two null where the queue can't draw */
+    VkFramebuffer framebuffer;
+};
+
+/* One mistake being planted: a valid call and the command buffer that it is about to go to. */
+struct plant_site {
+    struct gpu *gpu;
+    const struct scene *scene;
+    const struct plant_objects *objects;
+    VkCommandBuffer commands;
+    struct build_call call;
+};
+
+/* The call that a mistake starts from. */
+enum plant_base {
+    PLANT_BASE_BOTTOM, /* build 0 the mesh, build 1 the boxes */
+    PLANT_BASE_UPDATE,
+    PLANT_BASE_TOP,
+};
+
+struct plant {
+    enum plant_base base;
+    const char *what; /* planted, in plain words */
+    const char *vuid;
+    /* Make the mistake; false where this device can't express it. */
+    bool (*make)(struct plant_site *site);
+    void (*unmake)(struct plant_site *site); /* afterwards, or null */
+};
+
+extern const struct plant plants[];
+extern const uint32_t plant_count;
+
+void plant_objects_create(struct plant_objects *objects, struct gpu *gpu,
+                          const struct scene *scene);
+void plant_objects_destroy(struct plant_objects *objects, struct gpu *gpu);
+
+#endif

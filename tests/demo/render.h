@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Draws the scene with ray queries in a compute shader. */
+#ifndef DEMO_RENDER_H
+#define DEMO_RENDER_H
+
+#include "gpu.h"
+#include "scene.h"
+
+/* Fill pixels[width * height] with RGBA bytes, the top row first. */
+void render_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, uint32_t height,
+                  uint32_t *pixels);
+
+#endif

@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Listening, capturing, sending. */
+#define _GNU_SOURCE
+#include "hearing.h"
+
+#include <ftw.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static void copy(char *to, size_t size, const char *text)
+{
+    snprintf(to, size, "%s", text ? text : "(null)");
+}
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                           VkDebugUtilsMessageTypeFlagsEXT types,
+                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
+                                           void *user)
+{
+    struct hearing *hearing = user;
+    hearing->count++;
+    hearing->severity = severity;
+    hearing->types = types;
+    copy(hearing->id, sizeof(hearing->id), data->pMessageIdName);
+    copy(hearing->text, sizeof(hearing->text), data->pMessage);
+    hearing->number = data->messageIdNumber;
+    hearing->queue_label_count = data->queueLabelCount;
+    hearing->label_count = data->cmdBufLabelCount;
+    for (uint32_t i = 0; i < data->cmdBufLabelCount && i < HEARD_LABELS; i++)
+        copy(hearing->labels[i], sizeof(hearing->labels[i]), data->pCmdBufLabels[i].pLabelName);
+    hearing->object_count = data->objectCount;
+    for (uint32_t i = 0; i < data->objectCount && i < HEARD_OBJECTS; i++) {
+        hearing->types_of_objects[i] = data->pObjects[i].objectType;
+        hearing->objects[i] = data->pObjects[i].objectHandle;
+        copy(hearing->names[i], sizeof(hearing->names[i]), data->pObjects[i].pObjectName);
+    }
+    return hearing->answer;
+}
+
+VkDebugUtilsMessengerCreateInfoEXT hearing_messenger(struct hearing *hearing)
+{
+    return (VkDebugUtilsMessengerCreateInfoEXT){
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = hear,
+        .pUserData = hearing,
+    };
+}
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL hear_report(VkDebugReportFlagsEXT flags,
+                                                  VkDebugReportObjectTypeEXT object_type,
+                                                  uint64_t object, size_t location,
+                                                  int32_t message_code, const char *layer_prefix,
+                                                  const char *message, void *user)
+{
+    (void)location;
+    struct hearing *hearing = user;
+    hearing->count++;
+    hearing->report_flags = flags;
+    hearing->object_type = object_type;
+    hearing->object = object;
+    hearing->number = message_code;
+    copy(hearing->prefix, sizeof(hearing->prefix), layer_prefix);
+    copy(hearing->text, sizeof(hearing->text), message);
+    return hearing->answer;
+}
+
+VkDebugReportCallbackCreateInfoEXT hearing_report_callback(struct hearing *hearing)
+{
+    return (VkDebugReportCallbackCreateInfoEXT){
+        .sType = VK_STRUCTURE_TYPE_DEBUG_REPORT_CALLBACK_CREATE_INFO_EXT,
+        .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT | VK_DEBUG_REPORT_WARNING_BIT_EXT,
+        .pfnCallback = hear_report,
+        .pUserData = hearing,
+    };
+}
+
+/* ---- streams */
+
+static struct {
+    int descriptor, saved;
+    FILE *file;
+    char text[20000];
+} captured;
+
+void capture_begin(int descriptor)
+{
+    fflush(NULL);
+    captured.descriptor = descriptor;
+    captured.saved = dup(descriptor);
+    captured.file = tmpfile();
+    assert_non_null(captured.file);
+    dup2(fileno(captured.file), descriptor);
+}
+
+const char *capture_end(void)
+{
+    fflush(NULL);
+    dup2(captured.saved, captured.descriptor);
+    close(captured.saved);
+    rewind(captured.file);
+    size_t length = fread(captured.text, 1, sizeof(captured.text) - 1, captured.file);
+    captured.text[length] = '\0';
+    fclose(captured.file);
+    return captured.text;
+}
+
+/* ---- surrounding */
+
+static char folder[] = "/tmp/assay_report_XXXXXX";
+static bool has_folder;
+
+static int remove_entry(const char *path, const struct stat *status, int type, struct FTW *level)
+{
+    (void)status;
+    (void)type;
+    (void)level;
+    return remove(path);
+}
+
+int surrounding_remove(void **state)
+{
+    (void)state;
+    return !has_folder ? 0 : nftw(folder, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
+}
+
+void surrounding_clear(const char *settings_text)
+{
+    static const char *const keys[] = {
+        "LEVEL",
+        "LEVLE",
+        "BACKEND",
+        "REPORT_FLAGS",
+        "DEBUG_ACTION",
+        "LOG_FILENAME",
+        "DUPLICATE_MESSAGE_LIMIT",
+        "ENABLE_MESSAGE_LIMIT",
+        "MESSAGE_ID_FILTER",
+    };
+    for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]); i++) {
+        char name[64];
+        snprintf(name, sizeof(name), "VK_ASSAY_VALIDATION_%s", keys[i]);
+        unsetenv(name);
+    }
+    unsetenv("VK_LAYER_SETTINGS_PATH");
+    unsetenv("XDG_DATA_HOME");
+
+    if (!has_folder)
+        assert_non_null(mkdtemp(folder));
+    has_folder = true;
+    assert_int_equal(chdir(folder), 0);
+    setenv("HOME", folder, 1);
+    nftw(".local", remove_entry, 8, FTW_DEPTH | FTW_PHYS);
+    remove("vk_layer_settings.txt");
+    if (settings_text) {
+        FILE *file = fopen("vk_layer_settings.txt", "w");
+        assert_non_null(file);
+        fputs(settings_text, file);
+        fclose(file);
+    }
+}
+
+struct reporter *reporter_of(const void *chain)
+{
+    struct reporter *reporter = NULL;
+    const VkInstanceCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pNext = chain,
+    };
+    assert_int_equal(reporter_create(&create_info, &reporter), VK_SUCCESS);
+    return reporter;
+}
+
+struct reporter *reporter_heard_by(struct hearing *hearing)
+{
+    const VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(hearing);
+    struct reporter *reporter = reporter_of(NULL);
+    reporter_set_instance_alive(reporter, true);
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(0), &info), VK_SUCCESS);
+    return reporter;
+}
+
+bool send_one(struct reporter *reporter)
+{
+    struct finding finding;
+    violated(&finding, "scratchData.deviceAddress", "{} is not a multiple of {} ({})", hex(0x1010),
+             text("minAccelerationStructureScratchOffsetAlignment"), number(256));
+    const struct location location = {
+        .command = COMMAND_DEVICE,
+        .subject = SUBJECT_BUILD,
+        .build = 1,
+    };
+    return reporter_send(reporter, SENT_RULE, &location, &(struct call_origin){0}, &finding);
+}

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the tests of messages share: a messenger that keeps what it hears, files that keep what is
+ * written, a surrounding without settings, and one finding to send. */
+#ifndef REPORT_HEARING_H
+#define REPORT_HEARING_H
+
+#include "report/reporter.h"
+
+enum { HEARD_TEXT = 10000, HEARD_OBJECTS = 8, HEARD_LABELS = 20 };
+
+/* The last message, copied. Not for several threads. */
+struct hearing {
+    unsigned count;
+    VkBool32 answer;
+    VkDebugUtilsMessageSeverityFlagBitsEXT severity;
+    VkDebugUtilsMessageTypeFlagsEXT types;
+    VkDebugReportFlagsEXT report_flags;
+    VkDebugReportObjectTypeEXT object_type;
+    uint64_t object;
+    char id[256], prefix[32], text[HEARD_TEXT];
+    int32_t number;
+    uint32_t object_count, label_count, queue_label_count;
+    VkObjectType types_of_objects[HEARD_OBJECTS];
+    uint64_t objects[HEARD_OBJECTS];
+    char names[HEARD_OBJECTS][256];
+    char labels[HEARD_LABELS][64];
+};
+
+VkDebugUtilsMessengerCreateInfoEXT hearing_messenger(struct hearing *hearing);
+VkDebugReportCallbackCreateInfoEXT hearing_report_callback(struct hearing *hearing);
+
+/* Sends stderr (or another stream) to a file until the end, which gives the text; one at a time. */
+void capture_begin(int descriptor);
+const char *capture_end(void);
+
+/* An empty folder becomes the current one and HOME, and no setting is in the environment. The text
+ * is that of vk_layer_settings.txt there, or NULL for none. */
+void surrounding_clear(const char *settings_text);
+
+/* A teardown: deletes the folder. */
+int surrounding_remove(void **state);
+
+/* A reporter for VkInstanceCreateInfo with this chain; fails the test if there is none. */
+struct reporter *reporter_of(const void *chain);
+
+/* Handles of the n-th messenger and callback. */
+#define MESSENGER(n) ((VkDebugUtilsMessengerEXT)(uintptr_t)(0x11 + (n)))
+#define CALLBACK(n) ((VkDebugReportCallbackEXT)(uintptr_t)(0x11 + (n)))
+
+/* A reporter of a living instance, with MESSENGER(0). */
+struct reporter *reporter_heard_by(struct hearing *hearing);
+
+/* Sends one finding of pInfos[1] of vkCmdBuildAccelerationStructuresKHR, of a rule with an id that
+ * is SENT_ID. */
+#define SENT_RULE RULE_scratch_address_is_aligned
+#define SENT_VUID VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03710
+#define SENT_ID "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03710"
+bool send_one(struct reporter *reporter);
+
+#endif

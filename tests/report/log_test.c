@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of what is written to the log, and where to. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+
+static int clear(void **state)
+{
+    (void)state;
+    surrounding_clear(NULL);
+    return 0;
+}
+
+static void test_stderr_where_nobody_listens(void **state)
+{
+    (void)state;
+    struct reporter *reporter = reporter_of(NULL);
+    capture_begin(STDERR_FILENO);
+    assert_false(send_one(reporter));
+    const char *log = capture_end();
+    assert_non_null(strstr(log, "Validation Error: [ " SENT_ID " ] | MessageID = 0x"));
+    assert_non_null(strstr(log,
+                           "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].scratchData."
+                           "deviceAddress 0x1010 is not a multiple of "
+                           "minAccelerationStructureScratchOffsetAlignment (256).\n"
+                           "The Vulkan spec states: "));
+    reporter_destroy(reporter);
+
+    /* A messenger that hears errors only leaves the warnings to the log. */
+    struct hearing hearing = {0};
+    reporter = reporter_heard_by(&hearing);
+    reporter_remove_messenger(reporter, MESSENGER(0));
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&hearing);
+    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(0), &info), VK_SUCCESS);
+    capture_begin(STDERR_FILENO);
+    send_one(reporter);
+    reporter_warn(reporter, "Something is odd.");
+    log = capture_end();
+    assert_null(strstr(log, SENT_ID));
+    assert_non_null(strstr(log, "\nSomething is odd.\n"));
+    reporter_destroy(reporter);
+}
+
+static unsigned occurrences(const char *text, const char *word)
+{
+    unsigned count = 0;
+    for (; (text = strstr(text, word)); text++)
+        count++;
+    return count;
+}
+
+static void test_log_file(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "log", 1);
+    struct hearing hearing = {0};
+    capture_begin(STDERR_FILENO);
+    struct reporter *first = reporter_heard_by(&hearing), *second = reporter_of(NULL);
+    send_one(first);
+    send_one(second);
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 1); /* the log comes beside the messengers */
+
+    char log[16384];
+    FILE *file = fopen("assay.log", "r"); /* written at once, not only at the end */
+    assert_non_null(file);
+    log[fread(log, 1, sizeof(log) - 1, file)] = '\0';
+    fclose(file);
+    assert_int_equal(occurrences(log, "Validation Error: [ " SENT_ID " ]"), 2);
+    reporter_destroy(first);
+    reporter_destroy(second);
+    remove("assay.log");
+}
+
+static void test_log_to_stdout(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "stdout", 1);
+    struct reporter *reporter = reporter_of(NULL);
+    capture_begin(STDOUT_FILENO);
+    send_one(reporter);
+    const char *log = capture_end();
+    assert_non_null(strstr(log, SENT_ID));
+    reporter_destroy(reporter);
+    assert_int_not_equal(access("stdout", F_OK), 0);
+}
+
+static void test_log_file_that_cannot_be_opened(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/assay.log", 1);
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_of(NULL);
+    send_one(reporter);
+    const char *log = capture_end();
+    assert_non_null(strstr(log, "Validation Warning: "));
+    assert_non_null(strstr(log,
+                           "assay_validation.log_filename: \"/nonexistent/assay.log\" cannot "
+                           "be opened for writing (No such file or directory)"));
+    assert_non_null(strstr(log, SENT_ID));
+    reporter_destroy(reporter);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_stderr_where_nobody_listens, clear),
+        cmocka_unit_test_setup(test_log_file, clear),
+        cmocka_unit_test_setup(test_log_to_stdout, clear),
+        cmocka_unit_test_setup(test_log_file_that_cannot_be_opened, clear),
+    };
+    return cmocka_run_group_tests_name("log", tests, NULL, surrounding_remove);
+}

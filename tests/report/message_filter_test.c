@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the entries of message_id_filter. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+#include "report/message.h"
+#include "report/message_filter.h"
+
+/* The entry names `count` ids, and one of them is `vuid`. */
+static void assert_filter(const char *entry, unsigned count, enum vuid vuid)
+{
+    bool muted[VUID_COUNT] = {false};
+    assert_int_equal(message_filter_add(muted, entry), count != 0);
+    unsigned found = 0;
+    for (unsigned i = 0; i < VUID_COUNT; i++)
+        found += muted[i];
+    assert_int_equal(found, count);
+    assert_int_equal(muted[vuid], count != 0);
+}
+
+static void test_by_id_and_number(void **state)
+{
+    (void)state;
+    char number[32];
+    assert_filter(SENT_ID, 1, SENT_VUID);
+    assert_filter("vuid-vkcmdbuildaccelerationstructureskhr-pinfos-03710", 1, SENT_VUID);
+    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid += 37) {
+        int32_t id_number = message_id_number(vuid_texts[vuid].id);
+        snprintf(number, sizeof(number), "0x%x", (uint32_t)id_number);
+        assert_filter(number, 1, vuid);
+        snprintf(number, sizeof(number), "%u", (uint32_t)id_number);
+        assert_filter(number, 1, vuid);
+        snprintf(number, sizeof(number), "%d", id_number);
+        assert_filter(number, 1, vuid);
+    }
+}
+
+static void test_by_digits(void **state)
+{
+    (void)state;
+    assert_filter("03710", 2, SENT_VUID); /* of the device command and of the indirect one */
+    assert_filter("03710", 2, VUID_vkCmdBuildAccelerationStructuresIndirectKHR_pInfos_03710);
+}
+
+static void test_by_retired_id(void **state)
+{
+    (void)state;
+    const char *retired = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674";
+    assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
+    assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
+}
+
+static void test_entries_that_name_nothing(void **state)
+{
+    (void)state;
+    static const char *const entries[] = {
+        "", "-", "0x", "3710", "parameter", "99999", "0x1ffffffff", "VUID-vkCmdDraw-None-02699",
+    };
+    for (size_t i = 0; i < sizeof(entries) / sizeof(entries[0]); i++)
+        assert_filter(entries[i], 0, VUID_NONE);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_by_id_and_number),
+        cmocka_unit_test(test_by_digits),
+        cmocka_unit_test(test_by_retired_id),
+        cmocka_unit_test(test_entries_that_name_nothing),
+    };
+    return cmocka_run_group_tests_name("message filter", tests, NULL, NULL);
+}

@@ -1,0 +1,332 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the wording of messages. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+#include "report/message.h"
+#include "state/object_names.h"
+
+#define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)
+#define COMMAND_BUFFER_HANDLE ((VkCommandBuffer)(uintptr_t)0xc0)
+
+static struct message message;
+
+/* The message of a finding of the rule about scratch alignment. */
+static const char *word(const struct location *location, const struct call_origin *origin,
+                        const struct finding *finding)
+{
+    message_of_finding(&message, SENT_VUID, location, origin, finding, 0);
+    return message.text;
+}
+
+/* The first line of it. */
+static const char *first_line(enum build_command command, enum subject subject, bool by_pointer,
+                              const struct finding *finding)
+{
+    static char line[MESSAGE_SIZE];
+    const struct location location = {
+        .command = command,
+        .subject = subject,
+        .build = 3,
+        .geometry = 5,
+        .geometry_by_pointer = by_pointer,
+    };
+    snprintf(line, sizeof(line), "%s", word(&location, &(struct call_origin){0}, finding));
+    line[strcspn(line, "\n")] = '\0';
+    return line;
+}
+
+static void test_id_numbers_are_those_of_the_khronos_layer(void **state)
+{
+    (void)state;
+    assert_int_equal(message_id_number("VUID-vkDestroyDevice-device-05137"), 0x4872eaa0);
+    assert_int_equal(message_id_number("VUID-vkDestroyDevice-device-00378"), 0x71500fba);
+}
+
+static void test_paths(void **state)
+{
+    (void)state;
+#define BUILD "vkCmdBuildAccelerationStructuresKHR(): "
+#define INDIRECT "vkCmdBuildAccelerationStructuresIndirectKHR(): "
+    static const struct {
+        enum build_command command;
+        enum subject subject;
+        bool by_pointer;
+        const char *field, *expected;
+    } cases[] = {
+        {COMMAND_DEVICE, SUBJECT_CALL, false, "infoCount", BUILD "infoCount is wrong."},
+        {COMMAND_DEVICE, SUBJECT_CALL, false, "", BUILD "is wrong."},
+        {COMMAND_DEVICE, SUBJECT_CALL, false, NULL, BUILD "is wrong."},
+        {COMMAND_DEVICE, SUBJECT_BUILD, false, "mode", BUILD "pInfos[3].mode is wrong."},
+        {COMMAND_DEVICE, SUBJECT_BUILD, false, "", BUILD "pInfos[3] is wrong."},
+        {COMMAND_HOST, SUBJECT_BUILD, false, "mode",
+         "vkBuildAccelerationStructuresKHR(): pInfos[3].mode is wrong."},
+        {COMMAND_DEVICE, SUBJECT_GEOMETRY, false, "flags",
+         BUILD "pInfos[3].pGeometries[5].flags is wrong."},
+        {COMMAND_DEVICE, SUBJECT_GEOMETRY, true, "flags",
+         BUILD "pInfos[3].ppGeometries[5]->flags is wrong."},
+        {COMMAND_DEVICE, SUBJECT_GEOMETRY, true, "", BUILD "pInfos[3].ppGeometries[5] is wrong."},
+        {COMMAND_DEVICE, SUBJECT_RANGE, false, "primitiveOffset",
+         BUILD "ppBuildRangeInfos[3][5].primitiveOffset is wrong."},
+        {COMMAND_DEVICE, SUBJECT_RANGE, false, "", BUILD "ppBuildRangeInfos[3][5] is wrong."},
+        {COMMAND_INDIRECT, SUBJECT_RANGE, false, "primitiveCount",
+         INDIRECT "ppMaxPrimitiveCounts[3][5] is wrong."},
+        {COMMAND_INDIRECT, SUBJECT_BUILD, false, "mode", INDIRECT "pInfos[3].mode is wrong."},
+        {COMMAND_NV, SUBJECT_BUILD, false, "flags",
+         "vkCmdBuildAccelerationStructureNV(): pInfo->flags is wrong."},
+        {COMMAND_NV, SUBJECT_GEOMETRY, false, "flags",
+         "vkCmdBuildAccelerationStructureNV(): pInfo->pGeometries[5].flags is wrong."},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        struct finding finding;
+        violated_plainly(&finding, cases[i].field, "is wrong");
+        assert_string_equal(
+            first_line(cases[i].command, cases[i].subject, cases[i].by_pointer, &finding),
+            cases[i].expected);
+    }
+}
+
+static void test_values(void **state)
+{
+    (void)state;
+    struct finding finding;
+    violated(&finding, "a", "{}, {}, {}, {}, {} and {} {}", hex(0xffffffffffffffff),
+             number(18446744073709551615u), text("VK_FORMAT_UNDEFINED"),
+             object(VK_OBJECT_TYPE_BUFFER, 0x12), field_of(7, "dstAccelerationStructure"),
+             object(VK_OBJECT_TYPE_DEVICE_MEMORY, 0));
+    assert_string_equal(first_line(COMMAND_DEVICE, SUBJECT_CALL, false, &finding), BUILD
+                        "a 0xffffffffffffffff, 18446744073709551615, VK_FORMAT_UNDEFINED, "
+                        "VkBuffer 0x12, pInfos[7].dstAccelerationStructure and "
+                        "VK_NULL_HANDLE {}.");
+    assert_int_equal(message.object_count, 1);
+
+    violated(&finding, "a", "is {}{}, {}.", text(NULL), object(VK_OBJECT_TYPE_IMAGE, 3),
+             field_of(1, ""));
+    assert_string_equal(first_line(COMMAND_DEVICE, SUBJECT_CALL, false, &finding),
+                        BUILD "a is object 0x3, pInfos[1].");
+}
+
+static void test_origin(void **state)
+{
+    (void)state;
+    struct object_names *names;
+    struct label_stack labels = {0};
+    struct call_origin origin = {.device = DEVICE_HANDLE,
+                                 .command_buffer = COMMAND_BUFFER_HANDLE,
+                                 .build_index = 14,
+                                 .labels = &labels};
+    struct location location = {COMMAND_DEVICE, SUBJECT_BUILD, 3, 0, false};
+    struct finding finding;
+    violated(&finding, "dst", "{} overlaps {}",
+             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 0xa),
+             object(VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0));
+
+    assert_non_null(strstr(word(&location, &origin, &finding),
+                           BUILD "pInfos[3].dst VkAccelerationStructureKHR 0xa overlaps "
+                                 "VkCommandBuffer 0xc0. Command buffer VkCommandBuffer 0xc0, "
+                                 "build 17.\n"));
+
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, "builds");
+    object_names_set(names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 0xa, "bunny");
+    origin.names = names;
+    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "Frame 3"});
+    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "BLAS updates"});
+    assert_non_null(strstr(word(&location, &origin, &finding), BUILD
+                           "pInfos[3].dst VkAccelerationStructureKHR 0xa[\"bunny\"] overlaps "
+                           "VkCommandBuffer 0xc0[\"builds\"]. Command buffer VkCommandBuffer "
+                           "0xc0[\"builds\"], build 17, labels \"Frame 3\" > \"BLAS updates\".\n"));
+    location.subject = SUBJECT_CALL;
+    assert_non_null(strstr(word(&location, &origin, &finding),
+                           "0xc0[\"builds\"], labels \"Frame 3\" > \"BLAS updates\".\n"));
+
+    assert_int_equal(message.object_count, 2);
+    assert_int_equal(message.objects[0].objectType, VK_OBJECT_TYPE_COMMAND_BUFFER);
+    assert_int_equal(message.objects[0].objectHandle, 0xc0);
+    assert_string_equal(message.objects[0].pObjectName, "builds");
+    assert_int_equal(message.objects[1].objectHandle, 0xa);
+    assert_string_equal(message.objects[1].pObjectName, "bunny");
+    assert_int_equal(message.label_count, 2);
+    assert_string_equal(message.labels[0].pLabelName, "BLAS updates");
+    assert_string_equal(message.labels[1].pLabelName, "Frame 3");
+
+    origin.command_buffer = VK_NULL_HANDLE;
+    assert_null(strstr(word(&location, &origin, &finding), "Command buffer"));
+    assert_int_equal(message.objects[0].objectType, VK_OBJECT_TYPE_DEVICE);
+    assert_null(message.objects[0].pObjectName);
+    label_stack_clear(&labels);
+    object_names_destroy(names);
+}
+
+static void test_specification(void **state)
+{
+    (void)state;
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    char expected[MESSAGE_SIZE];
+    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
+        const struct vuid_text *stated = &vuid_texts[vuid];
+        if (!stated->sentence[0])
+            continue;
+        message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding, 0);
+        snprintf(expected, sizeof(expected),
+                 BUILD
+                 "is wrong.\nThe Vulkan spec states: %s "
+                 "(https://docs.vulkan.org/spec/latest/%s#%s)",
+                 stated->sentence, stated->page, stated->id);
+        assert_memory_equal(message.text, expected, strlen(expected));
+        const char *rest = message.text + strlen(expected);
+        if (vuid_retired(vuid, 0)) {
+            snprintf(expected, sizeof(expected), " (formerly %s", vuid_retired(vuid, 0));
+            assert_memory_equal(rest, expected, strlen(expected));
+            assert_int_equal(rest[strlen(rest) - 1], ')');
+        } else {
+            assert_string_equal(rest, "");
+        }
+    }
+    message_of_finding(&message, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261, &location,
+                       &(struct call_origin){0}, &finding, 0);
+    assert_non_null(strstr(message.text,
+                           ") (formerly VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674, "
+                           "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03802)"));
+}
+
+static void test_heading_and_log(void **state)
+{
+    (void)state;
+    struct object_names *names;
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    violated(&finding, "dst", "{} is wrong", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "vertices");
+    word(&location, &(struct call_origin){.device = DEVICE_HANDLE, .names = names}, &finding);
+    object_names_destroy(names);
+
+    char heading[256], *log = NULL;
+    snprintf(heading, sizeof(heading), "Validation Error: [ " SENT_ID " ] | MessageID = 0x%x\n",
+             (uint32_t)message_id_number(SENT_ID));
+    assert_memory_equal(message.heading, heading, strlen(heading));
+    assert_ptr_equal(message.text, message.heading + strlen(heading));
+
+    size_t size;
+    FILE *file = open_memstream(&log, &size);
+    message_write(&message, file);
+    fclose(file);
+    assert_memory_equal(log, message.heading, strlen(message.heading));
+    assert_string_equal(log + strlen(message.heading),
+                        "\n    Objects: 2\n"
+                        "        [0] VkDevice 0xd0\n"
+                        "        [1] VkBuffer 0xb[\"vertices\"]\n");
+    free(log);
+
+    message_of_warning(&message, "Something is odd.");
+    file = open_memstream(&log, &size);
+    message_write(&message, file);
+    fclose(file);
+    assert_non_null(strstr(log, "Validation Warning: [ ASSAY-warning ] | MessageID = 0x"));
+    assert_non_null(strstr(log, "\nSomething is odd.\n"));
+    assert_null(strstr(log, "Objects"));
+    free(log);
+}
+
+static void test_last_notice(void **state)
+{
+    (void)state;
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding, 10);
+    assert_non_null(strstr(message.text,
+                           "\nThis VUID has now been reported 10 times and will not "
+                           "be reported again: duplicate_message_limit is reached."));
+    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding, 1);
+    assert_non_null(strstr(message.text, "reported 1 time and"));
+}
+
+/* ---- what does not fit */
+
+static void test_too_much_text_is_cut(void **state)
+{
+    (void)state;
+    static char much[20000];
+    for (size_t i = 0; i + 2 < sizeof(much); i += 2)
+        memcpy(much + i, "\xc3\xa9", 2); /* é */
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    violated(&finding, "a", "is {}", text(much));
+    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
+                       4000000000u);
+    assert_true(strlen(message.heading) < MESSAGE_SIZE);
+    assert_non_null(strstr(message.text,
+                           "\xc3\xa9...\nThis VUID has now been reported 4000000000 "
+                           "times and will not be reported again: "
+                           "duplicate_message_limit is reached."));
+}
+
+static void test_long_names_and_deep_labels_are_cut(void **state)
+{
+    (void)state;
+    char name[2000];
+    memset(name, 'n', sizeof(name) - 1);
+    name[sizeof(name) - 1] = '\0';
+    struct object_names *names;
+    struct label_stack labels = {0};
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, name);
+    for (unsigned i = 0; i < 20; i++)
+        label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = i == 19 ? name : "x"});
+    const struct call_origin origin = {
+        .command_buffer = COMMAND_BUFFER_HANDLE, .names = names, .labels = &labels};
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    const char *words = word(&location, &origin, &finding);
+    assert_non_null(strstr(words, "labels ... > \"x\" > "));
+    assert_non_null(strstr(words, "n\".\nThe Vulkan spec states: "));
+    assert_int_equal(strlen(message.objects[0].pObjectName), MESSAGE_NAME_SIZE - 1);
+    assert_int_equal(message.label_count, MESSAGE_LABELS);
+    assert_string_equal(message.labels[0].pLabelName, name);
+    label_stack_clear(&labels);
+    object_names_destroy(names);
+}
+
+static void test_every_object_has_room(void **state)
+{
+    (void)state;
+    struct finding finding;
+    violated(&finding, "", "{} {} {} {} {} {}", object(VK_OBJECT_TYPE_BUFFER, 1),
+             object(VK_OBJECT_TYPE_BUFFER, 2), object(VK_OBJECT_TYPE_BUFFER, 3),
+             object(VK_OBJECT_TYPE_BUFFER, 4), object(VK_OBJECT_TYPE_BUFFER, 5),
+             object(VK_OBJECT_TYPE_DEVICE_MEMORY, 5));
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    word(&location, &(struct call_origin){.command_buffer = COMMAND_BUFFER_HANDLE}, &finding);
+    assert_int_equal(message.object_count, MESSAGE_OBJECTS);
+    assert_non_null(strstr(message.text, "VkBuffer 0x5 VkDeviceMemory 0x5."));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_id_numbers_are_those_of_the_khronos_layer),
+        cmocka_unit_test(test_paths),
+        cmocka_unit_test(test_values),
+        cmocka_unit_test(test_origin),
+        cmocka_unit_test(test_specification),
+        cmocka_unit_test(test_heading_and_log),
+        cmocka_unit_test(test_last_notice),
+        cmocka_unit_test(test_too_much_text_is_cut),
+        cmocka_unit_test(test_long_names_and_deep_labels_are_cut),
+        cmocka_unit_test(test_every_object_has_room),
+    };
+    return cmocka_run_group_tests_name("message", tests, NULL, NULL);
+}

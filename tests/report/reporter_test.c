@@ -1,0 +1,403 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of who hears which message. */
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+#include "report/message.h"
+#include "scarce_memory.h"
+#include "state/object_names.h"
+
+static int clear(void **state)
+{
+    (void)state;
+    surrounding_clear(NULL);
+    return 0;
+}
+
+/* ---- messengers */
+
+static void test_callback_data(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct object_names *names;
+    struct label_stack labels = {0};
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "scratch");
+    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    const struct call_origin origin = {
+        .command_buffer = (VkCommandBuffer)(uintptr_t)0xc, .names = names, .labels = &labels};
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    violated(&finding, "scratchData", "is in {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+
+    capture_begin(STDERR_FILENO);
+    assert_false(reporter_send(reporter, SENT_RULE, &location, &origin, &finding));
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 1);
+    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
+    assert_int_equal(hearing.types, VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
+    assert_string_equal(hearing.id, SENT_ID);
+    assert_int_equal(hearing.number, message_id_number(SENT_ID));
+    assert_memory_equal(hearing.text, "vkCmdBuildAccelerationStructuresKHR(): pInfos[0].", 49);
+    assert_int_equal(hearing.queue_label_count, 0);
+    assert_int_equal(hearing.label_count, 1);
+    assert_string_equal(hearing.labels[0], "frame");
+    assert_int_equal(hearing.object_count, 2);
+    assert_int_equal(hearing.types_of_objects[0], VK_OBJECT_TYPE_COMMAND_BUFFER);
+    assert_string_equal(hearing.names[0], "(null)");
+    assert_int_equal(hearing.types_of_objects[1], VK_OBJECT_TYPE_BUFFER);
+    assert_int_equal(hearing.objects[1], 0xb);
+    assert_string_equal(hearing.names[1], "scratch");
+    label_stack_clear(&labels);
+    object_names_destroy(names);
+    reporter_destroy(reporter);
+}
+
+static void test_report_callback(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&hearing);
+    struct reporter *reporter = reporter_of(NULL);
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &info), VK_SUCCESS);
+    capture_begin(STDERR_FILENO);
+    assert_false(send_one(reporter));
+    assert_int_equal(hearing.count, 1);
+    assert_int_equal(hearing.report_flags, VK_DEBUG_REPORT_ERROR_BIT_EXT);
+    assert_int_equal(hearing.object_type, VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT);
+    assert_int_equal(hearing.number, message_id_number(SENT_ID));
+    assert_string_equal(hearing.prefix, "Assay");
+    assert_non_null(strstr(hearing.text, "Validation Error: [ " SENT_ID " ] | MessageID = 0x"));
+    assert_non_null(strstr(hearing.text, "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1]."));
+
+    const struct call_origin origin = {.device = (VkDevice)(uintptr_t)0xd};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    hearing.answer = VK_TRUE;
+    assert_true(reporter_send(reporter, SENT_RULE, &(struct location){.command = COMMAND_DEVICE},
+                              &origin, &finding));
+    assert_int_equal(hearing.object_type, VK_DEBUG_REPORT_OBJECT_TYPE_DEVICE_EXT);
+    assert_int_equal(hearing.object, 0xd);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.report_flags, VK_DEBUG_REPORT_WARNING_BIT_EXT);
+    assert_string_equal(capture_end(), "");
+    reporter_destroy(reporter);
+}
+
+static void test_masks(void **state)
+{
+    (void)state;
+    struct hearing errors = {0}, warnings = {0}, performance = {0}, report_errors = {0};
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&errors);
+    VkDebugReportCallbackCreateInfoEXT report_info = hearing_report_callback(&report_errors);
+    struct reporter *reporter = reporter_of(NULL);
+    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(0), &info), VK_SUCCESS);
+    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT;
+    info.pUserData = &warnings;
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(1), &info), VK_SUCCESS);
+    info = hearing_messenger(&performance);
+    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(2), &info), VK_SUCCESS);
+    info.pfnUserCallback = NULL;
+    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(3), &info), VK_SUCCESS);
+    report_info.flags = VK_DEBUG_REPORT_ERROR_BIT_EXT;
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &report_info), VK_SUCCESS);
+    report_info.pfnCallback = NULL;
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(1), &report_info), VK_SUCCESS);
+
+    send_one(reporter);
+    assert_int_equal(errors.count, 1);
+    assert_int_equal(warnings.count, 0);
+    assert_int_equal(report_errors.count, 1);
+    reporter_warn(reporter, "Something is odd.");
+    assert_int_equal(errors.count, 1);
+    assert_int_equal(warnings.count, 1);
+    assert_int_equal(report_errors.count, 1);
+    assert_int_equal(warnings.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
+    assert_string_equal(warnings.text, "Something is odd.");
+    assert_int_equal(performance.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_any_callback_can_skip_the_call(void **state)
+{
+    (void)state;
+    struct hearing first = {0}, second = {0};
+    struct reporter *reporter = reporter_heard_by(&first);
+    const VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&second);
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(1), &info), VK_SUCCESS);
+    assert_false(send_one(reporter));
+    first.answer = VK_TRUE;
+    assert_true(send_one(reporter));
+    first.answer = VK_FALSE;
+    second.answer = VK_TRUE;
+    assert_true(send_one(reporter));
+    assert_int_equal(first.count, 3);
+    assert_int_equal(second.count, 3);
+    reporter_destroy(reporter);
+}
+
+static void test_removal(void **state)
+{
+    (void)state;
+    struct hearing first = {0}, second = {0};
+    struct reporter *reporter = reporter_heard_by(&first);
+    const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&second);
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &info), VK_SUCCESS);
+    reporter_remove_messenger(reporter, MESSENGER(1));
+    reporter_remove_messenger(reporter, MESSENGER(0));
+    send_one(reporter);
+    assert_int_equal(first.count, 0);
+    assert_int_equal(second.count, 1);
+
+    const VkDebugUtilsMessengerCreateInfoEXT again = hearing_messenger(&first);
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(0), &again), VK_SUCCESS);
+    reporter_remove_report_callback(reporter, CALLBACK(0));
+    send_one(reporter);
+    assert_int_equal(first.count, 1);
+    assert_int_equal(second.count, 1);
+    reporter_destroy(reporter);
+}
+
+/* ---- messengers of the create info */
+
+static void test_create_info_messengers_serve_creation_and_destruction(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
+    struct hearing early = {0}, early_report = {0}, late = {0};
+    VkDebugReportCallbackCreateInfoEXT report = hearing_report_callback(&early_report);
+    VkDebugUtilsMessengerCreateInfoEXT utils = hearing_messenger(&early);
+    utils.pNext = &report;
+    const VkBaseInStructure unknown = {(VkStructureType)0x7ffffff0, (VkBaseInStructure *)&utils};
+
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_of(&unknown);
+    assert_int_equal(early.count, 1);
+    assert_int_equal(early_report.count, 1);
+    assert_non_null(strstr(early.text, "assay_validation.level: \"contents\""));
+    reporter_remove_messenger(reporter, VK_NULL_HANDLE);
+
+    reporter_set_instance_alive(reporter, true);
+    const VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&late);
+    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(0), &info), VK_SUCCESS);
+    send_one(reporter);
+    assert_int_equal(late.count, 1);
+    assert_int_equal(early.count, 1);
+
+    reporter_set_instance_alive(reporter, false);
+    reporter_warn(reporter, "Something is left.");
+    assert_int_equal(early.count, 2);
+    assert_int_equal(early_report.count, 2);
+    assert_string_equal(capture_end(), "");
+    reporter_destroy(reporter);
+}
+
+/* ---- actions and filters */
+
+static void test_ignore(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "ignore", 1);
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
+    struct hearing hearing = {.answer = VK_TRUE};
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    assert_false(reporter_wants(reporter, SENT_VUID));
+    assert_false(send_one(reporter));
+    reporter_warn(reporter, "odd");
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_callback_only(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    struct hearing hearing = {0};
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    send_one(reporter);
+    reporter_remove_messenger(reporter, MESSENGER(0));
+    send_one(reporter);
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 1);
+    reporter_destroy(reporter);
+}
+
+static volatile sig_atomic_t traps;
+
+static void count_trap(int number)
+{
+    (void)number;
+    traps++;
+}
+
+static void test_break(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "break", 1);
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct sigaction old, new = {.sa_handler = count_trap};
+    sigaction(SIGTRAP, &new, &old);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(traps, 0);
+    send_one(reporter);
+    assert_int_equal(traps, 1);
+    sigaction(SIGTRAP, &old, NULL);
+    assert_int_equal(hearing.count, 2);
+    reporter_destroy(reporter);
+}
+
+static void test_report_flags(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 0);
+    send_one(reporter);
+    assert_int_equal(hearing.count, 1);
+    reporter_destroy(reporter);
+
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
+    reporter = reporter_heard_by(&hearing);
+    assert_false(reporter_wants(reporter, SENT_VUID));
+    send_one(reporter);
+    assert_int_equal(hearing.count, 1);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 2);
+    reporter_destroy(reporter);
+}
+
+static void test_muted_ids(void **state)
+{
+    (void)state;
+    struct hearing hearing = {.answer = VK_TRUE};
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    assert_false(reporter_wants(reporter, VUID_NONE));
+    assert_false(reporter_wants(reporter, SENT_VUID));
+    assert_true(reporter_wants(reporter, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258));
+    assert_false(send_one(reporter));
+    assert_int_equal(hearing.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_a_command_without_the_statement_is_not_told(void **state)
+{
+    (void)state;
+    struct hearing hearing = {.answer = VK_TRUE};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    assert_int_equal(rule_infos[SENT_RULE].vuid[COMMAND_HOST], VUID_NONE);
+    assert_false(reporter_send(reporter, SENT_RULE, &(struct location){.command = COMMAND_HOST},
+                               &(struct call_origin){0}, &finding));
+    assert_int_equal(hearing.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_duplicates(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    for (unsigned i = 1; i <= 12; i++) {
+        assert_int_equal(reporter_wants(reporter, SENT_VUID), i <= 10);
+        send_one(reporter);
+        assert_int_equal(hearing.count, i <= 10 ? i : 10);
+        assert_int_equal(strstr(hearing.text, "reported 10 times") != NULL, i >= 10);
+    }
+    assert_true(reporter_wants(reporter, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258));
+    for (unsigned i = 1; i <= 12; i++)
+        reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 20);
+    reporter_destroy(reporter);
+
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
+    hearing.count = 0;
+    reporter = reporter_heard_by(&hearing);
+    for (unsigned i = 1; i <= 100; i++)
+        send_one(reporter);
+    assert_int_equal(hearing.count, 100);
+    assert_null(strstr(hearing.text, "reported again"));
+    assert_true(reporter_wants(reporter, SENT_VUID));
+    reporter_destroy(reporter);
+}
+
+/* ---- no memory */
+
+/* Whatever fails, a reporter that came to be sends its findings. */
+static void test_without_memory(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/assay.log", 1);
+    struct hearing early = {0}, late = {0};
+    const VkDebugUtilsMessengerCreateInfoEXT chain = hearing_messenger(&early);
+    const VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&late);
+    const VkInstanceCreateInfo create_info = {.pNext = &chain};
+    bool failed = true;
+    int count;
+    for (count = 0; failed; count++) {
+        struct reporter *reporter = NULL;
+        late.count = 0;
+        memory_fail_after(count);
+        VkResult result = reporter_create(&create_info, &reporter);
+        if (result == VK_SUCCESS) {
+            reporter_set_instance_alive(reporter, true);
+            result = reporter_add_messenger(reporter, MESSENGER(0), &info);
+            capture_begin(STDERR_FILENO);
+            send_one(reporter);
+            const char *log = capture_end();
+            assert_int_equal(late.count, result == VK_SUCCESS);
+            assert_int_equal(strstr(log, SENT_ID) != NULL, result != VK_SUCCESS);
+            reporter_remove_messenger(reporter, MESSENGER(0));
+        }
+        failed = memory_fail_no_more();
+        if (result != VK_SUCCESS)
+            assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+        reporter_destroy(reporter);
+    }
+    assert_true(count > 2); /* memory did run out */
+    assert_int_equal(late.count, 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_callback_data, clear),
+        cmocka_unit_test_setup(test_report_callback, clear),
+        cmocka_unit_test_setup(test_masks, clear),
+        cmocka_unit_test_setup(test_any_callback_can_skip_the_call, clear),
+        cmocka_unit_test_setup(test_removal, clear),
+        cmocka_unit_test_setup(test_create_info_messengers_serve_creation_and_destruction, clear),
+        cmocka_unit_test_setup(test_ignore, clear),
+        cmocka_unit_test_setup(test_callback_only, clear),
+        cmocka_unit_test_setup(test_break, clear),
+        cmocka_unit_test_setup(test_report_flags, clear),
+        cmocka_unit_test_setup(test_muted_ids, clear),
+        cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told, clear),
+        cmocka_unit_test_setup(test_duplicates, clear),
+        cmocka_unit_test_setup(test_without_memory, clear),
+    };
+    return cmocka_run_group_tests_name("reporter", tests, NULL, surrounding_remove);
+}

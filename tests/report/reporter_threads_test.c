@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of messages sent on many threads while messengers come and go, also from inside callbacks.
+ */
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+
+enum { SENDERS = 4, SENT_EACH = 500 };
+
+static atomic_uint heard, last_notices;
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL count_message(
+    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
+    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+{
+    (void)severity;
+    (void)types;
+    (void)user;
+    atomic_fetch_add(&heard, 1);
+    if (strstr(data->pMessage, "will not be reported again"))
+        atomic_fetch_add(&last_notices, 1);
+    return VK_FALSE;
+}
+
+static VkDebugUtilsMessengerCreateInfoEXT messenger(PFN_vkDebugUtilsMessengerCallbackEXT call,
+                                                    void *user)
+{
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(NULL);
+    info.pfnUserCallback = call;
+    info.pUserData = user;
+    return info;
+}
+
+static void *send_many(void *context)
+{
+    for (unsigned i = 0; i < SENT_EACH; i++)
+        send_one(context);
+    return NULL;
+}
+
+static void send_on_threads(struct reporter *reporter, void (*meanwhile)(struct reporter *))
+{
+    pthread_t senders[SENDERS];
+    atomic_store(&heard, 0);
+    atomic_store(&last_notices, 0);
+    for (unsigned i = 0; i < SENDERS; i++)
+        assert_int_equal(pthread_create(&senders[i], NULL, send_many, reporter), 0);
+    meanwhile(reporter);
+    for (unsigned i = 0; i < SENDERS; i++)
+        pthread_join(senders[i], NULL);
+}
+
+static struct reporter *counted(const char *limit)
+{
+    surrounding_clear(NULL);
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", limit, 1);
+    struct reporter *reporter = reporter_of(NULL);
+    const VkDebugUtilsMessengerCreateInfoEXT info = messenger(count_message, NULL);
+    assert_int_equal(
+        reporter_add_messenger(reporter, (VkDebugUtilsMessengerEXT)(uintptr_t)1, &info),
+        VK_SUCCESS);
+    return reporter;
+}
+
+/* ---- */
+
+static void add_and_remove(struct reporter *reporter)
+{
+    struct hearing report = {0};
+    const VkDebugUtilsMessengerCreateInfoEXT info = messenger(count_message, NULL);
+    VkDebugReportCallbackCreateInfoEXT report_info = hearing_report_callback(&report);
+    report_info.flags = VK_DEBUG_REPORT_PERFORMANCE_WARNING_BIT_EXT;
+    for (uintptr_t i = 0; i < 300; i++) {
+        VkDebugUtilsMessengerEXT handle = (VkDebugUtilsMessengerEXT)(2 + i % 3);
+        VkDebugReportCallbackEXT callback = (VkDebugReportCallbackEXT)(1 + i % 3);
+        reporter_add_messenger(reporter, handle, &info);
+        reporter_add_report_callback(reporter, callback, &report_info);
+        reporter_remove_messenger(reporter, handle);
+        reporter_remove_report_callback(reporter, callback);
+        reporter_set_instance_alive(reporter, i % 2);
+    }
+}
+
+static void test_messengers_come_and_go(void **state)
+{
+    (void)state;
+    struct reporter *reporter = counted("0");
+    send_on_threads(reporter, add_and_remove);
+    assert_true(atomic_load(&heard) >= SENDERS * SENT_EACH);
+    reporter_destroy(reporter);
+}
+
+static void wait_for_senders(struct reporter *reporter)
+{
+    while (reporter_wants(reporter, SENT_VUID))
+        ;
+}
+
+static void test_the_limit_is_exact(void **state)
+{
+    (void)state;
+    struct reporter *reporter = counted("100");
+    send_on_threads(reporter, wait_for_senders);
+    assert_int_equal(atomic_load(&heard), 100);
+    assert_int_equal(atomic_load(&last_notices), 1);
+    reporter_destroy(reporter);
+}
+
+/* ---- callbacks that call back */
+
+struct meddler {
+    struct reporter *reporter;
+    VkDebugUtilsMessengerEXT handle;
+    unsigned calls;
+};
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL meddle(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                             VkDebugUtilsMessageTypeFlagsEXT types,
+                                             const VkDebugUtilsMessengerCallbackDataEXT *data,
+                                             void *user)
+{
+    (void)severity;
+    (void)types;
+    (void)data;
+    struct meddler *meddler = user;
+    const VkDebugUtilsMessengerCreateInfoEXT info = messenger(count_message, NULL);
+    meddler->calls++;
+    reporter_remove_messenger(meddler->reporter, meddler->handle);
+    reporter_add_messenger(meddler->reporter, meddler->handle, &info);
+    reporter_warn(meddler->reporter, "A message from inside a callback.");
+    return VK_TRUE;
+}
+
+static void test_a_callback_may_replace_its_messenger(void **state)
+{
+    (void)state;
+    struct reporter *reporter = counted("0");
+    struct meddler meddler = {reporter, (VkDebugUtilsMessengerEXT)(uintptr_t)7, 0};
+    const VkDebugUtilsMessengerCreateInfoEXT info = messenger(meddle, &meddler);
+    assert_int_equal(reporter_add_messenger(reporter, meddler.handle, &info), VK_SUCCESS);
+    atomic_store(&heard, 0);
+    assert_true(send_one(reporter));
+    assert_int_equal(meddler.calls, 1);
+    assert_int_equal(atomic_load(&heard), 1 + 2); /* the finding once, the warning twice */
+    assert_false(send_one(reporter));
+    assert_int_equal(meddler.calls, 1);
+    assert_int_equal(atomic_load(&heard), 1 + 2 + 2);
+    reporter_destroy(reporter);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_messengers_come_and_go),
+        cmocka_unit_test(test_the_limit_is_exact),
+        cmocka_unit_test(test_a_callback_may_replace_its_messenger),
+    };
+    return cmocka_run_group_tests_name("reporter threads", tests, NULL, surrounding_remove);
+}

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Allocations that fail on demand: the linker sends malloc and its kin of the test program here. */
+#ifndef REPORT_SCARCE_MEMORY_H
+#define REPORT_SCARCE_MEMORY_H
+
+#include <stdbool.h>
+
+/* The allocation after `count` others fails, once. Not for tests with threads. */
+void memory_fail_after(int count);
+
+/* Turns that off again. Returns true if an allocation has failed. */
+bool memory_fail_no_more(void);
+
+#endif
