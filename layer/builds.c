@@ -4,6 +4,7 @@
 
 #include "check/check.h"
 #include "check/formats.h"
+#include "check/replay.h"
 #include "intercepts.h"
 #include "layer.h"
 
@@ -13,7 +14,8 @@ struct build_call {
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
     struct call_origin origin;
     struct call_view view;
-    bool skip; /* a callback asked to skip the call */
+    struct journal_mark mark; /* before the call's entries */
+    bool skip;                /* a callback asked to skip the call */
 };
 
 static bool found(void *user, enum rule rule, const struct location *location,
@@ -57,7 +59,8 @@ static enum tristate ask_vertex_format(const struct layer_device *device, VkForm
     VkFormatProperties properties;
     device->instance->vk.GetPhysicalDeviceFormatProperties(device->physical_device, format,
                                                            &properties);
-    return properties.bufferFeatures & VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR
+    return properties.bufferFeatures &
+                   VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR
                ? YES
                : NO;
 }
@@ -70,8 +73,8 @@ static enum tristate vertex_format_supported(void *user, VkFormat format)
         return UNKNOWN;
     if ((uint32_t)format >= FORMAT_CACHE_SIZE)
         return ask_vertex_format(device, format);
-    enum tristate known = (enum tristate)atomic_load_explicit(&device->vertex_formats[format],
-                                                              memory_order_relaxed);
+    enum tristate known =
+        (enum tristate)atomic_load_explicit(&device->vertex_formats[format], memory_order_relaxed);
     if (known == UNKNOWN) {
         known = ask_vertex_format(device, format);
         atomic_store_explicit(&device->vertex_formats[format], (unsigned char)known,
@@ -84,6 +87,106 @@ static bool of_another_device(void *user, VkAccelerationStructureKHR handle)
 {
     return layer_other_device_has_accel(((struct build_call *)user)->device, handle);
 }
+
+/* ---- the journal */
+
+static bool is_update(const struct build_view *build)
+{
+    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+}
+
+static struct built describe(const struct build_call *call, const struct build_view *build)
+{
+    struct build_description description = {
+        .info = build->info,
+        .geometries = build->geometries,
+        .geometry_pointers = build->geometry_pointers,
+        .ranges = build->ranges,
+        .command_buffer = call->origin.command_buffer,
+        .position = call->origin.build_index + build->index,
+    };
+    if (build->geometry_count != build->info->geometryCount)
+        return (struct built){.state = BUILT_UNKNOWN, .position = description.position};
+    return built_describe(&description);
+}
+
+static void see_input(void *user, const struct build_view *build, uint32_t geometry,
+                      enum input_role role, const struct address_facts *facts)
+{
+    struct build_call *call = user;
+    if (!call->command_buffer || facts->status != ADDRESS_IN_BUFFER)
+        return;
+    struct journal_input input = {
+        .buffer_id = facts->buffer_id,
+        .address = facts->address,
+        .position = call->origin.build_index + build->index,
+        .info = build->index,
+        .geometry = geometry,
+        .role = (unsigned char)role,
+        .command = (unsigned char)call->view.command,
+        .is_update = is_update(build),
+    };
+    journal_add_input(&call->command_buffer->journal, &input);
+}
+
+static void see_build(void *user, const struct build_view *build)
+{
+    struct build_call *call = user;
+    if (!call->command_buffer || !build->dst.id)
+        return;
+    struct journal_entry entry = {
+        .kind = is_update(build) ? JOURNAL_UPDATE : JOURNAL_BUILD,
+        .command = (unsigned char)call->view.command,
+        .info = build->index,
+        .dst = build->dst.handle,
+        .dst_id = build->dst.id,
+        .dst_backed = build->dst.backed == YES,
+        .src = build->src.handle,
+        .src_id = build->src.id,
+        .src_backed = build->src.backed == YES,
+        .built = describe(call, build),
+    };
+    journal_add(&call->command_buffer->journal, &entry);
+    if (build->sizes.known)
+        see_input(user, build, 0, INPUT_SCRATCH, &build->scratch);
+}
+
+static void locate(void *user, const struct command_buffer *command_buffer, uint32_t position)
+{
+    struct build_call *call = user;
+    (void)command_buffer;
+    (void)position;
+    call->origin.build_index = call->view.command_buffer.build_index;
+}
+
+static struct replay replay_of(struct build_call *call)
+{
+    return (struct replay){
+        .active = call->device->active_rules,
+        .resources = call->device->resources,
+        .command_buffers = call->device->command_buffers,
+        .locate = locate,
+        .found = found,
+        .user = call,
+    };
+}
+
+/* Judges updates whose sources the command buffer has built itself, and keeps the call's entries,
+ * or takes them back if the call will be skipped. */
+static void settle_journal(struct build_call *call)
+{
+    struct command_buffer *command_buffer = call->command_buffer;
+    if (!command_buffer)
+        return;
+    struct replay replay = replay_of(call);
+    replay_recorded(&replay, command_buffer, &call->mark);
+    if (call->skip)
+        journal_take_back(&command_buffer->journal, &call->mark);
+    else
+        replay_keep(&replay, command_buffer, &call->mark);
+}
+
+/* ---- the calls */
 
 static void set_command_buffer(struct build_call *call, VkCommandBuffer handle)
 {
@@ -105,6 +208,21 @@ static struct build_call start_call(struct layer_device *device, enum build_comm
     };
 }
 
+/* Large calls want memory, and are often followed by others. */
+enum { LARGE_CALL = 16 };
+
+static struct sweep *sweep_of(const struct build_call *call)
+{
+    struct command_buffer *command_buffer = call->command_buffer;
+    if (!command_buffer || call->view.info_count <= LARGE_CALL)
+        return NULL;
+    if (!command_buffer->check_memory) {
+        command_buffer->check_memory = check_make_sweep();
+        command_buffer->free_check_memory = check_free_sweep;
+    }
+    return command_buffer->check_memory;
+}
+
 static void run_checks(struct build_call *call)
 {
     struct readable_cache own_cache = {0};
@@ -113,16 +231,25 @@ static void run_checks(struct build_call *call)
         .active = call->device->active_rules[call->view.command],
         .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
         .resources = call->device->resources,
+        .sweep = sweep_of(call),
         .found = found,
         .find_sizes = find_sizes,
         .vertex_format_supported = vertex_format_supported,
         .of_another_device = of_another_device,
         .user = call,
     };
-    if (call->view.command == COMMAND_NV)
+    if (call->view.command == COMMAND_NV) {
         check_call(&context, &call->view);
-    else
-        check_builds(&context, &call->view);
+        return;
+    }
+    if (call->device->level >= LEVEL_EXECUTION && call->command_buffer) {
+        context.see_build = see_build;
+        context.see_input = see_input;
+        call->mark = journal_mark(&call->command_buffer->journal);
+    }
+    check_builds(&context, &call->view);
+    if (context.see_build)
+        settle_journal(call);
 }
 
 static void count_builds(struct build_call *call, uint32_t count)
@@ -167,8 +294,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
         return;
     count_builds(&call, infoCount);
     device->vk.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
-                                                         pIndirectDeviceAddresses,
-                                                         pIndirectStrides, ppMaxPrimitiveCounts);
+                                                         pIndirectDeviceAddresses, pIndirectStrides,
+                                                         ppMaxPrimitiveCounts);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(

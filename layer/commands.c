@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of command pools, command buffers, and the commands that open and close scopes. */
+#include "check/replay.h"
 #include "intercepts.h"
 #include "layer.h"
 
@@ -29,11 +30,18 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateCommandPool(VkDevice device,
     return result;
 }
 
+static void forget_name(void *user, VkCommandBuffer handle)
+{
+    object_names_set(user, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle, NULL);
+}
+
 VKAPI_ATTR void VKAPI_CALL assay_DestroyCommandPool(VkDevice device, VkCommandPool commandPool,
                                                     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    command_buffers_remove_pool(state->command_buffers, commandPool);
+    command_buffers_remove_pool(state->command_buffers, commandPool, forget_name, state->names);
+    object_names_set(state->names, VK_OBJECT_TYPE_COMMAND_POOL, (uint64_t)(uintptr_t)commandPool,
+                     NULL);
     state->vk.DestroyCommandPool(device, commandPool, pAllocator);
 }
 
@@ -43,7 +51,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_ResetCommandPool(VkDevice device, VkCommand
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.ResetCommandPool(device, commandPool, flags);
     if (result == VK_SUCCESS)
-        command_buffers_reset_pool(state->command_buffers, commandPool);
+        command_buffers_reset_pool(state->command_buffers, commandPool,
+                                   flags & VK_COMMAND_POOL_RESET_RELEASE_RESOURCES_BIT);
     return result;
 }
 
@@ -67,8 +76,7 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeCommandBuffers(VkDevice device, VkCommandPo
     struct layer_device *state = layer_find_device(device);
     command_buffers_remove(state->command_buffers, commandBufferCount, pCommandBuffers);
     for (uint32_t i = 0; i < commandBufferCount; i++)
-        object_names_set(state->names, VK_OBJECT_TYPE_COMMAND_BUFFER,
-                         (uint64_t)(uintptr_t)pCommandBuffers[i], NULL);
+        forget_name(state->names, pCommandBuffers[i]);
     state->vk.FreeCommandBuffers(device, commandPool, commandBufferCount, pCommandBuffers);
 }
 
@@ -77,7 +85,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BeginCommandBuffer(VkCommandBuffer commandB
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     VkResult result = state->vk.BeginCommandBuffer(commandBuffer, pBeginInfo);
-    command_buffer_begin(find(state, commandBuffer), pBeginInfo, result);
+    command_buffer_begin(find(state, commandBuffer), pBeginInfo, resources_deaths(state->resources),
+                         result);
     return result;
 }
 
@@ -94,7 +103,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_ResetCommandBuffer(VkCommandBuffer commandB
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     VkResult result = state->vk.ResetCommandBuffer(commandBuffer, flags);
-    command_buffer_reset(find(state, commandBuffer), result);
+    command_buffer_reset(find(state, commandBuffer),
+                         flags & VK_COMMAND_BUFFER_RESET_RELEASE_RESOURCES_BIT, result);
     return result;
 }
 
@@ -104,8 +114,12 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdExecuteCommands(VkCommandBuffer commandBuffe
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     struct command_buffer *primary = find(state, commandBuffer);
-    for (uint32_t i = 0; i < commandBufferCount; i++)
+    struct replay replay = {.command_buffers = state->command_buffers};
+    for (uint32_t i = 0; primary && i < commandBufferCount; i++) {
+        struct journal_mark mark = journal_mark(&primary->journal);
         command_buffer_execute(primary, find(state, pCommandBuffers[i]));
+        replay_keep(&replay, primary, &mark);
+    }
     state->vk.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }
 
@@ -194,9 +208,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBeginVideoCodingKHR(VkCommandBuffer commandB
     state->vk.CmdBeginVideoCodingKHR(commandBuffer, pBeginInfo);
 }
 
-VKAPI_ATTR void VKAPI_CALL
-assay_CmdEndVideoCodingKHR(VkCommandBuffer commandBuffer,
-                           const VkVideoEndCodingInfoKHR *pEndCodingInfo)
+VKAPI_ATTR void VKAPI_CALL assay_CmdEndVideoCodingKHR(VkCommandBuffer commandBuffer,
+                                                      const VkVideoEndCodingInfoKHR *pEndCodingInfo)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     command_buffer_set_video_coding(find(state, commandBuffer), false);

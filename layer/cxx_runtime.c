@@ -4,10 +4,12 @@
 
 /* __gnu_cxx::__freeres(): frees the pool for exceptions thrown when memory is short, 72 KiB that
  * libstdc++ takes at load and otherwise never frees, because it expects to stay until exit. The
- * loader opens and closes the layer with every instance. Weak: a libstdc++ may have no such pool. */
+ * loader opens and closes the layer with every instance. Weak: a libstdc++ may have no such pool.
+ */
 void cxx_runtime_free(void) __asm__("_ZN9__gnu_cxx9__freeresEv") __attribute__((weak));
 
-__attribute__((destructor)) static void cxx_runtime_end(void) {
+__attribute__((destructor)) static void cxx_runtime_end(void)
+{
     if (cxx_runtime_free) {
         cxx_runtime_free();
     }

@@ -19,7 +19,6 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
 {
     facts->extension.acceleration_structure =
         is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
-    facts->extension.ray_tracing_nv = is_enabled(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
     facts->extension.motion_blur_nv =
         is_enabled(create_info, VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME);
     facts->extension.opacity_micromap_ext =
@@ -32,10 +31,10 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         is_enabled(create_info, VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME);
     facts->extension.dense_geometry_format_amdx =
         is_enabled(create_info, VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME);
-    facts->extension.index_type_uint8 =
-        facts->api_version >= VK_API_VERSION_1_4 ||
-        is_enabled(create_info, VK_KHR_INDEX_TYPE_UINT8_EXTENSION_NAME) ||
-        is_enabled(create_info, VK_EXT_INDEX_TYPE_UINT8_EXTENSION_NAME);
+    facts->extension.position_fetch_khr =
+        is_enabled(create_info, VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME);
+    facts->extension.cluster_acceleration_structure_nv =
+        is_enabled(create_info, VK_NV_CLUSTER_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
         if (!registry_knows_extension(create_info->ppEnabledExtensionNames[i]))
             facts->newer_than_registry = true;
@@ -43,42 +42,15 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         facts->newer_than_registry = true;
 }
 
-/* Each feature structure of a chain sets its facts; those that are absent leave them off. */
+/* Absent structures leave their features off. */
 static void collect_features(struct device_facts *facts, const void *chain)
 {
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR *accel =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
-    const VkPhysicalDeviceOpacityMicromapFeaturesEXT *opacity_ext =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
-    const VkPhysicalDeviceOpacityMicromapFeaturesKHR *opacity_khr =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
-    const VkPhysicalDeviceDisplacementMicromapFeaturesNV *displacement =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV);
-    const VkPhysicalDeviceRayTracingMotionBlurFeaturesNV *motion =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV);
-    const VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV *spheres = chain_find(
-        chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
-    const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
-    const VkPhysicalDeviceIndexTypeUint8Features *uint8 =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_INDEX_TYPE_UINT8_FEATURES);
-    const VkPhysicalDeviceVulkan14Features *vulkan14 =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_FEATURES);
-
     facts->acceleration_structure = accel && accel->accelerationStructure;
     facts->acceleration_structure_indirect_build =
         accel && accel->accelerationStructureIndirectBuild;
-    facts->acceleration_structure_host_commands =
-        accel && accel->accelerationStructureHostCommands;
-    facts->opacity_micromap_ext = opacity_ext && opacity_ext->micromap;
-    facts->opacity_micromap_khr = opacity_khr && opacity_khr->micromap;
-    facts->displacement_micromap = displacement && displacement->displacementMicromap;
-    facts->motion_blur = motion && motion->rayTracingMotionBlur;
-    facts->spheres = spheres && spheres->spheres;
-    facts->linear_swept_spheres = spheres && spheres->linearSweptSpheres;
-    facts->dense_geometry_format = dense && dense->denseGeometryFormat;
-    facts->index_type_uint8 =
-        (uint8 && uint8->indexTypeUint8) || (vulkan14 && vulkan14->indexTypeUint8);
+    facts->acceleration_structure_host_commands = accel && accel->accelerationStructureHostCommands;
 }
 
 /* Limits that can't be asked for bound nothing. */
@@ -111,14 +83,14 @@ static uint32_t usable_api_version(const struct layer_device *device)
 static VkResult collect_queue_families(struct layer_device *device)
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
-    vk->GetPhysicalDeviceQueueFamilyProperties(device->physical_device,
-                                               &device->queue_family_count, NULL);
+    vk->GetPhysicalDeviceQueueFamilyProperties(device->physical_device, &device->queue_family_count,
+                                               NULL);
     device->queue_families =
         calloc(device->queue_family_count + 1, sizeof(*device->queue_families));
     if (!device->queue_families)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    vk->GetPhysicalDeviceQueueFamilyProperties(
-        device->physical_device, &device->queue_family_count, device->queue_families);
+    vk->GetPhysicalDeviceQueueFamilyProperties(device->physical_device, &device->queue_family_count,
+                                               device->queue_families);
     return VK_SUCCESS;
 }
 

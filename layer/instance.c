@@ -45,8 +45,9 @@ assay_EnumerateInstanceLayerProperties(uint32_t *pPropertyCount, VkLayerProperti
     return list_layers(pPropertyCount, pProperties);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_EnumerateDeviceLayerProperties(
-    VkPhysicalDevice physicalDevice, uint32_t *pPropertyCount, VkLayerProperties *pProperties)
+VKAPI_ATTR VkResult VKAPI_CALL assay_EnumerateDeviceLayerProperties(VkPhysicalDevice physicalDevice,
+                                                                    uint32_t *pPropertyCount,
+                                                                    VkLayerProperties *pProperties)
 {
     (void)physicalDevice;
     return list_layers(pPropertyCount, pProperties);

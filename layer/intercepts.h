@@ -74,6 +74,8 @@
     INTERCEPT(CmdDebugMarkerBeginEXT)                                                              \
     INTERCEPT(CmdDebugMarkerEndEXT)                                                                \
     INTERCEPT(CmdDebugMarkerInsertEXT)                                                             \
+    INTERCEPT(CmdCopyAccelerationStructureKHR)                                                     \
+    INTERCEPT(CmdCopyMemoryToAccelerationStructureKHR)                                             \
     INTERCEPT(CmdBuildAccelerationStructuresKHR)                                                   \
     INTERCEPT(CmdBuildAccelerationStructuresIndirectKHR)                                           \
     INTERCEPT(BuildAccelerationStructuresKHR)                                                      \

@@ -44,8 +44,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance in
     return next && own ? own : next;
 }
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device,
-                                                                 const char *pName)
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device, const char *pName)
 {
     struct layer_device *state = layer_find_device(device);
     if (!state)

@@ -216,10 +216,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructure2KHR(
     return result;
 }
 
-VKAPI_ATTR void VKAPI_CALL
-assay_DestroyAccelerationStructureKHR(VkDevice device,
-                                      VkAccelerationStructureKHR accelerationStructure,
-                                      const VkAllocationCallbacks *pAllocator)
+VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
+    VkDevice device, VkAccelerationStructureKHR accelerationStructure,
+    const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
     resources_remove_accel(state->resources, accelerationStructure);

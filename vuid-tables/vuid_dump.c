@@ -5,7 +5,8 @@
 
 #include "rules.h"
 
-static const char *level_name(enum level level) {
+static const char *level_name(enum level level)
+{
     switch (level) {
     case LEVEL_PARAMETERS:
         return "parameters";
@@ -21,11 +22,13 @@ static const char *level_name(enum level level) {
     return "-";
 }
 
-static const char *or_dash(const char *text) {
+static const char *or_dash(const char *text)
+{
     return text ? text : "-";
 }
 
-static void print_columns(const struct rule_info *row, enum vuid vuid) {
+static void print_columns(const struct rule_info *row, enum vuid vuid)
+{
     const char *separator = "";
     for (int command = 0; command < COMMAND_COUNT; command++) {
         if (row->vuid[command] != vuid)
@@ -35,14 +38,16 @@ static void print_columns(const struct rule_info *row, enum vuid vuid) {
     }
 }
 
-static void print_retired(enum vuid vuid) {
+static void print_retired(enum vuid vuid)
+{
     const char *first = vuid_retired(vuid, 0);
     printf("%s", or_dash(first));
     for (unsigned n = 1; vuid_retired(vuid, n); n++)
         printf(",%s", vuid_retired(vuid, n));
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     if (argc != 1) {
         FILE *out = strcmp(argv[1], "--help") == 0 ? stdout : stderr;
         fprintf(out,

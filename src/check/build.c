@@ -42,26 +42,41 @@ bool build_type_is_not_generic(const struct build_view *build, struct finding *f
                             "kind it makes");
 }
 
-bool build_flags_are_valid(const struct build_view *build, struct finding *finding)
+/* The flags that there are on a device with these extensions. */
+static VkBuildAccelerationStructureFlagsKHR flags_of(const struct device_facts *device)
 {
-    const VkBuildAccelerationStructureFlagsKHR known =
+    VkBuildAccelerationStructureFlagsKHR flags =
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR |
         VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
         VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV |
-        VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DATA_ACCESS_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_CLUSTER_OPACITY_MICROMAPS_BIT_NV;
-    VkBuildAccelerationStructureFlagsKHR unknown = build->info->flags & ~known;
-    return !unknown || build->call->device->newer_than_registry ||
+        VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR;
+    if (device->extension.motion_blur_nv)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    if (device->extension.opacity_micromap_ext || device->extension.opacity_micromap_khr)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
+                 VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
+    if (device->extension.opacity_micromap_ext)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT;
+    if (device->extension.opacity_micromap_khr)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR;
+    if (device->extension.displacement_micromap_nv)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV;
+    if (device->extension.position_fetch_khr)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DATA_ACCESS_BIT_KHR;
+    if (device->extension.cluster_acceleration_structure_nv)
+        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_CLUSTER_OPACITY_MICROMAPS_BIT_NV;
+    return flags;
+}
+
+bool build_flags_are_valid(const struct build_view *build, struct finding *finding)
+{
+    const struct device_facts *device = build->call->device;
+    VkBuildAccelerationStructureFlagsKHR unknown = build->info->flags & ~flags_of(device);
+    return !unknown || device->newer_than_registry ||
            violated(finding, "flags",
-                    "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR is",
+                    "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR of the "
+                    "extensions enabled is",
                     hex(build->info->flags), hex(unknown));
 }
 
@@ -246,7 +261,8 @@ static bool dst_has_type(const struct build_view *build, struct finding *finding
 {
     if (!is_of_type(build, type) || !build->dst.details_known)
         return true;
-    return build->dst.type == type || build->dst.type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
+    return build->dst.type == type ||
+           build->dst.type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
            violated(finding, "dstAccelerationStructure",
                     "{} was created with type {}, neither {} nor "
                     "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
@@ -317,9 +333,8 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
         return true;
     case ADDRESS_NULL:
     case ADDRESS_NOWHERE:
-        return violated(finding, "scratchData.deviceAddress",
-                        "{} is in no buffer, but {} is {}", hex(scratch->address), text(size_name),
-                        number(needed));
+        return violated(finding, "scratchData.deviceAddress", "{} is in no buffer, but {} is {}",
+                        hex(scratch->address), text(size_name), number(needed));
     case ADDRESS_UNBOUND:
         return violated(finding, "scratchData.deviceAddress",
                         "{} is in {}, which is not bound to live memory", hex(scratch->address),
@@ -343,9 +358,9 @@ bool build_scratch_is_in_one_buffer(const struct build_view *build, struct findi
 
 bool update_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
 {
-    return !is_update(build) || scratch_is_in_one_buffer(build, finding,
-                                                         build->sizes.update_scratch,
-                                                         "updateScratchSize");
+    return !is_update(build) ||
+           scratch_is_in_one_buffer(build, finding, build->sizes.update_scratch,
+                                    "updateScratchSize");
 }
 
 static bool scratch_has_storage_usage(const struct build_view *build, struct finding *finding,
@@ -355,11 +370,12 @@ static bool scratch_has_storage_usage(const struct build_view *build, struct fin
     if (!build->sizes.known || !needed || scratch->status != ADDRESS_IN_BUFFER)
         return true;
     return (scratch->usage & VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT) ||
-           violated(finding, "scratchData.deviceAddress",
-                    "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
-                    hex(scratch->address),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-                    hex(scratch->usage));
+           violated(
+               finding, "scratchData.deviceAddress",
+               "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
+               hex(scratch->address),
+               object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
+               hex(scratch->usage));
 }
 
 bool build_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)

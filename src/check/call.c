@@ -37,8 +37,9 @@ static struct value this_command_buffer(const struct call_view *call)
 bool command_buffer_is_valid(const struct call_view *call, struct finding *finding)
 {
     return call->command_buffer.alive != NO ||
-           violated(finding, "commandBuffer", "{} is not a command buffer of this device: it was "
-                                              "freed, or never allocated",
+           violated(finding, "commandBuffer",
+                    "{} is not a command buffer of this device: it was "
+                    "freed, or never allocated",
                     this_command_buffer(call));
 }
 

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The order in which a build call is checked: the call, then each build with its geometries, first
- * by its parameters and, where those are sound, by the state, then all builds against each other. */
+ * by its parameters and, where those are sound, by the state, then all builds against each other.
+ */
 #include "check/check.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 #include "check/sweep.h"
 #include "check/views.h"
@@ -17,7 +21,19 @@ void check_select(enum build_command command, enum level level, const bool muted
     }
 }
 
-/* The geometries of a build at one level. */
+static void see_inputs(struct check_context *context, const struct geometry_view *geometry)
+{
+    const struct build_view *build = geometry->build;
+    VkGeometryTypeKHR type = geometry->geometry->geometryType;
+    enum input_role data_role = type == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS : INPUT_INSTANCES;
+    context->see_input(context->user, build, geometry->index, INPUT_VERTEX, &geometry->vertex);
+    context->see_input(context->user, build, geometry->index, INPUT_INDEX, &geometry->index_data);
+    context->see_input(context->user, build, geometry->index, INPUT_TRANSFORM,
+                       &geometry->transform);
+    context->see_input(context->user, build, geometry->index, data_role, &geometry->data);
+}
+
+/* One geometry of a build, at each level. */
 static void check_geometry(struct walk *walk, const struct build_view *build, uint32_t index,
                            bool with_state)
 {
@@ -35,6 +51,8 @@ static void check_geometry(struct walk *walk, const struct build_view *build, ui
     walk_geometry(walk, &geometry, LEVEL_STATE);
     if (has_count)
         walk_range(walk, &range, LEVEL_STATE);
+    if (walk->context->see_input)
+        see_inputs(walk->context, &geometry);
 }
 
 static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
@@ -42,65 +60,98 @@ static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
     return a < b ? a : b;
 }
 
+/* The ranges of a call, and what takes them apart. */
+struct collection {
+    struct check_context *context;
+    struct sweep *sweep;
+    struct used_range range; /* the one being added */
+};
+
+static void add_piece(void *user, const struct memory_span *piece)
+{
+    struct collection *collection = user;
+    collection->range.span = *piece;
+    sweep_add(collection->sweep, &collection->range);
+}
+
+/* Adds `size` bytes at the beginning of `span`; of a sparse buffer, the pieces that they lie in. */
+static void add_range(struct collection *collection, const struct memory_span *span,
+                      VkDeviceSize size, bool in_pieces, VkBuffer buffer, VkDeviceSize offset)
+{
+    if (in_pieces) {
+        resources_find_pieces(collection->context->resources, buffer, offset, offset + size,
+                              add_piece, collection);
+        return;
+    }
+    struct memory_span accessed = *span;
+    accessed.end = smaller_of(accessed.end, accessed.begin + size);
+    add_piece(collection, &accessed);
+}
+
 /* A build accesses no more of a structure than its size needs, whatever the structure was created
- * with; the whole of it where that isn't known. */
-static struct memory_span accessed(const struct build_view *build, const struct accel_facts *accel)
+ * with; the whole of it where that isn't known. Every structure is added, for its handle, also
+ * where its memory isn't known. */
+static void add_structure(struct collection *collection, const struct build_view *build,
+                          const struct accel_facts *accel)
 {
-    struct memory_span span = accel->span;
+    VkDeviceSize size = accel->size;
     if (build->sizes.known)
-        span.end = smaller_of(span.end, span.begin + build->sizes.acceleration_structure);
-    return span;
+        size = smaller_of(size, build->sizes.acceleration_structure);
+    collection->range.handle = accel->handle;
+    if (accel->in_pieces) {
+        struct memory_span nowhere = {0};
+        add_piece(collection, &nowhere);
+    }
+    add_range(collection, &accel->span, size, accel->in_pieces, accel->buffer, accel->offset);
 }
 
-static struct memory_span accessed_scratch(const struct build_view *build, bool is_update)
-{
-    VkDeviceSize needed = is_update ? build->sizes.update_scratch : build->sizes.build_scratch;
-    struct memory_span span = build->scratch.span;
-    if (!build->sizes.known || build->scratch.status != ADDRESS_IN_BUFFER)
-        return (struct memory_span){0};
-    span.end = smaller_of(span.end, span.begin + needed);
-    return span;
-}
-
-static void collect_ranges(struct sweep *sweep, const struct build_view *build)
+static void collect_ranges(struct check_context *context, struct sweep *sweep,
+                           const struct build_view *build)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
     bool is_update = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-    struct used_range range = {.build = build->index, .is_update = is_update};
+    struct collection collection = {.context = context,
+                                    .sweep = sweep,
+                                    .range = {.build = build->index, .is_update = is_update}};
+    struct accel_facts named = {.handle = info->dstAccelerationStructure};
+    collection.range.role = ROLE_DST;
+    add_structure(&collection, build, context->level >= LEVEL_STATE ? &build->dst : &named);
 
-    range.role = ROLE_DST;
-    range.handle = info->dstAccelerationStructure;
-    range.span = accessed(build, &build->dst);
-    sweep_add(sweep, &range);
+    /* A build that is no update reads nothing of its source. */
+    named.handle = info->srcAccelerationStructure;
+    collection.range.role = ROLE_SRC;
+    if (named.handle)
+        add_structure(&collection, build,
+                      is_update && context->level >= LEVEL_STATE ? &build->src : &named);
 
-    if (info->srcAccelerationStructure) {
-        range.role = ROLE_SRC;
-        range.handle = info->srcAccelerationStructure;
-        range.span = is_update ? accessed(build, &build->src) : (struct memory_span){0};
-        sweep_add(sweep, &range);
-    }
-
-    range.role = ROLE_SCRATCH;
-    range.handle = VK_NULL_HANDLE;
-    range.span = accessed_scratch(build, is_update);
-    if (range.span.memory)
-        sweep_add(sweep, &range);
+    const struct address_facts *scratch = &build->scratch;
+    collection.range.role = ROLE_SCRATCH;
+    collection.range.handle = VK_NULL_HANDLE;
+    if (build->sizes.known && scratch->status == ADDRESS_IN_BUFFER)
+        add_range(&collection, &scratch->span,
+                  is_update ? build->sizes.update_scratch : build->sizes.build_scratch,
+                  scratch->in_pieces, scratch->buffer, scratch->buffer_offset);
 }
 
-static void check_build(struct walk *walk, struct sweep *sweep, uint32_t index, bool with_state)
+static void check_build(struct walk *walk, struct sweep *sweep, const struct call_view *call,
+                        uint32_t index)
 {
+    struct check_context *context = walk->context;
     struct build_view build;
+    bool with_state = context->level >= LEVEL_STATE;
     uint32_t findings_before = walk->findings;
-    view_build(walk->context, walk->call, index, &build);
+    view_build(context, call, index, &build);
     walk_build(walk, &build, LEVEL_PARAMETERS);
     for (uint32_t i = 0; i < build.geometry_count; i++)
         check_geometry(walk, &build, i, with_state);
     if (with_state) {
         /* The driver is asked for sizes of sound parameters only. */
-        view_build_state(walk->context, &build, walk->findings == findings_before);
+        view_build_state(context, &build, walk->findings == findings_before);
         walk_build(walk, &build, LEVEL_STATE);
     }
-    collect_ranges(sweep, &build);
+    collect_ranges(context, sweep, &build);
+    if (context->see_build)
+        context->see_build(context->user, &build);
 }
 
 /* Whether any rule about two ranges of these roles still wants findings. */
@@ -120,31 +171,34 @@ static bool wants_pairs_of(const struct walk *walk, enum range_role a, enum rang
     return wants[RULE_scratch_and_scratch_are_apart];
 }
 
+struct pair_walk {
+    struct walk *walk;
+    const struct call_view *call;
+};
+
 static bool visit_pair(void *user, const struct used_range *a, const struct used_range *b,
                        const struct memory_span *shared)
 {
-    struct walk *walk = user;
-    struct pair_view pair = {.call = walk->call, .a = *a, .b = *b, .shares_memory = shared != NULL};
+    struct pair_walk *pairs = user;
+    struct pair_view pair = {
+        .call = pairs->call, .a = *a, .b = *b, .shares_memory = shared != NULL};
     if (shared)
         pair.shared = *shared;
-    walk_pair(walk, &pair);
-    return wants_pairs_of(walk, a->role, b->role);
+    walk_pair(pairs->walk, &pair);
+    return wants_pairs_of(pairs->walk, a->role, b->role);
 }
 
-static void start_walk(struct walk *walk, struct check_context *context,
-                       const struct call_view *call)
+static void start_walk(struct walk *walk, struct check_context *context)
 {
     walk->context = context;
-    walk->call = call;
     walk->findings = 0;
-    for (int rule = 0; rule < RULE_COUNT; rule++)
-        walk->wants[rule] = context->active[rule];
+    memcpy(walk->wants, context->active, sizeof(walk->wants));
 }
 
 void check_call(struct check_context *context, const struct call_view *call)
 {
     struct walk walk;
-    start_walk(&walk, context, call);
+    start_walk(&walk, context);
     walk_call(&walk, call, LEVEL_PARAMETERS);
     walk_call(&walk, call, LEVEL_STATE);
 }
@@ -152,20 +206,38 @@ void check_call(struct check_context *context, const struct call_view *call)
 void check_builds(struct check_context *context, struct call_view *call)
 {
     struct walk walk;
-    struct sweep sweep;
-    start_walk(&walk, context, call);
+    start_walk(&walk, context);
     view_call(context, call);
     walk_call(&walk, call, LEVEL_PARAMETERS);
     walk_call(&walk, call, LEVEL_STATE);
     if (!call->infos_readable)
         return;
 
-    bool with_state = context->level >= LEVEL_STATE;
-    sweep_init(&sweep);
+    struct pair_walk pairs = {.walk = &walk, .call = call};
+    struct sweep own, *sweep = context->sweep ? context->sweep : &own;
+    if (sweep == &own)
+        sweep_init(&own);
+    else
+        sweep_empty(sweep);
     for (uint32_t i = 0; i < call->info_count; i++)
-        check_build(&walk, &sweep, i, with_state);
-    sweep_equal_handles(&sweep, visit_pair, &walk);
-    if (with_state)
-        sweep_shared_memory(&sweep, visit_pair, &walk);
-    sweep_release(&sweep);
+        check_build(&walk, sweep, call, i);
+    sweep_equal_handles(sweep, visit_pair, &pairs);
+    if (context->level >= LEVEL_STATE)
+        sweep_shared_memory(sweep, visit_pair, &pairs);
+    if (sweep == &own)
+        sweep_release(&own);
+}
+
+struct sweep *check_make_sweep(void)
+{
+    struct sweep *sweep = malloc(sizeof(*sweep));
+    if (sweep)
+        sweep_init(sweep);
+    return sweep;
+}
+
+void check_free_sweep(void *sweep)
+{
+    sweep_release(sweep);
+    free(sweep);
 }

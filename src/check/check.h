@@ -8,8 +8,11 @@
 #include "check/finding.h"
 #include "check/location.h"
 #include "check/view.h"
+#include "state/journal.h"
 #include "state/readable.h"
 #include "state/resources.h"
+
+struct sweep;
 
 /* What a check needs of its surroundings. The functions may call down; none is called while a lock
  * is held. */
@@ -18,6 +21,7 @@ struct check_context {
     const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
     struct readable_cache *readable;
     struct resources *resources;
+    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
 
     /* Takes a finding. Returns false if it wants no more of this rule. */
     bool (*found)(void *user, enum rule rule, const struct location *location,
@@ -28,12 +32,21 @@ struct check_context {
     enum tristate (*vertex_format_supported)(void *user, VkFormat format);
     /* Whether another device of the process has a structure of that handle. */
     bool (*of_another_device)(void *user, VkAccelerationStructureKHR handle);
+    /* Sees each build after its rules, and each address that it uses, for the journal. NULL below
+     * level EXECUTION. */
+    void (*see_build)(void *user, const struct build_view *build);
+    void (*see_input)(void *user, const struct build_view *build, uint32_t geometry,
+                      enum input_role role, const struct address_facts *facts);
     void *user;
 };
 
 /* Which rules there are to walk for a command at a level: fills active[RULE_COUNT]. */
 void check_select(enum build_command command, enum level level, const bool muted[VUID_COUNT],
                   bool active[RULE_COUNT]);
+
+/* Memory for large calls, to be kept by who checks several; NULL without memory. */
+struct sweep *check_make_sweep(void);
+void check_free_sweep(void *sweep);
 
 /* Checks one call of COMMAND_DEVICE, _INDIRECT or _HOST. The caller fills command, device,
  * command_buffer, info_count, infos and the arrays of the call; the rest of the view is filled

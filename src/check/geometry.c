@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the structures of one geometry; its addresses are in input.c. */
 #include "check/formats.h"
+#include "check/geometry_data.h"
 #include "check/names.h"
 #include "check/predicates.h"
-#include "check/geometry_data.h"
 
 static const struct device_facts *device_of(const struct geometry_view *geometry)
 {
@@ -31,8 +31,10 @@ static bool chain_is_known(const struct geometry_view *geometry, const struct ch
         return violated(finding, field, "leads to {}, which is not readable",
                         hex((uint64_t)(uintptr_t)chain->unreadable));
     return !chain->has_stray || device_of(geometry)->newer_than_registry ||
-           violated(finding, field, "has a structure of type {}, which may not stand there",
-                    structure_type(chain->stray));
+           violated(
+               finding, field,
+               "has a structure of type {}, which may not stand there with the extensions enabled",
+               structure_type(chain->stray));
 }
 
 static bool chain_has_no_duplicates(const struct chain_facts *chain, struct finding *finding,
@@ -83,9 +85,9 @@ bool geometry_type_is_valid(const struct geometry_view *geometry, struct finding
 bool geometry_flags_are_valid(const struct geometry_view *geometry, struct finding *finding)
 {
     VkGeometryFlagsKHR unknown =
-        geometry->geometry->flags & ~(VkGeometryFlagsKHR)(
-                                        VK_GEOMETRY_OPAQUE_BIT_KHR |
-                                        VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR);
+        geometry->geometry->flags &
+        ~(VkGeometryFlagsKHR)(VK_GEOMETRY_OPAQUE_BIT_KHR |
+                              VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR);
     return !unknown || device_of(geometry)->newer_than_registry ||
            violated(finding, "flags", "{} has bits {}, which no VkGeometryFlagBitsKHR is",
                     hex(geometry->geometry->flags), hex(unknown));
@@ -204,7 +206,8 @@ bool aabbs_have_no_chain(const struct geometry_view *geometry, struct finding *f
 
 bool instances_have_no_chain(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry->geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
     return !instances ||
            has_no_chain(geometry, finding, instances->pNext, "geometry.instances.pNext");
 }
@@ -225,7 +228,8 @@ bool triangles_chain_has_no_duplicates(const struct geometry_view *geometry,
 
 bool vertex_format_is_valid(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
     return !triangles || format_is_known(triangles->vertexFormat) ||
            device_of(geometry)->newer_than_registry ||
            violated(finding, "geometry.triangles.vertexFormat", "{} is not a VkFormat",
@@ -234,7 +238,8 @@ bool vertex_format_is_valid(const struct geometry_view *geometry, struct finding
 
 bool vertex_format_is_supported(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
     return !triangles || geometry->vertex_format_supported != NO ||
            violated(finding, "geometry.triangles.vertexFormat",
                     "{} lacks VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR on "
@@ -244,7 +249,8 @@ bool vertex_format_is_supported(const struct geometry_view *geometry, struct fin
 
 bool vertex_stride_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
     uint32_t size = triangles ? format_smallest_component(triangles->vertexFormat) : 0;
     return !size || triangles->vertexStride % size == 0 ||
            violated(finding, "geometry.triangles.vertexStride",
@@ -254,36 +260,35 @@ bool vertex_stride_is_aligned(const struct geometry_view *geometry, struct findi
 
 static bool stride_fits(struct finding *finding, const char *field, VkDeviceSize stride)
 {
-    return stride <= UINT32_MAX ||
-           violated(finding, field, "{} exceeds 2^32 - 1", number(stride));
+    return stride <= UINT32_MAX || violated(finding, field, "{} exceeds 2^32 - 1", number(stride));
 }
 
 bool vertex_stride_fits_32_bits(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
     return !triangles ||
            stride_fits(finding, "geometry.triangles.vertexStride", triangles->vertexStride);
 }
 
+/* VK_INDEX_TYPE_UINT8 has a rule of its own. */
 bool index_type_is_valid(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry->geometry);
-    if (!triangles || device_of(geometry)->newer_than_registry)
-        return true;
-    VkIndexType type = triangles->indexType;
-    return type == VK_INDEX_TYPE_UINT16 || type == VK_INDEX_TYPE_UINT32 ||
-           type == VK_INDEX_TYPE_NONE_KHR ||
-           (type == VK_INDEX_TYPE_UINT8 && device_of(geometry)->extension.index_type_uint8) ||
-           violated(finding, "geometry.triangles.indexType",
-                    "{} is not a VkIndexType of the extensions enabled", index_type(type));
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || index_type_size(triangles->indexType) ||
+           triangles->indexType == VK_INDEX_TYPE_NONE_KHR ||
+           device_of(geometry)->newer_than_registry ||
+           violated(finding, "geometry.triangles.indexType", "{} is not a VkIndexType",
+                    index_type(triangles->indexType));
 }
 
 bool index_type_is_16_or_32_bits_or_none(const struct geometry_view *geometry,
                                          struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
     return !triangles || triangles->indexType != VK_INDEX_TYPE_UINT8 ||
-           !device_of(geometry)->extension.index_type_uint8 ||
            violated_plainly(finding, "geometry.triangles.indexType",
                             "is VK_INDEX_TYPE_UINT8, which builds do not take");
 }

@@ -25,8 +25,7 @@ aabbs_in(const VkAccelerationStructureGeometryKHR *geometry)
 {
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = &geometry->geometry.aabbs;
     return geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR &&
-                   aabbs->sType ==
-                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR
+                   aabbs->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR
                ? aabbs
                : NULL;
 }

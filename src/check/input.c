@@ -18,8 +18,8 @@ static void list_inputs(const struct geometry_view *geometry, struct input input
     bool is_aabbs = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
     inputs[0] = (struct input){"geometry.triangles.vertexData.deviceAddress", &geometry->vertex};
     inputs[1] = (struct input){"geometry.triangles.indexData.deviceAddress", &geometry->index_data};
-    inputs[2] = (struct input){"geometry.triangles.transformData.deviceAddress",
-                               &geometry->transform};
+    inputs[2] =
+        (struct input){"geometry.triangles.transformData.deviceAddress", &geometry->transform};
     inputs[3] = (struct input){is_aabbs ? "geometry.aabbs.data.deviceAddress"
                                         : "geometry.instances.data.deviceAddress",
                                &geometry->data};
@@ -73,9 +73,9 @@ bool index_address_is_aligned(const struct geometry_view *geometry, struct findi
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles || is_aligned(finding, "geometry.triangles.indexData.deviceAddress",
-                                    triangles->indexData.deviceAddress,
-                                    index_type_size(triangles->indexType));
+    return !triangles ||
+           is_aligned(finding, "geometry.triangles.indexData.deviceAddress",
+                      triangles->indexData.deviceAddress, index_type_size(triangles->indexType));
 }
 
 bool transform_address_is_valid(const struct geometry_view *geometry, struct finding *finding)
@@ -153,7 +153,8 @@ bool input_buffer_is_bound(const struct geometry_view *geometry, struct finding 
     list_inputs(geometry, inputs);
     for (int i = 0; i < INPUTS; i++)
         if (inputs[i].facts->status == ADDRESS_UNBOUND)
-            return violated(finding, inputs[i].field, "{} is in {}, which is not bound to live memory",
+            return violated(finding, inputs[i].field,
+                            "{} is in {}, which is not bound to live memory",
                             hex(inputs[i].facts->address), buffer(inputs[i].facts));
     return true;
 }

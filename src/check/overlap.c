@@ -52,8 +52,8 @@ static bool shares(const struct pair_view *pair, struct finding *finding)
 
 bool no_dst_is_built_twice(const struct pair_view *pair, struct finding *finding)
 {
-    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || !is_same_structure(pair) ||
-           is_same(pair, finding);
+    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || pair->a.build == pair->b.build ||
+           !is_same_structure(pair) || is_same(pair, finding);
 }
 
 bool no_src_is_the_dst_of_another_build(const struct pair_view *pair, struct finding *finding)

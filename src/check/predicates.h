@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One predicate a row: true where its statement holds or can't be decided, else false and a finding.
+/* One predicate a row: true where its statement holds or can't be decided, else false and a
+ * finding.
  *
- * The prototypes come from the rows, so a predicate whose signature isn't its subject's, or that has
- * no row, does not compile, and a row without a predicate does not link. */
+ * The prototypes come from the rows, so a predicate whose signature isn't its subject's, or that
+ * has no row, does not compile, and a row without a predicate does not link. */
 #ifndef ASSAY_CHECK_PREDICATES_H
 #define ASSAY_CHECK_PREDICATES_H
 

@@ -35,9 +35,8 @@ bool vertex_offset_is_aligned(const struct range_view *range, struct finding *fi
 static bool offset_is_multiple(struct finding *finding, const char *field, uint32_t offset,
                                uint32_t alignment)
 {
-    return offset % alignment == 0 ||
-           violated(finding, field, "{} is not a multiple of {}", number(offset),
-                    number(alignment));
+    return offset % alignment == 0 || violated(finding, field, "{} is not a multiple of {}",
+                                               number(offset), number(alignment));
 }
 
 /* transformOffset is not used without transform data, but the rule makes no exception. */

@@ -6,17 +6,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-void sweep_init(struct sweep *sweep)
+void sweep_empty(struct sweep *sweep)
 {
     for (int role = 0; role < ROLE_COUNT; role++) {
         struct range_list *list = &sweep->roles[role];
-        list->items = list->inline_items;
         list->count = 0;
-        list->capacity = SWEEP_INLINE_RANGES;
         list->sorted_by_bytes = true;
         list->ascending_handles = true;
     }
     sweep->out_of_memory = false;
+}
+
+void sweep_init(struct sweep *sweep)
+{
+    for (int role = 0; role < ROLE_COUNT; role++) {
+        sweep->roles[role].items = sweep->roles[role].inline_items;
+        sweep->roles[role].capacity = SWEEP_INLINE_RANGES;
+    }
+    sweep_empty(sweep);
 }
 
 void sweep_release(struct sweep *sweep)
@@ -48,8 +55,8 @@ static int compare_numbers(uint64_t a, uint64_t b)
 
 static int compare_bytes(const struct used_range *a, const struct used_range *b)
 {
-    int order = compare_numbers((uint64_t)(uintptr_t)a->span.memory,
-                                (uint64_t)(uintptr_t)b->span.memory);
+    int order =
+        compare_numbers((uint64_t)(uintptr_t)a->span.memory, (uint64_t)(uintptr_t)b->span.memory);
     return order ? order : compare_numbers(a->span.begin, b->span.begin);
 }
 
@@ -76,8 +83,7 @@ static int order_by_handle(const void *a, const void *b)
 {
     const struct used_range *x = *(const struct used_range *const *)a;
     const struct used_range *y = *(const struct used_range *const *)b;
-    int order =
-        compare_numbers((uint64_t)(uintptr_t)x->handle, (uint64_t)(uintptr_t)y->handle);
+    int order = compare_numbers((uint64_t)(uintptr_t)x->handle, (uint64_t)(uintptr_t)y->handle);
     return order ? order : compare_numbers(x->build, y->build);
 }
 
@@ -99,13 +105,14 @@ static void visit_equal_dsts(const struct used_range **dsts, uint32_t count, pai
 {
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t j = i + 1; j < count && dsts[j]->handle == dsts[i]->handle; j++)
-            if (dsts[i]->handle && !visit(user, dsts[i], dsts[j], NULL))
+            if (dsts[i]->handle && dsts[i]->build != dsts[j]->build &&
+                !visit(user, dsts[i], dsts[j], NULL))
                 return;
 }
 
 static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
-                             const struct used_range **srcs, uint32_t src_count,
-                             pair_visitor visit, void *user)
+                             const struct used_range **srcs, uint32_t src_count, pair_visitor visit,
+                             void *user)
 {
     uint32_t first = 0;
     for (uint32_t s = 0; s < src_count; s++) {
@@ -170,10 +177,10 @@ static void visit_pair(struct active_sets *sets, const struct used_range *a,
 {
     if (a->handle && a->handle == b->handle)
         return;
-    struct memory_span shared = {
-        .memory = a->span.memory,
-        .begin = a->span.begin > b->span.begin ? a->span.begin : b->span.begin,
-        .end = a->span.end < b->span.end ? a->span.end : b->span.end};
+    struct memory_span shared = {.memory = a->span.memory,
+                                 .begin =
+                                     a->span.begin > b->span.begin ? a->span.begin : b->span.begin,
+                                 .end = a->span.end < b->span.end ? a->span.end : b->span.end};
     bool in_order = a->role < b->role || (a->role == b->role && a->build < b->build);
     if (!visit(user, in_order ? a : b, in_order ? b : a, &shared))
         stop_wanting(sets, a->role, b->role);

@@ -24,6 +24,7 @@ struct sweep {
 };
 
 void sweep_init(struct sweep *sweep);
+void sweep_empty(struct sweep *sweep); /* keeps its memory */
 void sweep_release(struct sweep *sweep);
 
 void sweep_add(struct sweep *sweep, const struct used_range *range);
@@ -32,7 +33,8 @@ void sweep_add(struct sweep *sweep, const struct used_range *range);
 typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,
                              const struct memory_span *shared);
 
-/* Visits the pairs of equal handles (`shared` is NULL): two dst, or a src and another build's dst. */
+/* Visits the pairs of equal handles (`shared` is NULL): two dst, or a src and another build's dst.
+ */
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user);
 
 /* Visits the pairs that share memory, except those of equal handles. Sorts the lists. */

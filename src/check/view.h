@@ -8,6 +8,7 @@
 #define ASSAY_CHECK_VIEW_H
 
 #include "rules.h"
+#include "state/built.h"
 #include "state/facts.h"
 
 /* One call of a build command. */
@@ -95,6 +96,21 @@ struct pair_view {
     struct used_range a, b;
     bool shares_memory;
     struct memory_span shared; /* what they share */
+};
+
+/* An update that was recorded, and what is known of its source when it executes: never built, or
+ * built with `source`. */
+struct update_view {
+    VkAccelerationStructureKHR src;
+    const struct built *asked, *source;
+};
+
+/* A geometry of an update, and the geometry of the same index that its source was built with; both
+ * have as many. */
+struct updated_geometry_view {
+    const struct update_view *update;
+    uint32_t index;
+    const struct geometry_shape *asked, *source;
 };
 
 #endif

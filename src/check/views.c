@@ -43,10 +43,9 @@ static void view_geometry_arrays(struct check_context *context, struct build_vie
     if (!info->geometryCount)
         return;
     build->geometries_unreadable =
-        info->pGeometries &&
-        !readable(cache, info->pGeometries, (size_t)info->geometryCount * sizeof(*info->pGeometries));
-    build->geometry_pointers_unreadable =
-        info->ppGeometries && !pointers_are_readable(cache, info);
+        info->pGeometries && !readable(cache, info->pGeometries,
+                                       (size_t)info->geometryCount * sizeof(*info->pGeometries));
+    build->geometry_pointers_unreadable = info->ppGeometries && !pointers_are_readable(cache, info);
     if (!info->pGeometries == !info->ppGeometries || build->geometries_unreadable ||
         build->geometry_pointers_unreadable)
         return;
@@ -132,43 +131,50 @@ void view_build(struct check_context *context, const struct call_view *call, uin
     sum_primitives(build);
 }
 
-static bool may_follow_geometry(VkStructureType type)
+static bool may_follow_geometry(const struct device_facts *device, VkStructureType type)
 {
     switch ((int)type) {
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
+        return device->extension.dense_geometry_format_amdx;
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV:
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV:
-        return true;
+        return device->extension.linear_swept_spheres_nv;
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
+        return device->extension.opacity_micromap_khr;
     default:
         return false;
     }
 }
 
-static bool may_follow_triangles(VkStructureType type)
+static bool may_follow_triangles(const struct device_facts *device, VkStructureType type)
 {
     switch ((int)type) {
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV:
+        return device->extension.motion_blur_nv;
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
+        return device->extension.displacement_micromap_nv;
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
+        return device->extension.opacity_micromap_ext;
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR:
-        return true;
+        return device->extension.opacity_micromap_khr;
     default:
         return false;
     }
 }
 
-static bool comes_before(const VkBaseInStructure *chain, const VkBaseInStructure *end,
-                         VkStructureType type)
+/* Whether one of the first `count` structures of a chain is of that type. */
+static bool comes_before(const VkBaseInStructure *chain, int count, VkStructureType type)
 {
-    for (const VkBaseInStructure *s = chain; s != end; s = s->pNext)
-        if (s->sType == type)
+    for (; count; chain = chain->pNext, count--)
+        if (chain->sType == type)
             return true;
     return false;
 }
 
-static void view_chain(struct check_context *context, const void *chain,
-                       bool (*may_follow)(VkStructureType), struct chain_facts *facts)
+static void view_chain(struct check_context *context, const struct device_facts *device,
+                       const void *chain,
+                       bool (*may_follow)(const struct device_facts *, VkStructureType),
+                       struct chain_facts *facts)
 {
     const VkBaseInStructure *s = chain;
     for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
@@ -176,11 +182,11 @@ static void view_chain(struct check_context *context, const void *chain,
             facts->unreadable = s;
             return;
         }
-        if (!facts->has_stray && !may_follow(s->sType)) {
+        if (!facts->has_stray && !may_follow(device, s->sType)) {
             facts->has_stray = true;
             facts->stray = s->sType;
         }
-        if (!facts->has_duplicate && comes_before(chain, s, s->sType)) {
+        if (!facts->has_duplicate && comes_before(chain, i, s->sType)) {
             facts->has_duplicate = true;
             facts->duplicate = s->sType;
         }
@@ -194,9 +200,11 @@ void view_geometry(struct check_context *context, const struct build_view *build
         .build = build, .index = index, .geometry = geometry_at(build, index)};
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    view_chain(context, geometry->geometry->pNext, may_follow_geometry, &geometry->chain);
+    const struct device_facts *device = build->call->device;
+    view_chain(context, device, geometry->geometry->pNext, may_follow_geometry, &geometry->chain);
     if (triangles)
-        view_chain(context, triangles->pNext, may_follow_triangles, &geometry->triangles_chain);
+        view_chain(context, device, triangles->pNext, may_follow_triangles,
+                   &geometry->triangles_chain);
 }
 
 /* State. */
@@ -241,8 +249,9 @@ void view_build_state(struct check_context *context, struct build_view *build, b
         find_sizes(context, build);
 }
 
-static void find_triangle_addresses(struct check_context *context, struct geometry_view *geometry,
-                                    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+static void
+find_triangle_addresses(struct check_context *context, struct geometry_view *geometry,
+                        const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
     resources_find_address(context->resources, triangles->vertexData.deviceAddress,
                            &geometry->vertex);

@@ -26,6 +26,8 @@ static void hand_on(struct walk *walk, enum rule rule, const struct location *lo
 #define ASK_geometry(name, level)
 #define ASK_range(name, level)
 #define ASK_pair(name, level)
+#define ASK_update(name, level)
+#define ASK_updated_geometry(name, level)
 
 void walk_call(struct walk *walk, const struct call_view *call, enum level level)
 {
@@ -100,6 +102,39 @@ void walk_pair(struct walk *walk, const struct pair_view *pair)
 {
     const struct location location = {
         .command = pair->call->command, .subject = SUBJECT_BUILD, .build = pair->a.build};
+    struct finding finding;
+#include "rules.def"
+}
+
+/* Updates are judged once, where their source is known. */
+#define ASK_HERE(name, view)                                                                       \
+    if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
+        hand_on(walk, RULE_##name, location, &finding);
+
+#undef ASK_pair
+#define ASK_pair(name, level)
+#undef ASK_update
+#define ASK_update(name, level) ASK_HERE(name, update)
+#define PENDING(name, level, waits_for, ids)
+#define RULE(subject, name, level, ids) ASK_##subject(name, level)
+
+void walk_update(struct walk *walk, const struct update_view *update,
+                 const struct location *location)
+{
+    struct finding finding;
+#include "rules.def"
+}
+
+#undef ASK_update
+#define ASK_update(name, level)
+#undef ASK_updated_geometry
+#define ASK_updated_geometry(name, level) ASK_HERE(name, updated_geometry)
+#define PENDING(name, level, waits_for, ids)
+#define RULE(subject, name, level, ids) ASK_##subject(name, level)
+
+void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
+                           const struct location *location)
+{
     struct finding finding;
 #include "rules.def"
 }

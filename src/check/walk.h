@@ -8,7 +8,6 @@
 /* The state of one check. */
 struct walk {
     struct check_context *context;
-    const struct call_view *call;
     bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
     uint32_t findings;
 };
@@ -19,5 +18,9 @@ void walk_build(struct walk *walk, const struct build_view *build, enum level le
 void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level);
 void walk_range(struct walk *walk, const struct range_view *range, enum level level);
 void walk_pair(struct walk *walk, const struct pair_view *pair);
+void walk_update(struct walk *walk, const struct update_view *update,
+                 const struct location *location);
+void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
+                           const struct location *location);
 
 #endif

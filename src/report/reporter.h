@@ -20,7 +20,7 @@ struct label_stack;
 
 /* One per instance. Reads the settings and the messengers in the chain of `create_info`, which
  * serve while the instance is created and destroyed. */
-VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **reporter);
+VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **out);
 void reporter_destroy(struct reporter *reporter);
 
 /* Told when the instance has been created (true), and before it is destroyed (false): between the

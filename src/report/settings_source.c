@@ -68,17 +68,16 @@ void settings_source_close(struct settings_source *source)
 
 static VkResult join(const char *const *texts, uint32_t count, char separator, char **joined)
 {
-    size_t length = 0;
+    size_t size = 1;
     for (uint32_t i = 0; i < count; i++)
-        length += strlen(texts[i]) + 1;
-    char *end = *joined = malloc(length);
+        size += strlen(texts[i]) + 1;
+    char *end = *joined = malloc(size);
     if (!end)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     for (uint32_t i = 0; i < count; i++) {
-        size_t part = strlen(texts[i]);
-        memcpy(end, texts[i], part);
-        end += part;
-        *end++ = i + 1 < count ? separator : '\0';
+        if (i)
+            *end++ = separator;
+        end = stpcpy(end, texts[i]);
     }
     return VK_SUCCESS;
 }
@@ -107,8 +106,12 @@ static VkResult read_texts(const struct settings_source *source, const char *key
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     VkResult result =
         vkuGetLayerSettingValues(source->set, key, VKU_LAYER_SETTING_TYPE_STRING, &count, texts);
-    if (result == VK_SUCCESS)
-        result = join(texts, count, is_filename ? filename_separator(texts, count) : ',', joined);
+    if (result == VK_SUCCESS) {
+        char separator = ',';
+        if (is_filename)
+            separator = filename_separator(texts, count);
+        result = join(texts, count, separator, joined);
+    }
     free(texts);
     /* A value of a type that Vulkan does not have reads as if it were not there. */
     return result == VK_ERROR_OUT_OF_HOST_MEMORY ? result : VK_SUCCESS;

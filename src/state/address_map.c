@@ -73,7 +73,8 @@ static struct address_chunk *insert_chunk(struct address_map *map, size_t c)
 {
     if (map->chunk_count == map->chunk_capacity) {
         size_t capacity = map->chunk_capacity ? map->chunk_capacity * 2 : FIRST_CHUNKS;
-        struct address_chunk **chunks = realloc(map->chunks, capacity * sizeof(struct address_chunk *));
+        struct address_chunk **chunks =
+            realloc(map->chunks, capacity * sizeof(struct address_chunk *));
         if (!chunks)
             return NULL;
         map->chunks = chunks;

@@ -25,6 +25,11 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
 static void free_command_buffer(struct command_buffer *command_buffer)
 {
     label_stack_clear(&command_buffer->labels);
+    free(command_buffer->executed);
+    build_states_release(&command_buffer->known);
+    journal_release(&command_buffer->journal);
+    if (command_buffer->check_memory)
+        command_buffer->free_check_memory(command_buffer->check_memory);
     free(command_buffer);
 }
 
@@ -53,15 +58,15 @@ void command_buffers_destroy(struct command_buffers *command_buffers)
 
 /* Pools. */
 
-static void remove_pool(struct command_buffers *command_buffers, VkCommandPool handle)
+/* Takes a pool and its command buffers out of the tables. */
+static struct command_pool *take_out_pool(struct command_buffers *command_buffers,
+                                          VkCommandPool handle)
 {
     struct command_pool *pool =
         handle_table_remove(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
-    if (!pool)
-        return;
-    for (struct command_buffer *b = pool->first; b; b = b->next)
+    for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
         handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)b->handle);
-    free_pool(pool, NULL);
+    return pool;
 }
 
 void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool handle,
@@ -72,28 +77,37 @@ void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommand
         *pool = (struct command_pool){
             .handle = handle, .queue_flags = queue_flags, .is_protected = is_protected};
     reader_lock_write(&command_buffers->lock);
-    remove_pool(command_buffers, handle);
+    struct command_pool *old = take_out_pool(command_buffers, handle);
     if (!pool || !handle_table_set(&command_buffers->pools, (uint64_t)(uintptr_t)handle, pool)) {
         command_buffers->incomplete = true;
         free(pool);
     }
     reader_lock_write_done(&command_buffers->lock);
+    if (old)
+        free_pool(old, NULL);
 }
 
-void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle)
+void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
+                                 void (*gone)(void *user, VkCommandBuffer handle), void *user)
 {
     reader_lock_write(&command_buffers->lock);
-    remove_pool(command_buffers, handle);
+    struct command_pool *pool = take_out_pool(command_buffers, handle);
     reader_lock_write_done(&command_buffers->lock);
+    if (!pool)
+        return;
+    for (const struct command_buffer *b = pool->first; b; b = b->next)
+        gone(user, b->handle);
+    free_pool(pool, NULL);
 }
 
-void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool handle)
+void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool handle,
+                                bool releases)
 {
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
     struct command_pool *pool =
         handle_table_find(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
     for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
-        command_buffer_reset(b, VK_SUCCESS);
+        command_buffer_reset(b, releases, VK_SUCCESS);
     reader_lock_leave(&command_buffers->lock, stripe);
 }
 
@@ -174,6 +188,23 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
     return found;
 }
 
+/* Whether a secondary command buffer that this one executes is no longer what it was. */
+static bool lost_a_secondary(struct command_buffers *command_buffers,
+                             const struct command_buffer *command_buffer)
+{
+    bool lost = false;
+    unsigned stripe = reader_lock_enter(&command_buffers->lock);
+    for (uint32_t i = 0; i < command_buffer->executed_count && !lost; i++) {
+        const struct executed_secondary *executed = &command_buffer->executed[i];
+        const struct command_buffer *secondary =
+            handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)executed->handle);
+        lost =
+            secondary ? secondary->recording != executed->recording : !command_buffers->incomplete;
+    }
+    reader_lock_leave(&command_buffers->lock, stripe);
+    return lost;
+}
+
 static enum tristate tristate_of(bool value)
 {
     return value ? YES : NO;
@@ -192,6 +223,8 @@ struct command_buffer_facts command_buffers_facts(struct command_buffers *comman
     }
     facts.alive = YES;
     facts.state = command_buffer->state;
+    if (command_buffer->executed_count && lost_a_secondary(command_buffers, command_buffer))
+        facts.state = COMMAND_BUFFER_INVALID;
     facts.queue_flags = command_buffer->pool->queue_flags;
     facts.is_protected = tristate_of(command_buffer->pool->is_protected);
     facts.build_index = command_buffer->build_count;

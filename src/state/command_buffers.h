@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The command pools and command buffers of one device: what each is recording and inside what.
  *
- * The table has a lock of its own; a record is not locked, since the application synchronizes access
- * to a command buffer and its pool. A found record stays good until the application frees it. */
+ * The table has a lock of its own; a record is not locked, since the application synchronizes
+ * access to a command buffer and its pool. A found record stays good until the application frees
+ * it. */
 #ifndef ASSAY_STATE_COMMAND_BUFFERS_H
 #define ASSAY_STATE_COMMAND_BUFFERS_H
 
 #include <stdbool.h>
 #include <vulkan/vulkan_core.h>
 
+#include "state/build_states.h"
 #include "state/facts.h"
+#include "state/journal.h"
 #include "state/object_names.h"
 #include "state/readable.h"
 
@@ -33,6 +36,22 @@ struct command_buffer {
     enum tristate suspended; /* UNKNOWN until the first rendering: a command buffer before may have
                                 suspended one */
     uint32_t build_count;
+    /* The secondary command buffers that this one executes, by handle and recording: one that is
+     * recorded anew, reset or freed makes this one invalid. */
+    struct executed_secondary {
+        VkCommandBuffer handle;
+        uint64_t recording;
+    } * executed;
+    uint32_t executed_count, executed_capacity;
+    uint64_t recording; /* counts recordings, so that a later one isn't taken for this one */
+    uint64_t deaths;    /* resources_deaths when recording began */
+    struct journal journal;
+    /* What the journal alone tells of structures; made when first asked for. */
+    struct build_states known;
+    bool knows;
+    /* What checks keep between calls, to be spared the allocation; theirs alone to know. */
+    void *check_memory;
+    void (*free_check_memory)(void *memory);
     struct label_stack labels;
     struct readable_cache readable; /* pages found readable since recording began */
 };
@@ -42,8 +61,11 @@ void command_buffers_destroy(struct command_buffers *command_buffers);
 
 void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool pool,
                               VkQueueFlags queue_flags, bool is_protected);
-void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool pool);
-void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool pool);
+/* Tells `gone` of each command buffer that goes with it. */
+void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool pool,
+                                 void (*gone)(void *user, VkCommandBuffer handle), void *user);
+void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool pool,
+                                bool releases);
 
 void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool pool,
                          VkCommandBufferLevel level, uint32_t count,
@@ -66,9 +88,11 @@ struct label_stack *command_buffers_labels(struct command_buffers *command_buffe
 
 /* What commands do to a command buffer. All accept NULL. */
 void command_buffer_begin(struct command_buffer *command_buffer,
-                          const VkCommandBufferBeginInfo *begin_info, VkResult result);
+                          const VkCommandBufferBeginInfo *begin_info, uint64_t deaths,
+                          VkResult result);
 void command_buffer_end(struct command_buffer *command_buffer, VkResult result);
-void command_buffer_reset(struct command_buffer *command_buffer, VkResult result);
+/* `releases`: what it kept for the next recording is freed, too. */
+void command_buffer_reset(struct command_buffer *command_buffer, bool releases, VkResult result);
 void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags);
 void command_buffer_end_rendering(struct command_buffer *command_buffer);
 void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool inside);

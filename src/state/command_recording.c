@@ -2,6 +2,8 @@
 /* What recorded commands do to the state of a command buffer. */
 #include "state/command_buffers.h"
 
+#include <stdlib.h>
+
 static void start_over(struct command_buffer *command_buffer, enum command_buffer_state state)
 {
     command_buffer->state = state;
@@ -10,17 +12,24 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     command_buffer->suspending = false;
     command_buffer->suspended = UNKNOWN;
     command_buffer->build_count = 0;
+    command_buffer->executed_count = 0;
+    command_buffer->recording++;
+    command_buffer->knows = false;
+    build_states_release(&command_buffer->known);
+    journal_clear(&command_buffer->journal);
     command_buffer->readable = (struct readable_cache){0};
     label_stack_clear(&command_buffer->labels);
 }
 
 void command_buffer_begin(struct command_buffer *command_buffer,
-                          const VkCommandBufferBeginInfo *begin_info, VkResult result)
+                          const VkCommandBufferBeginInfo *begin_info, uint64_t deaths,
+                          VkResult result)
 {
     if (!command_buffer)
         return;
     start_over(command_buffer,
                result == VK_SUCCESS ? COMMAND_BUFFER_RECORDING : COMMAND_BUFFER_UNKNOWN);
+    command_buffer->deaths = deaths;
     /* The flag is ignored for primary command buffers. */
     command_buffer->in_render_pass =
         command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
@@ -34,11 +43,18 @@ void command_buffer_end(struct command_buffer *command_buffer, VkResult result)
             result == VK_SUCCESS ? COMMAND_BUFFER_EXECUTABLE : COMMAND_BUFFER_INVALID;
 }
 
-void command_buffer_reset(struct command_buffer *command_buffer, VkResult result)
+void command_buffer_reset(struct command_buffer *command_buffer, bool releases, VkResult result)
 {
-    if (command_buffer)
-        start_over(command_buffer,
-                   result == VK_SUCCESS ? COMMAND_BUFFER_INITIAL : COMMAND_BUFFER_UNKNOWN);
+    if (!command_buffer)
+        return;
+    start_over(command_buffer,
+               result == VK_SUCCESS ? COMMAND_BUFFER_INITIAL : COMMAND_BUFFER_UNKNOWN);
+    if (!releases)
+        return;
+    journal_release(&command_buffer->journal);
+    if (command_buffer->check_memory)
+        command_buffer->free_check_memory(command_buffer->check_memory);
+    command_buffer->check_memory = NULL;
 }
 
 void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags)
@@ -65,6 +81,23 @@ void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool
         command_buffer->in_video_coding = inside;
 }
 
+/* Without memory a secondary is not remembered, and its end is not noticed. */
+static void remember_executed(struct command_buffer *primary,
+                              const struct command_buffer *secondary)
+{
+    if (primary->executed_count == primary->executed_capacity) {
+        uint32_t capacity = primary->executed_capacity ? primary->executed_capacity * 2 : 4;
+        struct executed_secondary *executed =
+            realloc(primary->executed, capacity * sizeof(*executed));
+        if (!executed)
+            return;
+        primary->executed = executed;
+        primary->executed_capacity = capacity;
+    }
+    primary->executed[primary->executed_count++] =
+        (struct executed_secondary){secondary->handle, secondary->recording};
+}
+
 /* A secondary command buffer without a rendering of its own leaves a suspension as it was. */
 void command_buffer_execute(struct command_buffer *primary, const struct command_buffer *secondary)
 {
@@ -72,5 +105,10 @@ void command_buffer_execute(struct command_buffer *primary, const struct command
         return;
     if (secondary->suspended != UNKNOWN)
         primary->suspended = secondary->suspended;
+    remember_executed(primary, secondary);
+    struct journal_entry entry = {
+        .kind = JOURNAL_EXECUTE,
+        .execute = {.secondary = secondary->handle, .recording = secondary->recording}};
+    journal_add(&primary->journal, &entry);
     primary->build_count += secondary->build_count;
 }

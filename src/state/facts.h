@@ -20,16 +20,18 @@ struct memory_span {
 /* An acceleration structure. */
 struct accel_facts {
     VkAccelerationStructureKHR handle;
-    enum tristate alive;         /* a structure of this device */
-    bool of_another_device;      /* alive == NO, but another VkDevice has this handle */
-    enum tristate backed;        /* its buffer range lies in live memory */
-    bool details_known;          /* type, create_flags, size and buffer are meaningful */
+    uint64_t id;            /* never reused, as handles are; 0 unless alive */
+    enum tristate alive;    /* a structure of this device */
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    enum tristate backed;   /* its buffer range lies in live memory */
+    bool details_known;     /* type, create_flags, size and buffer are meaningful */
     VkAccelerationStructureTypeKHR type;
     VkAccelerationStructureCreateFlagsKHR create_flags;
     VkDeviceSize size; /* bytes, VkAccelerationStructureCreateInfoKHR::size */
     VkBuffer buffer;
     VkDeviceSize offset;     /* of the structure in the buffer, bytes */
-    struct memory_span span; /* where the structure lies, if in one piece */
+    struct memory_span span; /* where the structure lies, if in one piece; else */
+    bool in_pieces;          /* it is in a sparse buffer, see resources_find_pieces */
 };
 
 enum address_status {
@@ -45,10 +47,12 @@ enum address_status {
 struct address_facts {
     VkDeviceAddress address;
     enum address_status status;
-    VkBuffer buffer; /* the one that reaches furthest */
+    VkBuffer buffer;    /* the one that reaches furthest */
+    uint64_t buffer_id; /* of that one; never reused */
     VkBufferUsageFlags2 usage;
     VkDeviceSize bytes_left;
-    struct memory_span span; /* from the address to the end of `buffer`; memory null if sparse */
+    struct memory_span span;    /* from the address to the end of `buffer`; memory null and */
+    bool in_pieces;             /* where that is sparse */
     VkDeviceSize buffer_offset; /* of the address in `buffer`, bytes */
 };
 
@@ -86,16 +90,11 @@ struct device_facts {
      * structures that look wrong may be right. */
     bool newer_than_registry;
     bool acceleration_structure, acceleration_structure_indirect_build,
-        acceleration_structure_host_commands;                 /* features */
-    bool opacity_micromap_ext, opacity_micromap_khr, displacement_micromap; /* micromap features */
-    bool motion_blur;                                          /* rayTracingMotionBlur */
-    bool spheres, linear_swept_spheres;                        /* features */
-    bool dense_geometry_format;                                /* feature */
-    bool index_type_uint8;                                     /* feature */
+        acceleration_structure_host_commands; /* features */
     struct {
-        bool acceleration_structure, ray_tracing_nv, motion_blur_nv, opacity_micromap_ext,
-            opacity_micromap_khr, displacement_micromap_nv, linear_swept_spheres_nv,
-            dense_geometry_format_amdx, index_type_uint8;
+        bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
+            displacement_micromap_nv, linear_swept_spheres_nv, dense_geometry_format_amdx,
+            position_fetch_khr, cluster_acceleration_structure_nv;
     } extension; /* enabled */
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
 };

@@ -6,11 +6,11 @@
 
 enum { FIRST_SLOTS = 64 };
 
-/* Handles are pointers or small counters: multiply by 2^64 / phi and keep the high bits, so that
- * neighbours spread (Knuth, The Art of Computer Programming, 6.4). */
+/* Handles are pointers, or counters in any of their bits: multiply by 2^64 / phi and keep the
+ * highest bits, so that neighbours spread (Knuth, The Art of Computer Programming, 6.4). */
 static size_t home_slot(const struct handle_table *table, uint64_t handle)
 {
-    return (size_t)((handle * 0x9e3779b97f4a7c15u) >> 20) & table->mask;
+    return (size_t)((handle * 0x9e3779b97f4a7c15u) >> __builtin_clzll(table->mask));
 }
 
 static struct handle_slot *find_slot(const struct handle_table *table, uint64_t handle)

@@ -14,7 +14,7 @@ struct handle_table {
     struct handle_slot {
         uint64_t handle;
         void *record;
-    } *slots;
+    } * slots;
     size_t count, mask; /* mask + 1 slots; slots is NULL while empty */
 };
 

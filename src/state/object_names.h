@@ -11,7 +11,7 @@
 
 struct object_names; /* one per device; has its own lock */
 
-VkResult object_names_create(struct object_names **names);
+VkResult object_names_create(struct object_names **out);
 void object_names_destroy(struct object_names *names);
 
 /* The type as the specification spells it, such as VkBuffer; NULL for types that messages never

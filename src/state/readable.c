@@ -7,14 +7,55 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-enum { PAGE_SHIFT = 12 }; /* the smallest page of the platforms; larger ones are probed in parts */
+/* The smallest page of the platforms; larger ones are probed in parts. */
+enum { PAGE_SHIFT = 12, PROBED_PAGES = 16 };
 
-static bool probe(uintptr_t address)
+/* Reads a byte of each of `pages` pages from `first` on, and returns how many of them, up to the
+ * first that can't be read, can be. */
+static unsigned probe(uintptr_t first, unsigned pages)
 {
-    char byte;
-    struct iovec local = {.iov_base = &byte, .iov_len = 1};
-    struct iovec remote = {.iov_base = (void *)address, .iov_len = 1};
-    return process_vm_readv(getpid(), &local, 1, &remote, 1, 0) == 1 || errno != EFAULT;
+    char bytes[PROBED_PAGES];
+    struct iovec local = {.iov_base = bytes, .iov_len = pages};
+    struct iovec remote[PROBED_PAGES];
+    for (unsigned i = 0; i < pages; i++)
+        remote[i] = (struct iovec){.iov_base = (void *)((first + i) << PAGE_SHIFT), .iov_len = 1};
+    ssize_t count = process_vm_readv(getpid(), &local, 1, remote, pages, 0);
+    if (count >= 0)
+        return (unsigned)count;
+    return errno == EFAULT ? 0 : pages;
+}
+
+/* The end of a known range that holds `address`, or 0. */
+static uintptr_t known_end(const struct readable_cache *cache, uintptr_t address)
+{
+    for (unsigned i = 0; i < READABLE_RANGES; i++)
+        if (cache->ranges[i].begin <= address && address < cache->ranges[i].end)
+            return cache->ranges[i].end;
+    return 0;
+}
+
+/* The known range that ends at `address`, or the oldest one, emptied to begin there. */
+static unsigned range_to_grow(struct readable_cache *cache, uintptr_t address)
+{
+    for (unsigned i = 0; i < READABLE_RANGES; i++)
+        if (cache->ranges[i].end == address && cache->ranges[i].begin != address)
+            return i;
+    unsigned oldest = cache->oldest;
+    cache->oldest = (oldest + 1) % READABLE_RANGES;
+    cache->ranges[oldest].begin = cache->ranges[oldest].end = address;
+    return oldest;
+}
+
+/* Probes the page of `address`; where that goes on with a known range, as an array does, with those
+ * behind it. Returns the end of what can be read, or 0. */
+static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
+{
+    uintptr_t page = address >> PAGE_SHIFT;
+    unsigned range = range_to_grow(cache, page << PAGE_SHIFT);
+    bool goes_on = cache->ranges[range].begin != cache->ranges[range].end;
+    unsigned count = probe(page, goes_on ? PROBED_PAGES : 1);
+    cache->ranges[range].end = (page + count) << PAGE_SHIFT;
+    return count ? cache->ranges[range].end : 0;
 }
 
 bool readable(struct readable_cache *cache, const void *pointer, size_t size)
@@ -24,14 +65,14 @@ bool readable(struct readable_cache *cache, const void *pointer, size_t size)
         return true;
     if (!begin || begin + (size - 1) < begin)
         return false;
-    uintptr_t last = (begin + (size - 1)) >> PAGE_SHIFT;
-    for (uintptr_t page = begin >> PAGE_SHIFT; page <= last; page++) {
-        uintptr_t *slot = &cache->pages[page % READABLE_CACHE_PAGES];
-        if (*slot == page + 1)
-            continue;
-        if (!probe(page << PAGE_SHIFT))
+    uintptr_t last = begin + (size - 1);
+    while (begin <= last) {
+        uintptr_t end = known_end(cache, begin);
+        if (!end)
+            end = find_end(cache, begin);
+        if (!end)
             return false;
-        *slot = page + 1;
+        begin = end;
     }
     return true;
 }

@@ -3,7 +3,9 @@
  *
  * process_vm_readv on the own process copies what it can and reports a fault as an error instead of
  * a signal (man 2 process_vm_readv). Where the system forbids it every pointer counts as readable.
- * A cache remembers pages, so that arrays cost one call a page. */
+ * A cache remembers a few ranges that were found readable. A page is probed together with those
+ * behind it and the range grows, so that an array costs one system call for many pages, and arrays
+ * that are walked side by side do not drive each other out. */
 #ifndef ASSAY_STATE_READABLE_H
 #define ASSAY_STATE_READABLE_H
 
@@ -11,11 +13,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { READABLE_CACHE_PAGES = 16 };
+enum { READABLE_RANGES = 8 };
 
-/* Pages that were readable when last asked for. Zero-initialized is empty. Not locked. */
+/* Ranges of whole pages that were readable when last asked for. Zero-initialized is empty. Not
+ * locked. */
 struct readable_cache {
-    uintptr_t pages[READABLE_CACHE_PAGES]; /* page number + 1; 0: empty */
+    struct {
+        uintptr_t begin, end; /* addresses; equal: empty */
+    } ranges[READABLE_RANGES];
+    unsigned oldest; /* the next to be replaced */
 };
 
 /* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The striped read-write lock. */
+/* The striped lock. */
 #include "state/reader_lock.h"
 
 #include <stdatomic.h>
@@ -7,13 +7,13 @@
 void reader_lock_init(struct reader_lock *lock)
 {
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        pthread_rwlock_init(&lock->stripes[i].lock, NULL);
+        pthread_mutex_init(&lock->stripes[i].lock, NULL);
 }
 
 void reader_lock_destroy(struct reader_lock *lock)
 {
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        pthread_rwlock_destroy(&lock->stripes[i].lock);
+        pthread_mutex_destroy(&lock->stripes[i].lock);
 }
 
 /* Threads take stripes in turn. A thread-local integer needs no destructor, so the library can be
@@ -30,24 +30,24 @@ static unsigned stripe_of_thread(void)
 unsigned reader_lock_enter(struct reader_lock *lock)
 {
     unsigned stripe = stripe_of_thread();
-    pthread_rwlock_rdlock(&lock->stripes[stripe].lock);
+    pthread_mutex_lock(&lock->stripes[stripe].lock);
     return stripe;
 }
 
 void reader_lock_leave(struct reader_lock *lock, unsigned stripe)
 {
-    pthread_rwlock_unlock(&lock->stripes[stripe].lock);
+    pthread_mutex_unlock(&lock->stripes[stripe].lock);
 }
 
 /* Stripes are always taken in ascending order, so two writers cannot wait for each other. */
 void reader_lock_write(struct reader_lock *lock)
 {
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        pthread_rwlock_wrlock(&lock->stripes[i].lock);
+        pthread_mutex_lock(&lock->stripes[i].lock);
 }
 
 void reader_lock_write_done(struct reader_lock *lock)
 {
     for (unsigned i = READER_LOCK_STRIPES; i-- > 0;)
-        pthread_rwlock_unlock(&lock->stripes[i].lock);
+        pthread_mutex_unlock(&lock->stripes[i].lock);
 }

@@ -4,6 +4,8 @@
 #ifndef ASSAY_STATE_RESOURCE_RECORDS_H
 #define ASSAY_STATE_RESOURCE_RECORDS_H
 
+#include <stdatomic.h>
+
 #include "state/address_map.h"
 #include "state/handle_table.h"
 #include "state/reader_lock.h"
@@ -28,6 +30,7 @@ struct sparse_range {
 struct buffer_record {
     uint32_t references; /* of acceleration structures, and one of the table while alive */
     bool alive;
+    uint64_t id;
     VkBuffer handle;
     VkDeviceSize size;
     VkBufferUsageFlags2 usage;
@@ -46,6 +49,7 @@ struct buffer_record {
 };
 
 struct accel_record {
+    uint64_t id;
     VkAccelerationStructureKHR handle;
     struct buffer_record *buffer; /* NULL: not known */
     VkDeviceSize offset, size;
@@ -57,7 +61,9 @@ struct resources {
     struct reader_lock lock;
     struct handle_table memories, buffers, accels;
     struct address_map addresses; /* of buffer records */
+    atomic_uint_fast64_t deaths;  /* of records of any kind */
     bool incomplete;
+    uint64_t last_id; /* of buffers and acceleration structures; 0 is nobody's */
 };
 
 void memory_record_release(struct memory_record *memory);
@@ -69,8 +75,10 @@ void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemor
 /* YES where all of [begin, end) is bound to live memory, else UNKNOWN: it may yet be bound. */
 enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
                                            VkDeviceSize end);
-/* The span of [begin, end) if one range holds all of it. */
-struct memory_span buffer_record_sparse_span(const struct buffer_record *buffer, VkDeviceSize begin,
-                                             VkDeviceSize end);
+/* Visits where the bound parts of [begin, end) lie. */
+void buffer_record_sparse_pieces(const struct buffer_record *buffer, VkDeviceSize begin,
+                                 VkDeviceSize end,
+                                 void (*visit)(void *user, const struct memory_span *piece),
+                                 void *user);
 
 #endif

@@ -87,6 +87,11 @@ static bool publish(struct resources *resources, struct handle_table *table, uin
     return kept;
 }
 
+static void note_death(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
+}
+
 /* Memory. */
 
 static void remove_memory(struct resources *resources, VkDeviceMemory handle)
@@ -95,6 +100,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
         handle_table_remove(&resources->memories, (uint64_t)(uintptr_t)handle);
     if (!memory)
         return;
+    note_death(resources);
     memory->alive = false;
     memory_record_release(memory);
 }
@@ -133,6 +139,7 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
         return;
     if (buffer->address)
         address_map_remove(&resources->addresses, buffer->address, buffer);
+    note_death(resources);
     buffer->alive = false;
     buffer_record_release(buffer);
 }
@@ -159,6 +166,8 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
     }
     reader_lock_write(&resources->lock);
     remove_buffer(resources, handle);
+    if (buffer)
+        buffer->id = ++resources->last_id;
     publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
     reader_lock_write_done(&resources->lock);
 }
@@ -244,18 +253,25 @@ void resources_bind_sparse(struct resources *resources, VkBuffer handle,
 
 /* Acceleration structures. */
 
-static void remove_accel(struct resources *resources, VkAccelerationStructureKHR handle)
+/* Returns the id of what was removed, or 0. */
+static uint64_t remove_accel(struct resources *resources, VkAccelerationStructureKHR handle)
 {
     struct accel_record *accel =
         handle_table_remove(&resources->accels, (uint64_t)(uintptr_t)handle);
-    if (accel)
-        free_accel(accel, NULL);
+    if (!accel)
+        return 0;
+    uint64_t id = accel->id;
+    note_death(resources);
+    free_accel(accel, NULL);
+    return id;
 }
 
 static void add_accel(struct resources *resources, struct accel_record *accel,
                       VkAccelerationStructureKHR handle, struct buffer_record *buffer)
 {
     remove_accel(resources, handle);
+    if (accel)
+        accel->id = ++resources->last_id;
     if (accel && buffer) {
         accel->buffer = buffer;
         buffer->references++;
@@ -296,8 +312,8 @@ static void note_containing_buffer(void *record, void *context)
     search->matches++;
 }
 
-/* Several buffers may hold the range; which one is meant doesn't matter for where the bytes lie, but
- * it does for what happens when one of them dies, so then the buffer counts as unknown. */
+/* Several buffers may hold the range; which one is meant doesn't matter for where the bytes lie,
+ * but it does for what happens when one of them dies, so then the buffer counts as unknown. */
 void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
                             const VkAccelerationStructureCreateInfo2KHR *create_info)
 {
@@ -318,9 +334,10 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     reader_lock_write_done(&resources->lock);
 }
 
-void resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle)
+uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle)
 {
     reader_lock_write(&resources->lock);
-    remove_accel(resources, handle);
+    uint64_t id = remove_accel(resources, handle);
     reader_lock_write_done(&resources->lock);
+    return id;
 }

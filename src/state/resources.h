@@ -7,8 +7,8 @@
  * to each other by pointer and are kept until nothing refers to them, marked dead meanwhile, so a
  * handle that the driver reuses is never mistaken for its predecessor.
  *
- * A record that could not be kept for lack of memory makes the whole `incomplete`: from then on what
- * isn't found counts as unknown. */
+ * A record that could not be kept for lack of memory makes the whole `incomplete`: from then on
+ * what isn't found counts as unknown. */
 #ifndef ASSAY_STATE_RESOURCES_H
 #define ASSAY_STATE_RESOURCES_H
 
@@ -48,7 +48,8 @@ void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR
 /* Created over an address range (vkCreateAccelerationStructure2KHR). */
 void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
                             const VkAccelerationStructureCreateInfo2KHR *create_info);
-void resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle);
+/* Returns the id that the structure had, or 0. */
+uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle);
 
 /* Look-ups. Between begin and end the caller calls nothing but the two below, and no lock of
  * another module. `begin` returns what `end` wants. */
@@ -58,6 +59,15 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
                           struct accel_facts *facts);
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,
                             struct address_facts *facts);
+
+/* Where bytes [begin, end) of a sparse buffer lie, piece by piece, as far as they are bound. Takes
+ * the lock itself; `visit` must not call back. */
+void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDeviceSize begin,
+                           VkDeviceSize end,
+                           void (*visit)(void *user, const struct memory_span *piece), void *user);
+
+/* How many records have died so far; while it stays, all that was found alive still is. */
+uint64_t resources_deaths(struct resources *resources);
 
 /* Whether the handle is a structure of this device; takes the lock itself. */
 bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR handle);

@@ -12,13 +12,18 @@ void resources_end_reading(struct resources *resources, unsigned token)
     reader_lock_leave(&resources->lock, token);
 }
 
+static bool is_sparse(const struct buffer_record *buffer)
+{
+    return buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
+}
+
 /* Whether bytes [begin, end) of a buffer lie in live memory. */
 static enum tristate backing(const struct buffer_record *buffer, VkDeviceSize begin,
                              VkDeviceSize end)
 {
     if (!buffer->alive)
         return NO;
-    if (buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+    if (is_sparse(buffer))
         return buffer_record_sparse_backing(buffer, begin, end);
     if (buffer->bound != YES)
         return buffer->bound;
@@ -28,9 +33,8 @@ static enum tristate backing(const struct buffer_record *buffer, VkDeviceSize be
 static struct memory_span span_of(const struct buffer_record *buffer, VkDeviceSize begin,
                                   VkDeviceSize end)
 {
-    if (buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
-        return buffer_record_sparse_span(buffer, begin, end);
-    if (buffer->bound != YES || !buffer->memory->alive || buffer->instances_differ)
+    if (is_sparse(buffer) || buffer->bound != YES || !buffer->memory->alive ||
+        buffer->instances_differ)
         return (struct memory_span){0};
     return (struct memory_span){.memory = buffer->memory->handle,
                                 .begin = buffer->memory_offset + begin,
@@ -50,6 +54,7 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
         return;
     }
     facts->alive = YES;
+    facts->id = accel->id;
     facts->details_known = true;
     facts->type = accel->type;
     facts->create_flags = accel->flags;
@@ -60,8 +65,26 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
     VkDeviceSize end = accel->offset + accel->size;
     facts->buffer = accel->buffer->handle;
     facts->backed = backing(accel->buffer, accel->offset, end);
+    facts->in_pieces = accel->buffer->alive && is_sparse(accel->buffer);
     if (accel->buffer->alive)
         facts->span = span_of(accel->buffer, accel->offset, end);
+}
+
+void resources_find_pieces(struct resources *resources, VkBuffer handle, VkDeviceSize begin,
+                           VkDeviceSize end,
+                           void (*visit)(void *user, const struct memory_span *piece), void *user)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct buffer_record *buffer =
+        handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
+    if (buffer)
+        buffer_record_sparse_pieces(buffer, begin, end, visit, user);
+    resources_end_reading(resources, token);
+}
+
+uint64_t resources_deaths(struct resources *resources)
+{
+    return atomic_load_explicit(&resources->deaths, memory_order_relaxed);
 }
 
 bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR handle)
@@ -74,7 +97,7 @@ bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR
 
 static enum address_status status_in(const struct buffer_record *buffer)
 {
-    if (buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+    if (is_sparse(buffer))
         return ADDRESS_IN_BUFFER;
     switch (backing(buffer, 0, buffer->size)) {
     case YES:
@@ -121,9 +144,11 @@ static void add_buffer_facts(void *record, void *context)
     if (buffer->size - offset <= facts->bytes_left)
         return;
     facts->buffer = buffer->handle;
+    facts->buffer_id = buffer->id;
     facts->buffer_offset = offset;
     facts->bytes_left = buffer->size - offset;
     facts->span = span_of(buffer, offset, buffer->size);
+    facts->in_pieces = is_sparse(buffer);
 }
 
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,

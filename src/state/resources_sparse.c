@@ -76,9 +76,10 @@ void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemor
     }
     uint32_t at = cut_out(buffer, begin, end);
     if (memory)
-        insert(buffer, at,
-               (struct sparse_range){
-                   .begin = begin, .end = end, .memory = memory, .memory_offset = bind->memoryOffset});
+        insert(
+            buffer, at,
+            (struct sparse_range){
+                .begin = begin, .end = end, .memory = memory, .memory_offset = bind->memoryOffset});
 }
 
 enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
@@ -92,15 +93,19 @@ enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, V
     return begin >= end && !buffer->sparse_incomplete ? YES : UNKNOWN;
 }
 
-struct memory_span buffer_record_sparse_span(const struct buffer_record *buffer, VkDeviceSize begin,
-                                             VkDeviceSize end)
+void buffer_record_sparse_pieces(const struct buffer_record *buffer, VkDeviceSize begin,
+                                 VkDeviceSize end,
+                                 void (*visit)(void *user, const struct memory_span *piece),
+                                 void *user)
 {
     for (uint32_t i = 0; i < buffer->sparse_count && !buffer->sparse_incomplete; i++) {
         const struct sparse_range *range = &buffer->sparse[i];
-        if (range->begin <= begin && end <= range->end && range->memory->alive) {
-            VkDeviceSize offset = range->memory_offset + (begin - range->begin);
-            return (struct memory_span){range->memory->handle, offset, offset + (end - begin)};
-        }
+        VkDeviceSize from = begin > range->begin ? begin : range->begin;
+        VkDeviceSize to = end < range->end ? end : range->end;
+        if (from >= to || !range->memory->alive)
+            continue;
+        VkDeviceSize offset = range->memory_offset + (from - range->begin);
+        struct memory_span piece = {range->memory->handle, offset, offset + (to - from)};
+        visit(user, &piece);
     }
-    return (struct memory_span){0};
 }

@@ -85,8 +85,8 @@ static struct build_shape shape_from(XXH128_hash_t hash)
 }
 
 bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                    const uint32_t *primitive_counts, VkAccelerationStructureBuildTypeKHR build_type,
-                    struct build_shape *shape)
+                    const uint32_t *primitive_counts,
+                    VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape)
 {
     struct {
         struct shape_header header;

@@ -32,8 +32,8 @@ build_geometry(const VkAccelerationStructureBuildGeometryInfoKHR *info, uint32_t
 /* False where a chain is present whose meaning for the sizes isn't known: ask the driver then. All
  * of `info` and `counts` must be readable. */
 bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                    const uint32_t *primitive_counts, VkAccelerationStructureBuildTypeKHR build_type,
-                    struct build_shape *shape);
+                    const uint32_t *primitive_counts,
+                    VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape);
 
 bool size_cache_find(struct size_cache *cache, const struct build_shape *shape,
                      struct size_facts *sizes);

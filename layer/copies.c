@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of copies between acceleration structures, and from memory into them: what they write
+ * is noted in the command buffer's journal, in its place among the builds. */
+#include "check/replay.h"
+#include "intercepts.h"
+#include "layer.h"
+
+static uint64_t id_of(const struct layer_device *device, VkAccelerationStructureKHR handle)
+{
+    struct accel_facts facts;
+    unsigned token = resources_begin_reading(device->resources);
+    resources_find_accel(device->resources, handle, &facts);
+    resources_end_reading(device->resources, token);
+    return facts.id;
+}
+
+static void note(struct layer_device *device, VkCommandBuffer handle,
+                 const struct journal_entry *entry)
+{
+    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
+    if (!command_buffer || device->level < LEVEL_EXECUTION || !entry->dst_id)
+        return;
+    struct replay replay = {.command_buffers = device->command_buffers};
+    struct journal_mark mark = journal_mark(&command_buffer->journal);
+    journal_add(&command_buffer->journal, entry);
+    replay_keep(&replay, command_buffer, &mark);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
+    VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    struct journal_entry entry = {
+        .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
+                                                                               : JOURNAL_COPY,
+        .dst = pInfo->dst,
+        .src = pInfo->src,
+        .dst_id = id_of(device, pInfo->dst),
+        .src_id = id_of(device, pInfo->src),
+    };
+    note(device, commandBuffer, &entry);
+    device->vk.CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
+    VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    struct journal_entry entry = {
+        .kind = JOURNAL_FILL, .dst = pInfo->dst, .dst_id = id_of(device, pInfo->dst)};
+    note(device, commandBuffer, &entry);
+    device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
+}

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about updates, measured by what their source was last built with. They are asked only where
+ * that is known. */
+#include "check/names.h"
+#include "check/predicates.h"
+
+static struct value source(const struct update_view *update)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)update->src);
+}
+
+static struct value command_buffer(const struct built *built)
+{
+    return object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)built->command_buffer);
+}
+
+/* "..., as <source> was last built in <command buffer>, build <n>" */
+#define LAST_BUILT "{} was last built with {} (in {}, build {})"
+
+static bool differs(const struct update_view *update, struct finding *finding, const char *field,
+                    struct value now, struct value then)
+{
+    return violated(finding, field, "is {}, but " LAST_BUILT, now, source(update), then,
+                    command_buffer(update->source), number(update->source->position));
+}
+
+bool update_source_was_built_with_allow_update(const struct update_view *update,
+                                               struct finding *finding)
+{
+    const struct built *last = update->source;
+    if (last->state == BUILT_NEVER)
+        return violated(finding, "srcAccelerationStructure", "{} has never been built",
+                        source(update));
+    return (last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
+           violated(finding, "srcAccelerationStructure",
+                    "{} was last built with flags {}, without "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR (in {}, build {})",
+                    source(update), hex(last->flags), command_buffer(last), number(last->position));
+}
+
+bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
+{
+    return update->source->state == BUILT_NEVER ||
+           update->asked->geometry_count == update->source->geometry_count ||
+           differs(update, finding, "geometryCount", number(update->asked->geometry_count),
+                   number(update->source->geometry_count));
+}
+
+/* A source that doesn't allow updates at all has a rule of its own. */
+bool build_flags_match_source(const struct update_view *update, struct finding *finding)
+{
+    const struct built *last = update->source;
+    return !(last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
+           update->asked->flags == last->flags ||
+           differs(update, finding, "flags", hex(update->asked->flags), hex(last->flags));
+}
+
+bool build_type_matches_source(const struct update_view *update, struct finding *finding)
+{
+    return update->source->state == BUILT_NEVER || update->asked->type == update->source->type ||
+           differs(update, finding, "type", accel_type(update->asked->type),
+                   accel_type(update->source->type));
+}
+
+/* Geometries. */
+
+static bool geometry_differs(const struct updated_geometry_view *geometry, struct finding *finding,
+                             const char *field, struct value now, struct value then)
+{
+    return differs(geometry->update, finding, field, now, then);
+}
+
+bool geometry_type_matches_source(const struct updated_geometry_view *updated_geometry,
+                                  struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return now->type == then->type ||
+           geometry_differs(updated_geometry, finding, "geometryType", geometry_type(now->type),
+                            geometry_type(then->type));
+}
+
+bool geometry_flags_match_source(const struct updated_geometry_view *updated_geometry,
+                                 struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return now->flags == then->flags ||
+           geometry_differs(updated_geometry, finding, "flags", hex(now->flags), hex(then->flags));
+}
+
+static bool both_are_triangles(const struct updated_geometry_view *geometry)
+{
+    return geometry->asked->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+           geometry->source->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+}
+
+bool vertex_format_matches_source(const struct updated_geometry_view *updated_geometry,
+                                  struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !both_are_triangles(updated_geometry) || now->vertex_format == then->vertex_format ||
+           geometry_differs(updated_geometry, finding, "geometry.triangles.vertexFormat",
+                            format(now->vertex_format), format(then->vertex_format));
+}
+
+bool max_vertex_matches_source(const struct updated_geometry_view *updated_geometry,
+                               struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !both_are_triangles(updated_geometry) || now->max_vertex == then->max_vertex ||
+           geometry_differs(updated_geometry, finding, "geometry.triangles.maxVertex",
+                            number(now->max_vertex), number(then->max_vertex));
+}
+
+bool index_type_matches_source(const struct updated_geometry_view *updated_geometry,
+                               struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !both_are_triangles(updated_geometry) || now->index_type == then->index_type ||
+           geometry_differs(updated_geometry, finding, "geometry.triangles.indexType",
+                            index_type(now->index_type), index_type(then->index_type));
+}
+
+bool transform_is_absent_where_source_had_none(const struct updated_geometry_view *updated_geometry,
+                                               struct finding *finding)
+{
+    return !both_are_triangles(updated_geometry) || updated_geometry->source->has_transform ||
+           !updated_geometry->asked->has_transform ||
+           geometry_differs(updated_geometry, finding,
+                            "geometry.triangles.transformData.deviceAddress", text("given"),
+                            text("0"));
+}
+
+bool transform_is_given_where_source_had_one(const struct updated_geometry_view *updated_geometry,
+                                             struct finding *finding)
+{
+    return !both_are_triangles(updated_geometry) || !updated_geometry->source->has_transform ||
+           updated_geometry->asked->has_transform ||
+           geometry_differs(updated_geometry, finding,
+                            "geometry.triangles.transformData.deviceAddress", number(0),
+                            text("an address"));
+}
+
+bool primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,
+                                    struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !now->count_known || !then->count_known ||
+           now->primitive_count == then->primitive_count ||
+           violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
+                    number(now->primitive_count), source(updated_geometry->update),
+                    number(then->primitive_count), command_buffer(updated_geometry->update->source),
+                    number(updated_geometry->update->source->position));
+}

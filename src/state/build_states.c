@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The map from structures to what they were last built with. */
+#include "state/build_states.h"
+
+#include <stdlib.h>
+
+struct build_state *build_states_find(const struct build_states *states, uint64_t id)
+{
+    return handle_table_find(&states->by_id, id);
+}
+
+static struct build_state *find_or_add(struct build_states *states, uint64_t id)
+{
+    struct build_state *state = build_states_find(states, id);
+    if (state)
+        return state;
+    state = calloc(1, sizeof(*state));
+    if (!state || !handle_table_set(&states->by_id, id, state)) {
+        free(state);
+        return NULL;
+    }
+    state->id = id;
+    return state;
+}
+
+bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
+                      struct moment written)
+{
+    struct build_state *state = id ? find_or_add(states, id) : NULL;
+    if (!state)
+        return false;
+    struct built shared = built_share(built); /* `built` may be the state's own */
+    built_release(&state->built);
+    state->built = shared;
+    state->written = written;
+    return true;
+}
+
+static void free_state(void *record, void *context)
+{
+    struct build_state *state = record;
+    (void)context;
+    built_release(&state->built);
+    free(state);
+}
+
+void build_states_remove(struct build_states *states, uint64_t id)
+{
+    void *state = handle_table_remove(&states->by_id, id);
+    if (state)
+        free_state(state, NULL);
+}
+
+void build_states_release(struct build_states *states)
+{
+    handle_table_each(&states->by_id, free_state, NULL);
+    handle_table_release(&states->by_id);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A map from acceleration structures, by their ids (struct accel_facts), to what they were last
+ * built with. Not locked: its owner is. A command buffer has one of what it knows by itself, and a
+ * device one of what has been submitted. */
+#ifndef ASSAY_STATE_BUILD_STATES_H
+#define ASSAY_STATE_BUILD_STATES_H
+
+#include "state/built.h"
+#include "state/handle_table.h"
+#include "state/moment.h"
+
+struct build_state {
+    uint64_t id;
+    struct built built;
+    struct moment written; /* when; not used by a command buffer's own map */
+};
+
+/* Zero-initialized is empty. */
+struct build_states {
+    struct handle_table by_id;
+};
+
+/* NULL where nothing was noted. */
+struct build_state *build_states_find(const struct build_states *states, uint64_t id);
+
+/* Notes what the structure was last built with; shares it. Out of memory: an older note is
+ * forgotten, and false returned. */
+bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
+                      struct moment written);
+
+void build_states_remove(struct build_states *states, uint64_t id);
+void build_states_release(struct build_states *states);
+
+#endif

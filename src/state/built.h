@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What an acceleration structure was built with: what later updates are measured by.
+ *
+ * Geometry details are kept only of builds that allow updates, and of updates themselves; they are
+ * shared by reference between the journals of command buffers and the live states. */
+#ifndef ASSAY_STATE_BUILT_H
+#define ASSAY_STATE_BUILT_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+struct geometry_shape {
+    VkGeometryTypeKHR type;
+    VkGeometryFlagsKHR flags;
+    VkFormat vertex_format; /* these four: triangles only */
+    uint32_t max_vertex;
+    VkIndexType index_type;
+    bool has_transform;
+    bool count_known; /* the indirect command's counts are in device memory */
+    uint32_t primitive_count;
+};
+
+/* Immutable once made; freed with its last reference. */
+struct geometry_shapes {
+    atomic_uint references;
+    uint32_t count;
+    struct geometry_shape items[];
+};
+
+enum built_state {
+    BUILT_UNKNOWN, /* deserialized, or of undetermined order: nothing is said of it */
+    BUILT_NEVER,   /* created, and never written since */
+    BUILT_BEFORE,
+};
+
+struct built {
+    enum built_state state;
+    VkBuildAccelerationStructureFlagsKHR flags;
+    VkAccelerationStructureTypeKHR type;
+    uint32_t geometry_count;
+    bool compacted;                 /* it holds a compacting copy */
+    struct geometry_shapes *shapes; /* NULL where they weren't kept */
+    /* Where: the command buffer (null for a host build) and the build's position in it. */
+    VkCommandBuffer command_buffer;
+    uint32_t position;
+};
+
+/* A copy shares the shapes; each copy is released by itself. */
+struct built built_share(const struct built *built);
+void built_release(struct built *built);
+
+/* Describes a build as the application gave it. `geometries` or `geometry_pointers`, and `ranges`
+ * where counts are known, are readable, geometry_count elements. Out of memory: BUILT_UNKNOWN. */
+struct build_description {
+    const VkAccelerationStructureBuildGeometryInfoKHR *info;
+    const VkAccelerationStructureGeometryKHR *geometries;
+    const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges;
+    VkCommandBuffer command_buffer;
+    uint32_t position;
+};
+
+struct built built_describe(const struct build_description *description);
+
+#endif

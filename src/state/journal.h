@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a command buffer does to acceleration structures, in recorded order, to be replayed at each
+ * submission. One belongs to each command buffer and is as little locked as it.
+ *
+ * It keeps no more than can be asked later: 128 bytes a build at most, and 32 for each buffer that
+ * the build is the first of its neighbours to read. */
+#ifndef ASSAY_STATE_JOURNAL_H
+#define ASSAY_STATE_JOURNAL_H
+
+#include "rules.h"
+#include "state/built.h"
+
+enum journal_kind {
+    JOURNAL_BUILD,
+    JOURNAL_UPDATE,
+    JOURNAL_COPY,    /* a clone, or a compacting copy */
+    JOURNAL_COMPACT, /* as the latter */
+    JOURNAL_FILL,    /* dst gets contents from memory: a deserialization */
+    JOURNAL_EXECUTE, /* a secondary command buffer */
+};
+
+struct journal_entry {
+    unsigned char kind;          /* enum journal_kind */
+    unsigned char command;       /* enum build_command, of builds and updates */
+    bool judged;                 /* an update that recording could judge by itself */
+    bool dst_backed, src_backed; /* by memory, when it was recorded */
+    uint32_t info;               /* index in pInfos, of builds and updates */
+    /* Structures by handle and by id; the id tells a handle that was reused. */
+    VkAccelerationStructureKHR dst, src;
+    uint64_t dst_id, src_id;
+    union {
+        struct built built; /* a build: what dst becomes; an update: what it asked for */
+        struct {
+            VkCommandBuffer secondary;
+            uint64_t recording; /* of the secondary, see struct command_buffer */
+        } execute;
+    };
+};
+
+/* What an address that a build uses is to it. */
+enum input_role {
+    INPUT_VERTEX,
+    INPUT_INDEX,
+    INPUT_TRANSFORM,
+    INPUT_AABBS,
+    INPUT_INSTANCES,
+    INPUT_SCRATCH,
+};
+
+struct journal_input {
+    uint64_t buffer_id; /* see struct address_facts */
+    VkDeviceAddress address;
+    uint32_t position; /* of the build in the command buffer */
+    uint32_t info;
+    uint32_t geometry;
+    unsigned char role;    /* enum input_role */
+    unsigned char command; /* enum build_command */
+    bool is_update;
+};
+
+enum { JOURNAL_CHUNK = 64, JOURNAL_RECENT_INPUTS = 32 };
+
+struct journal_chunk {
+    struct journal_chunk *next;
+    uint32_t count;
+    struct journal_entry entries[JOURNAL_CHUNK];
+};
+
+struct journal_input_chunk {
+    struct journal_input_chunk *next;
+    uint32_t count;
+    struct journal_input inputs[JOURNAL_CHUNK];
+};
+
+/* Zero-initialized is empty. */
+struct journal {
+    struct journal_chunk *first, *last, *spare; /* spare: emptied, for the next recording */
+    struct journal_input_chunk *first_input, *last_input, *spare_input;
+    uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
+    bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
+};
+
+/* Takes over the references of `entry->built`. */
+void journal_add(struct journal *journal, const struct journal_entry *entry);
+
+/* Notes that a build uses a buffer, unless it was noted lately. */
+void journal_add_input(struct journal *journal, const struct journal_input *input);
+
+/* A place in a journal: what was added after it can be walked, or taken back. */
+struct journal_mark {
+    struct journal_chunk *chunk;
+    uint32_t count;
+    struct journal_input_chunk *input_chunk;
+    uint32_t input_count;
+};
+
+struct journal_mark journal_mark(const struct journal *journal);
+void journal_take_back(struct journal *journal, const struct journal_mark *mark);
+
+/* The entry after one, or the first for an empty cursor; NULL at the end. */
+struct journal_cursor {
+    struct journal_chunk *chunk;
+    uint32_t next;
+};
+
+struct journal_cursor journal_start(const struct journal *journal);
+struct journal_cursor journal_start_after(const struct journal *journal,
+                                          const struct journal_mark *mark);
+struct journal_entry *journal_next(struct journal_cursor *cursor);
+
+/* Empties it; its memory is kept for what is recorded next. */
+void journal_clear(struct journal *journal);
+
+/* Empties it and frees its memory. */
+void journal_release(struct journal *journal);
+
+#endif
