@@ -114,7 +114,7 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
                       enum input_role role, const struct address_facts *facts)
 {
     struct build_call *call = user;
-    if (!call->command_buffer || facts->status != ADDRESS_IN_BUFFER)
+    if (facts->status != ADDRESS_IN_BUFFER)
         return;
     struct journal_input input = {
         .buffer_id = facts->buffer_id,
@@ -126,18 +126,19 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
         .command = (unsigned char)call->view.command,
         .is_update = is_update(build),
     };
-    journal_add_input(&call->command_buffer->journal, &input);
+    journal_add_input(call->command_buffer->journal, &input);
 }
 
 static void see_build(void *user, const struct build_view *build)
 {
     struct build_call *call = user;
-    if (!call->command_buffer || !build->dst.id)
+    if (!build->dst.id)
         return;
     struct journal_entry entry = {
         .kind = is_update(build) ? JOURNAL_UPDATE : JOURNAL_BUILD,
         .command = (unsigned char)call->view.command,
         .info = build->index,
+        .labels = journal_note_labels(call->command_buffer->journal, &call->command_buffer->labels),
         .dst = build->dst.handle,
         .dst_id = build->dst.id,
         .dst_backed = build->dst.backed == YES,
@@ -146,16 +147,17 @@ static void see_build(void *user, const struct build_view *build)
         .src_backed = build->src.backed == YES,
         .built = describe(call, build),
     };
-    journal_add(&call->command_buffer->journal, &entry);
+    journal_add(call->command_buffer->journal, &entry);
     if (build->sizes.known)
         see_input(user, build, 0, INPUT_SCRATCH, &build->scratch);
 }
 
-static void locate(void *user, const struct command_buffer *command_buffer, uint32_t position)
+static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
 {
     struct build_call *call = user;
-    (void)command_buffer;
+    (void)journal;
     (void)position;
+    (void)info;
     call->origin.build_index = call->view.command_buffer.build_index;
 }
 
@@ -164,7 +166,6 @@ static struct replay replay_of(struct build_call *call)
     return (struct replay){
         .active = call->device->active_rules,
         .resources = call->device->resources,
-        .command_buffers = call->device->command_buffers,
         .locate = locate,
         .found = found,
         .user = call,
@@ -176,14 +177,12 @@ static struct replay replay_of(struct build_call *call)
 static void settle_journal(struct build_call *call)
 {
     struct command_buffer *command_buffer = call->command_buffer;
-    if (!command_buffer)
-        return;
     struct replay replay = replay_of(call);
     replay_recorded(&replay, command_buffer, &call->mark);
     if (call->skip)
-        journal_take_back(&command_buffer->journal, &call->mark);
+        journal_take_back(command_buffer->journal, &call->mark);
     else
-        replay_keep(&replay, command_buffer, &call->mark);
+        replay_keep(command_buffer, &call->mark);
 }
 
 /* ---- the calls */
@@ -242,10 +241,11 @@ static void run_checks(struct build_call *call)
         check_call(&context, &call->view);
         return;
     }
-    if (call->device->level >= LEVEL_EXECUTION && call->command_buffer) {
+    if (call->device->level >= LEVEL_EXECUTION && call->command_buffer &&
+        call->command_buffer->journal) {
         context.see_build = see_build;
         context.see_input = see_input;
-        call->mark = journal_mark(&call->command_buffer->journal);
+        call->mark = journal_mark(call->command_buffer->journal);
     }
     check_builds(&context, &call->view);
     if (context.see_build)

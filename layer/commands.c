@@ -114,11 +114,13 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdExecuteCommands(VkCommandBuffer commandBuffe
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     struct command_buffer *primary = find(state, commandBuffer);
-    struct replay replay = {.command_buffers = state->command_buffers};
     for (uint32_t i = 0; primary && i < commandBufferCount; i++) {
-        struct journal_mark mark = journal_mark(&primary->journal);
+        struct journal_mark mark = {0};
+        if (primary->journal)
+            mark = journal_mark(primary->journal);
         command_buffer_execute(primary, find(state, pCommandBuffers[i]));
-        replay_keep(&replay, primary, &mark);
+        if (primary->journal)
+            replay_keep(primary, &mark);
     }
     state->vk.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }

@@ -18,12 +18,12 @@ static void note(struct layer_device *device, VkCommandBuffer handle,
                  const struct journal_entry *entry)
 {
     struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
-    if (!command_buffer || device->level < LEVEL_EXECUTION || !entry->dst_id)
+    if (!command_buffer || !command_buffer->journal || device->level < LEVEL_EXECUTION ||
+        !entry->dst_id)
         return;
-    struct replay replay = {.command_buffers = device->command_buffers};
-    struct journal_mark mark = journal_mark(&command_buffer->journal);
-    journal_add(&command_buffer->journal, entry);
-    replay_keep(&replay, command_buffer, &mark);
+    struct journal_mark mark = journal_mark(command_buffer->journal);
+    journal_add(command_buffer->journal, entry);
+    replay_keep(command_buffer, &mark);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(

@@ -42,6 +42,14 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         facts->newer_than_registry = true;
 }
 
+/* Cluster and partitioned builds write to addresses, and what is new may do anything. */
+static bool has_other_builders(const struct device_facts *facts,
+                               const VkDeviceCreateInfo *create_info)
+{
+    return facts->newer_than_registry || facts->extension.cluster_acceleration_structure_nv ||
+           is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+}
+
 /* Absent structures leave their features off. */
 static void collect_features(struct device_facts *facts, const void *chain)
 {
@@ -104,6 +112,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     device->facts.handle = device->handle;
     device->facts.api_version = usable_api_version(device);
     collect_extensions(&device->facts, create_info);
+    device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
     collect_limits(device);
     device->instance->vk.GetPhysicalDeviceMemoryProperties(device->physical_device,

@@ -11,11 +11,10 @@ static bool is_wanted(const struct replay *replay, const struct journal_entry *e
     return replay->active[entry->command][rule];
 }
 
-static void report(struct replay *replay, const struct command_buffer *command_buffer,
-                   uint32_t position, enum rule rule, const struct location *location,
-                   const struct finding *finding)
+static void report(struct replay *replay, const struct journal *journal, uint32_t position,
+                   enum rule rule, const struct location *location, const struct finding *finding)
 {
-    replay->locate(replay->user, command_buffer, position);
+    replay->locate(replay->user, journal, position, location->build);
     replay->found(replay->user, rule, location, finding);
 }
 
@@ -24,7 +23,7 @@ struct structure_rules {
     enum rule alive, backed;
 };
 
-static void check_structure(struct replay *replay, const struct command_buffer *command_buffer,
+static void check_structure(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry, VkAccelerationStructureKHR handle,
                             uint64_t id, bool was_backed, const struct structure_rules *rules)
 {
@@ -48,10 +47,10 @@ static void check_structure(struct replay *replay, const struct command_buffer *
              died ? "{} was destroyed after the build was recorded"
                   : "{} lost its memory, or its buffer, after the build was recorded",
              structure);
-    report(replay, command_buffer, entry->built.position, rule, &location, &finding);
+    report(replay, journal, entry->built.position, rule, &location, &finding);
 }
 
-static void check_entry(struct replay *replay, const struct command_buffer *command_buffer,
+static void check_entry(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry)
 {
     static const struct structure_rules dst = {
@@ -61,11 +60,9 @@ static void check_entry(struct replay *replay, const struct command_buffer *comm
                                                RULE_update_src_is_backed_by_memory};
     if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
         return;
-    check_structure(replay, command_buffer, entry, entry->dst, entry->dst_id, entry->dst_backed,
-                    &dst);
+    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed, &dst);
     if (entry->kind == JOURNAL_UPDATE && entry->src_id && entry->src_id != entry->dst_id)
-        check_structure(replay, command_buffer, entry, entry->src, entry->src_id, entry->src_backed,
-                        &src);
+        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backed, &src);
 }
 
 /* Inputs. */
@@ -100,7 +97,7 @@ static enum rule rule_of_input(const struct journal_input *input, enum address_s
                                           : RULE_input_address_is_in_a_buffer;
 }
 
-static void check_input(struct replay *replay, const struct command_buffer *command_buffer,
+static void check_input(struct replay *replay, const struct journal *journal,
                         const struct journal_input *input)
 {
     struct address_facts facts;
@@ -123,32 +120,21 @@ static void check_input(struct replay *replay, const struct command_buffer *comm
                  ? "{} was in a buffer that was destroyed after the build was recorded"
                  : "{} is in a buffer whose memory was freed after the build was recorded",
              hex(input->address));
-    report(replay, command_buffer, input->position, rule, &location, &finding);
+    report(replay, journal, input->position, rule, &location, &finding);
 }
 
-static void check_all(struct replay *replay, const struct command_buffer *command_buffer)
+void replay_deaths(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(&command_buffer->journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        check_entry(replay, command_buffer, entry);
-    for (const struct journal_input_chunk *chunk = command_buffer->journal.first_input; chunk;
+    bool any_died = journal->deaths != resources_deaths(replay->resources);
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_EXECUTE)
+            replay_deaths(replay, entry->secondary);
+        else if (any_died)
+            check_entry(replay, journal, entry);
+    }
+    for (const struct journal_input_chunk *chunk = journal->first_input; any_died && chunk;
          chunk = chunk->next)
         for (uint32_t i = 0; i < chunk->count; i++)
-            check_input(replay, command_buffer, &chunk->inputs[i]);
-}
-
-void replay_deaths(struct replay *replay, const struct command_buffer *command_buffer)
-{
-    if (command_buffer->deaths != resources_deaths(replay->resources))
-        check_all(replay, command_buffer);
-    struct journal_cursor cursor = journal_start(&command_buffer->journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind != JOURNAL_EXECUTE)
-            continue;
-        const struct command_buffer *secondary =
-            command_buffers_find(replay->command_buffers, entry->execute.secondary);
-        if (secondary && secondary->recording == entry->execute.recording &&
-            secondary->deaths != resources_deaths(replay->resources))
-            check_all(replay, secondary);
-    }
+            check_input(replay, journal, &chunk->inputs[i]);
 }

@@ -6,9 +6,6 @@
 
 #include "check/walk.h"
 
-/* Secondary command buffers within secondary ones (VK_EXT_nested_command_buffer). */
-enum { DEPTH_MAX = 8 };
-
 static const struct built nothing = {.state = BUILT_UNKNOWN};
 static const struct built never = {.state = BUILT_NEVER};
 
@@ -40,7 +37,7 @@ static void judge_geometries(struct walk *walk, const struct update_view *update
     }
 }
 
-static void judge(struct replay *replay, const struct command_buffer *command_buffer,
+static void judge(struct replay *replay, const struct journal *journal,
                   const struct journal_entry *entry, const struct built *source)
 {
     if (source->state == BUILT_UNKNOWN || entry->built.state == BUILT_UNKNOWN)
@@ -52,18 +49,13 @@ static void judge(struct replay *replay, const struct command_buffer *command_bu
     struct location location = {.command = (enum build_command)entry->command,
                                 .subject = SUBJECT_BUILD,
                                 .build = entry->info};
-    replay->locate(replay->user, command_buffer, entry->built.position);
+    replay->locate(replay->user, journal, entry->built.position, entry->info);
     walk_update(&walk, &update, &location);
     judge_geometries(&walk, &update, &location);
 }
 
 /* What the command buffer knows by itself. A source that it does not know makes its result unknown
  * to it, too: that is for the submission to tell. */
-
-static void keep_entry(struct build_states *known, const struct journal_entry *entry);
-
-static void keep_secondary(struct replay *replay, struct build_states *known,
-                           const struct journal_entry *entry, int depth);
 
 static void keep_copy(struct build_states *known, const struct journal_entry *entry)
 {
@@ -75,14 +67,16 @@ static void keep_copy(struct build_states *known, const struct journal_entry *en
     struct built copy = source->built;
     if (entry->kind == JOURNAL_COMPACT)
         copy.compacted = true;
-    build_states_set(known, entry->dst_id, &copy, (struct moment){0});
+    build_states_set(known, entry->dst_id, &copy, moment_never());
 }
+
+static void keep_entries(struct build_states *known, struct journal_cursor cursor);
 
 static void keep_entry(struct build_states *known, const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
-        build_states_set(known, entry->dst_id, &entry->built, (struct moment){0});
+        build_states_set(known, entry->dst_id, &entry->built, moment_never());
         break;
     case JOURNAL_UPDATE:
     case JOURNAL_COPY:
@@ -90,39 +84,19 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
         keep_copy(known, entry);
         break;
     case JOURNAL_FILL:
-        build_states_set(known, entry->dst_id, &nothing, (struct moment){0});
+        build_states_set(known, entry->dst_id, &nothing, moment_never());
         break;
     case JOURNAL_EXECUTE:
+        keep_entries(known, journal_start(entry->secondary));
         break;
     }
 }
 
-/* A secondary that was recorded anew since invalidates what executes it; say no more of it. */
-static const struct command_buffer *executed(struct replay *replay,
-                                             const struct journal_entry *entry)
+/* Secondary command buffers nest as deep as the device allows (VK_EXT_nested_command_buffer). */
+static void keep_entries(struct build_states *known, struct journal_cursor cursor)
 {
-    const struct command_buffer *secondary =
-        command_buffers_find(replay->command_buffers, entry->execute.secondary);
-    return secondary && secondary->recording == entry->execute.recording ? secondary : NULL;
-}
-
-static void keep_entries(struct replay *replay, struct build_states *known,
-                         struct journal_cursor cursor, int depth)
-{
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE)
-            keep_secondary(replay, known, entry, depth);
-        else
-            keep_entry(known, entry);
-    }
-}
-
-static void keep_secondary(struct replay *replay, struct build_states *known,
-                           const struct journal_entry *entry, int depth)
-{
-    const struct command_buffer *secondary = executed(replay, entry);
-    if (secondary && depth < DEPTH_MAX)
-        keep_entries(replay, known, journal_start(&secondary->journal), depth + 1);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        keep_entry(known, entry);
 }
 
 static bool asks_for_a_source(const struct journal_entry *entry)
@@ -131,52 +105,48 @@ static bool asks_for_a_source(const struct journal_entry *entry)
            entry->kind == JOURNAL_COMPACT;
 }
 
-/* Entries before `mark`, when the first update comes. */
-static void learn(struct replay *replay, struct command_buffer *command_buffer,
-                  const struct journal_mark *mark)
+/* Entries before `mark`, when the first that asks for a source comes. */
+static void learn(struct command_buffer *command_buffer, const struct journal_mark *mark)
 {
-    struct journal_cursor cursor = journal_start(&command_buffer->journal);
-    struct journal_cursor end = journal_start_after(&command_buffer->journal, mark);
+    struct journal_cursor cursor = journal_start(command_buffer->journal);
+    struct journal_cursor end = journal_start_after(command_buffer->journal, mark);
     const struct journal_entry *stop = journal_next(&end);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor)) && entry != stop;) {
-        if (entry->kind == JOURNAL_EXECUTE)
-            keep_secondary(replay, &command_buffer->known, entry, 0);
-        else
-            keep_entry(&command_buffer->known, entry);
-    }
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor)) && entry != stop;)
+        keep_entry(&command_buffer->known, entry);
     command_buffer->knows = true;
 }
 
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
                      const struct journal_mark *mark)
 {
-    struct journal_cursor cursor = journal_start_after(&command_buffer->journal, mark);
+    struct journal *journal = command_buffer->journal;
+    struct journal_cursor cursor = journal_start_after(journal, mark);
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!command_buffer->knows && asks_for_a_source(entry))
-            learn(replay, command_buffer, mark);
-        if (entry->kind != JOURNAL_UPDATE || command_buffer->journal.incomplete)
+            learn(command_buffer, mark);
+        if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
             continue;
         const struct build_state *source = build_states_find(&command_buffer->known, entry->src_id);
         if (!source)
             continue;
         entry->judged = true;
-        judge(replay, command_buffer, entry, &source->built);
+        judge(replay, journal, entry, &source->built);
     }
 }
 
-void replay_keep(struct replay *replay, struct command_buffer *command_buffer,
-                 const struct journal_mark *mark)
+void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark)
 {
     if (command_buffer->knows)
-        keep_entries(replay, &command_buffer->known,
-                     journal_start_after(&command_buffer->journal, mark), 0);
+        keep_entries(&command_buffer->known, journal_start_after(command_buffer->journal, mark));
 }
 
 /* Submissions. */
 
-static bool is_settled(struct replay *replay, const struct build_state *state)
+/* Whether the batch certainly sees what was written then. */
+static bool is_settled(const struct replay *replay, struct moment written)
 {
-    return replay->follows(replay->user, state->written);
+    return (written.queue == replay->now.queue && written.count == replay->now.count) ||
+           execution_clock_has(replay->follows, written);
 }
 
 /* What a structure was last built with for a reader in this batch. A structure that nobody wrote
@@ -184,22 +154,21 @@ static bool is_settled(struct replay *replay, const struct build_state *state)
 static const struct built *live(struct replay *replay, uint64_t id)
 {
     const struct build_state *state = build_states_find(replay->states, id);
-    if (!id)
+    if (!id || !replay->predecessors_known)
         return &nothing;
     if (!state)
-        return &never;
-    return is_settled(replay, state) ? &state->built : &nothing;
+        return replay->never_is_certain ? &never : &nothing;
+    return is_settled(replay, state->written) ? &state->built : &nothing;
 }
 
-/* Two writes without an order between them leave it open for good which came last. */
+/* Two writes without an order between them leave open for good which came last. */
 static void write_state(struct replay *replay, uint64_t id, const struct built *built)
 {
     const struct build_state *before = build_states_find(replay->states, id);
-    bool contested = before && !is_settled(replay, before);
-    if (contested && before->written.count != UINT64_MAX)
-        build_states_set(replay->states, id, &nothing, moment_never());
-    else if (!contested)
-        build_states_set(replay->states, id, built, replay->now);
+    bool contested = before && !is_settled(replay, before->written);
+    if (id && !build_states_set(replay->states, id, contested ? &nothing : built,
+                                contested ? moment_never() : replay->now))
+        replay->out_of_memory = true;
 }
 
 static void write_copy(struct replay *replay, const struct journal_entry *entry)
@@ -212,20 +181,16 @@ static void write_copy(struct replay *replay, const struct journal_entry *entry)
     write_state(replay, entry->dst_id, &copy);
 }
 
-static void submit_entries(struct replay *replay, const struct command_buffer *command_buffer,
-                           int depth);
-
-static void submit_entry(struct replay *replay, const struct command_buffer *command_buffer,
-                         const struct journal_entry *entry, int depth)
+static void submit_entry(struct replay *replay, const struct journal *journal,
+                         const struct journal_entry *entry)
 {
-    const struct command_buffer *secondary;
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
         write_state(replay, entry->dst_id, &entry->built);
         break;
     case JOURNAL_UPDATE:
         if (!entry->judged)
-            judge(replay, command_buffer, entry, live(replay, entry->src_id));
+            judge(replay, journal, entry, live(replay, entry->src_id));
         write_copy(replay, entry);
         break;
     case JOURNAL_COPY:
@@ -236,30 +201,25 @@ static void submit_entry(struct replay *replay, const struct command_buffer *com
         write_state(replay, entry->dst_id, &nothing);
         break;
     case JOURNAL_EXECUTE:
-        secondary = executed(replay, entry);
-        if (secondary && depth < DEPTH_MAX)
-            submit_entries(replay, secondary, depth + 1);
+        replay_submitted(replay, entry->secondary);
         break;
     }
 }
 
-static void submit_entries(struct replay *replay, const struct command_buffer *command_buffer,
-                           int depth)
+void replay_submitted(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(&command_buffer->journal);
+    struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        submit_entry(replay, command_buffer, entry, depth);
+        submit_entry(replay, journal, entry);
 }
 
-void replay_submitted(struct replay *replay, const struct command_buffer *command_buffer)
+void replay_forget(struct replay *replay, const struct journal *journal)
 {
-    submit_entries(replay, command_buffer, 0);
-}
-
-void replay_forget(struct replay *replay, const struct command_buffer *command_buffer)
-{
-    struct journal_cursor cursor = journal_start(&command_buffer->journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind != JOURNAL_EXECUTE)
-            build_states_set(replay->states, entry->dst_id, &nothing, replay->now);
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_EXECUTE)
+            replay_forget(replay, entry->secondary);
+        else
+            build_states_set(replay->states, entry->dst_id, &nothing, moment_never());
+    }
 }

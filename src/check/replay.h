@@ -13,16 +13,17 @@
 struct replay {
     const bool (*active)[RULE_COUNT]; /* by command */
     struct resources *resources;
-    struct command_buffers *command_buffers;
 
     /* At submission only. */
-    struct build_states *states; /* live; the caller holds their lock */
-    struct moment now;
-    /* Whether the batch certainly executes after that. */
-    bool (*follows)(void *user, struct moment written);
+    struct build_states *states;           /* live */
+    struct moment now;                     /* when the batch executes, */
+    const struct execution_clock *follows; /* what it certainly follows, */
+    bool predecessors_known; /* and whether all that executes before it has been replayed */
+    bool never_is_certain;   /* nothing but journalled commands builds on this device */
+    bool out_of_memory;      /* set where a write could not be noted */
 
     /* Told before findings: which build of which command buffer they are about. */
-    void (*locate)(void *user, const struct command_buffer *command_buffer, uint32_t position);
+    void (*locate)(void *user, const struct journal *journal, uint32_t position, uint32_t info);
     bool (*found)(void *user, enum rule rule, const struct location *location,
                   const struct finding *finding);
     void *user;
@@ -34,16 +35,16 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
                      const struct journal_mark *mark);
 
 /* Adds the entries behind `mark` to what the command buffer knows by itself. */
-void replay_keep(struct replay *replay, struct command_buffer *command_buffer,
-                 const struct journal_mark *mark);
+void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark);
 
-/* Reports what the command buffer's builds use that died since it was recorded. */
-void replay_deaths(struct replay *replay, const struct command_buffer *command_buffer);
+/* Reports what the builds use that died since they were recorded. */
+void replay_deaths(struct replay *replay, const struct journal *journal);
 
-/* Replays a command buffer as it is submitted. */
-void replay_submitted(struct replay *replay, const struct command_buffer *command_buffer);
+/* Replays a command buffer as it is submitted: judges its updates and notes what it writes. */
+void replay_submitted(struct replay *replay, const struct journal *journal);
 
-/* After a submission that did not happen: nothing is known of what it would have written. */
-void replay_forget(struct replay *replay, const struct command_buffer *command_buffer);
+/* After a submission that did not happen, or whose judging missed something: nothing is known of
+ * what it would have written. */
+void replay_forget(struct replay *replay, const struct journal *journal);
 
 #endif

@@ -87,8 +87,9 @@ static int order_by_handle(const void *a, const void *b)
     return order ? order : compare_numbers(x->build, y->build);
 }
 
-/* Pointers to the ranges of a list by handle; NULL without memory. */
-static const struct used_range **by_handle(const struct range_list *list)
+/* Pointers to the structures of a list by handle, of those in pieces to one piece; NULL without
+ * memory. */
+static const struct used_range **by_handle(const struct range_list *list, uint32_t *count)
 {
     const struct used_range **sorted = malloc((list->count + 1) * sizeof(*sorted));
     if (!sorted)
@@ -97,6 +98,10 @@ static const struct used_range **by_handle(const struct range_list *list)
         sorted[i] = &list->items[i];
     if (!list->ascending_handles)
         qsort(sorted, list->count, sizeof(*sorted), order_by_handle);
+    *count = 0;
+    for (uint32_t i = 0; i < list->count; i++)
+        if (sorted[i]->handle && (!*count || order_by_handle(&sorted[*count - 1], &sorted[i]) != 0))
+            sorted[(*count)++] = sorted[i];
     return sorted;
 }
 
@@ -105,8 +110,7 @@ static void visit_equal_dsts(const struct used_range **dsts, uint32_t count, pai
 {
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t j = i + 1; j < count && dsts[j]->handle == dsts[i]->handle; j++)
-            if (dsts[i]->handle && dsts[i]->build != dsts[j]->build &&
-                !visit(user, dsts[i], dsts[j], NULL))
+            if (!visit(user, dsts[i], dsts[j], NULL))
                 return;
 }
 
@@ -130,12 +134,13 @@ void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user)
     const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC];
     if (sweep->out_of_memory || (dst->ascending_handles && !src->count))
         return;
-    const struct used_range **dsts = by_handle(dst);
-    const struct used_range **srcs = by_handle(src);
+    uint32_t dst_count, src_count;
+    const struct used_range **dsts = by_handle(dst, &dst_count);
+    const struct used_range **srcs = by_handle(src, &src_count);
     if (dsts && srcs) {
         if (!dst->ascending_handles)
-            visit_equal_dsts(dsts, dst->count, visit, user);
-        visit_equal_srcs(dsts, dst->count, srcs, src->count, visit, user);
+            visit_equal_dsts(dsts, dst_count, visit, user);
+        visit_equal_srcs(dsts, dst_count, srcs, src_count, visit, user);
     }
     free(dsts);
     free(srcs);
@@ -175,7 +180,8 @@ static void stop_wanting(struct active_sets *sets, enum range_role a, enum range
 static void visit_pair(struct active_sets *sets, const struct used_range *a,
                        const struct used_range *b, pair_visitor visit, void *user)
 {
-    if (a->handle && a->handle == b->handle)
+    bool is_one = a->role == b->role && a->build == b->build;
+    if (is_one || (a->handle && a->handle == b->handle))
         return;
     struct memory_span shared = {.memory = a->span.memory,
                                  .begin =
@@ -256,13 +262,16 @@ void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
         return;
     for (int role = 0; role < ROLE_COUNT; role++) {
         struct range_list *list = &sweep->roles[role];
-        if (!list->sorted_by_bytes)
-            qsort(list->items, list->count, sizeof(*list->items), order_by_bytes);
+        if (list->sorted_by_bytes)
+            continue;
+        qsort(list->items, list->count, sizeof(*list->items), order_by_bytes);
         list->sorted_by_bytes = true;
+        list->ascending_handles = false;
     }
 
     struct active_sets sets = {0};
     memset(sets.wanted, true, sizeof(sets.wanted));
+    stop_wanting(&sets, ROLE_SRC, ROLE_SRC); /* both are only read, and may be many of one */
     uint32_t next[ROLE_COUNT] = {0};
     for (int role; (role = next_role(sweep, next)) != ROLE_COUNT;)
         if (!sweep_range(&sets, &sweep->roles[role].items[next[role]++], visit, user))

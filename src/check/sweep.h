@@ -34,10 +34,11 @@ typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struc
                              const struct memory_span *shared);
 
 /* Visits the pairs of equal handles (`shared` is NULL): two dst, or a src and another build's dst.
- */
+ * A structure in pieces counts once. */
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user);
 
-/* Visits the pairs that share memory, except those of equal handles. Sorts the lists. */
+/* Visits the pairs that share memory, except those of equal handles, of two src, and of two pieces
+ * of one structure or scratch. Sorts the lists. */
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user);
 
 #endif

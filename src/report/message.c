@@ -184,6 +184,13 @@ static void append_origin(struct text_buffer *text, struct message *message,
     if (at->subject != SUBJECT_CALL)
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
     append_labels(text, message, origin->labels);
+    if (origin->queue) {
+        const VkDebugUtilsObjectNameInfoEXT *queue = mention(
+            message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue, origin->names);
+        text_append(text, ", as submitted to ");
+        if (queue)
+            append_object(text, queue);
+    }
     text_append(text, ".");
 }
 

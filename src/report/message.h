@@ -13,7 +13,7 @@
 enum {
     MESSAGE_SIZE = 8192,                  /* bytes of text, and of its heading */
     MESSAGE_NAME_SIZE = 256,              /* of an object's name, and of a label's */
-    MESSAGE_OBJECTS = FINDING_VALUES + 1, /* and the command buffer, or the device */
+    MESSAGE_OBJECTS = FINDING_VALUES + 2, /* and the command buffer (or device), and queue */
     MESSAGE_LABELS = 16,                  /* innermost ones */
 };
 

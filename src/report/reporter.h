@@ -44,6 +44,7 @@ struct call_origin {
     uint32_t build_index; /* builds recorded in the command buffer before this call */
     const struct object_names *names;
     const struct label_stack *labels; /* of the command buffer */
+    VkQueue queue; /* that the command buffer was submitted to, if that told the finding */
 };
 
 /* False if a message of this id would not go out: filtered, or over its limit. */

@@ -5,30 +5,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_ENTRIES = 256, FIRST_CHUNKS = 8 };
+enum { CHUNK_ENTRIES = 64, FIRST_CHUNKS = 8 };
 
-struct address_entry {
-    uint64_t begin, end;
-    uint64_t reach; /* the largest end of this chunk's entries up to here */
-    void *record;
-};
-
+/* Entries as arrays of their members: a search reads only `begins`. */
 struct address_chunk {
     uint64_t reach_before; /* the largest end in all chunks before this one */
-    size_t count;          /* never 0 */
-    struct address_entry entries[CHUNK_ENTRIES];
+    size_t count;          /* never 0 between calls */
+    uint64_t begins[CHUNK_ENTRIES], ends[CHUNK_ENTRIES];
+    uint64_t reaches[CHUNK_ENTRIES]; /* the largest end of this chunk's entries up to each */
+    void *records[CHUNK_ENTRIES];
 };
 
-/* The number of entries that begin at or before `address`. */
-static size_t entries_up_to(const struct address_chunk *chunk, uint64_t address)
+/* The number of values, in ascending order, that are at most `limit`. */
+static size_t count_up_to(const uint64_t *values, size_t count, uint64_t limit)
 {
-    size_t low = 0, high = chunk->count;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (chunk->entries[middle].begin <= address)
-            low = middle + 1;
-        else
-            high = middle;
+    size_t low = 0;
+    while (count) {
+        size_t half = count / 2;
+        bool is_up_to = values[low + half] <= limit;
+        low = is_up_to ? low + half + 1 : low;
+        count = is_up_to ? count - half - 1 : half;
     }
     return low;
 }
@@ -36,15 +32,8 @@ static size_t entries_up_to(const struct address_chunk *chunk, uint64_t address)
 /* The last chunk whose first entry begins at or before `address`; chunk 0 if none does. */
 static size_t chunk_of(const struct address_map *map, uint64_t address)
 {
-    size_t low = 0, high = map->chunk_count;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (map->chunks[middle]->entries[0].begin <= address)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low ? low - 1 : 0;
+    size_t count = count_up_to(map->firsts, map->chunk_count, address);
+    return count ? count - 1 : 0;
 }
 
 static uint64_t larger_of(uint64_t a, uint64_t b)
@@ -52,44 +41,79 @@ static uint64_t larger_of(uint64_t a, uint64_t b)
     return a > b ? a : b;
 }
 
-/* Restores `reach` from entry `from` of a chunk on, and `reach_before` of the chunks behind it. */
+static uint64_t reach_of(const struct address_chunk *chunk)
+{
+    return larger_of(chunk->reach_before, chunk->count ? chunk->reaches[chunk->count - 1] : 0);
+}
+
+/* Restores `reaches` from entry `from` of chunk `c` on, and `reach_before` of the chunks from
+ * `c` + 1 on, up to the first where it is right already. */
 static void restore_reach(struct address_map *map, size_t c, size_t from)
 {
     struct address_chunk *chunk = map->chunks[c];
     for (size_t i = from; i < chunk->count; i++)
-        chunk->entries[i].reach =
-            larger_of(chunk->entries[i].end, i ? chunk->entries[i - 1].reach : 0);
+        chunk->reaches[i] = larger_of(chunk->ends[i], i ? chunk->reaches[i - 1] : 0);
+    map->firsts[c] = chunk->begins[0];
 
-    uint64_t reach = c ? map->chunks[c]->reach_before : 0;
-    for (; c < map->chunk_count; c++) {
-        chunk = map->chunks[c];
-        chunk->reach_before = reach;
-        reach = larger_of(reach, chunk->entries[chunk->count - 1].reach);
+    for (c++; c < map->chunk_count; c++) {
+        uint64_t reach = reach_of(map->chunks[c - 1]);
+        if (map->chunks[c]->reach_before == reach)
+            return;
+        map->chunks[c]->reach_before = reach;
     }
 }
 
-/* Makes room for a chunk at index `c`; NULL without memory. */
+static bool reserve_chunks(struct address_map *map)
+{
+    if (map->chunk_count < map->chunk_capacity)
+        return true;
+    size_t capacity = map->chunk_capacity ? map->chunk_capacity * 2 : FIRST_CHUNKS;
+    struct address_chunk **chunks = realloc(map->chunks, capacity * sizeof(*chunks));
+    if (chunks)
+        map->chunks = chunks;
+    uint64_t *firsts = realloc(map->firsts, capacity * sizeof(*firsts));
+    if (firsts)
+        map->firsts = firsts;
+    if (!chunks || !firsts)
+        return false;
+    map->chunk_capacity = capacity;
+    return true;
+}
+
+/* Makes room for an empty chunk at index `c`; NULL without memory. */
 static struct address_chunk *insert_chunk(struct address_map *map, size_t c)
 {
-    if (map->chunk_count == map->chunk_capacity) {
-        size_t capacity = map->chunk_capacity ? map->chunk_capacity * 2 : FIRST_CHUNKS;
-        struct address_chunk **chunks =
-            realloc(map->chunks, capacity * sizeof(struct address_chunk *));
-        if (!chunks)
-            return NULL;
-        map->chunks = chunks;
-        map->chunk_capacity = capacity;
-    }
+    if (!reserve_chunks(map))
+        return NULL;
     struct address_chunk *chunk = malloc(sizeof(*chunk));
     if (!chunk)
         return NULL;
     chunk->count = 0;
-    chunk->reach_before = 0;
-    memmove(&map->chunks[c + 1], &map->chunks[c],
-            (map->chunk_count - c) * sizeof(struct address_chunk *));
+    chunk->reach_before = c ? reach_of(map->chunks[c - 1]) : 0;
+    size_t behind = map->chunk_count - c;
+    memmove(&map->chunks[c + 1], &map->chunks[c], behind * sizeof(*map->chunks));
+    memmove(&map->firsts[c + 1], &map->firsts[c], behind * sizeof(*map->firsts));
     map->chunks[c] = chunk;
     map->chunk_count++;
     return chunk;
+}
+
+static void remove_chunk(struct address_map *map, size_t c)
+{
+    free(map->chunks[c]);
+    map->chunk_count--;
+    size_t behind = map->chunk_count - c;
+    memmove(&map->chunks[c], &map->chunks[c + 1], behind * sizeof(*map->chunks));
+    memmove(&map->firsts[c], &map->firsts[c + 1], behind * sizeof(*map->firsts));
+}
+
+/* Moves `count` entries from `from` of one chunk to `to` of another, or of the same. */
+static void move_entries(struct address_chunk *target, size_t to, const struct address_chunk *source,
+                         size_t from, size_t count)
+{
+    memmove(&target->begins[to], &source->begins[from], count * sizeof(source->begins[0]));
+    memmove(&target->ends[to], &source->ends[from], count * sizeof(source->ends[0]));
+    memmove(&target->records[to], &source->records[from], count * sizeof(source->records[0]));
 }
 
 /* Moves the upper half of a full chunk into a new one behind it. */
@@ -101,9 +125,9 @@ static bool split_chunk(struct address_map *map, size_t c)
     struct address_chunk *lower = map->chunks[c];
     upper->count = lower->count / 2;
     lower->count -= upper->count;
-    memcpy(upper->entries, &lower->entries[lower->count], upper->count * sizeof(upper->entries[0]));
-    restore_reach(map, c + 1, 0);
+    move_entries(upper, 0, lower, lower->count, upper->count);
     restore_reach(map, c, 0);
+    restore_reach(map, c + 1, 0);
     return true;
 }
 
@@ -120,11 +144,11 @@ bool address_map_add(struct address_map *map, uint64_t begin, uint64_t size, voi
         c = chunk_of(map, begin);
     }
     struct address_chunk *chunk = map->chunks[c];
-    size_t at = entries_up_to(chunk, begin);
-    memmove(&chunk->entries[at + 1], &chunk->entries[at],
-            (chunk->count - at) * sizeof(chunk->entries[0]));
-    chunk->entries[at] =
-        (struct address_entry){.begin = begin, .end = begin + size, .record = record};
+    size_t at = count_up_to(chunk->begins, chunk->count, begin);
+    move_entries(chunk, at + 1, chunk, at, chunk->count - at);
+    chunk->begins[at] = begin;
+    chunk->ends[at] = begin + size;
+    chunk->records[at] = record;
     chunk->count++;
     restore_reach(map, c, at);
     return true;
@@ -134,17 +158,13 @@ static void remove_entry(struct address_map *map, size_t c, size_t at)
 {
     struct address_chunk *chunk = map->chunks[c];
     chunk->count--;
-    memmove(&chunk->entries[at], &chunk->entries[at + 1],
-            (chunk->count - at) * sizeof(chunk->entries[0]));
+    move_entries(chunk, at, chunk, at + 1, chunk->count - at);
     if (chunk->count) {
         restore_reach(map, c, at);
         return;
     }
     uint64_t reach_before = chunk->reach_before;
-    free(chunk);
-    map->chunk_count--;
-    memmove(&map->chunks[c], &map->chunks[c + 1],
-            (map->chunk_count - c) * sizeof(struct address_chunk *));
+    remove_chunk(map, c);
     if (c < map->chunk_count) {
         map->chunks[c]->reach_before = reach_before;
         restore_reach(map, c, 0);
@@ -158,10 +178,10 @@ void address_map_remove(struct address_map *map, uint64_t begin, const void *rec
         return;
     for (size_t c = chunk_of(map, begin) + 1; c-- > 0;) {
         struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = entries_up_to(chunk, begin); i-- > 0;) {
-            if (chunk->entries[i].begin != begin)
+        for (size_t i = count_up_to(chunk->begins, chunk->count, begin); i-- > 0;) {
+            if (chunk->begins[i] != begin)
                 return;
-            if (chunk->entries[i].record == record) {
+            if (chunk->records[i] == record) {
                 remove_entry(map, c, i);
                 return;
             }
@@ -176,11 +196,11 @@ void address_map_find(const struct address_map *map, uint64_t address,
         return;
     for (size_t c = chunk_of(map, address) + 1; c-- > 0;) {
         const struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = entries_up_to(chunk, address); i-- > 0;) {
-            if (chunk->entries[i].reach <= address)
+        for (size_t i = count_up_to(chunk->begins, chunk->count, address); i-- > 0;) {
+            if (chunk->reaches[i] <= address)
                 break;
-            if (chunk->entries[i].end > address)
-                visit(chunk->entries[i].record, context);
+            if (chunk->ends[i] > address)
+                visit(chunk->records[i], context);
         }
         if (chunk->reach_before <= address)
             return;
@@ -192,5 +212,6 @@ void address_map_release(struct address_map *map)
     for (size_t c = 0; c < map->chunk_count; c++)
         free(map->chunks[c]);
     free(map->chunks);
+    free(map->firsts);
     *map = (struct address_map){0};
 }

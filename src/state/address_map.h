@@ -16,6 +16,7 @@ struct address_chunk;
 
 struct address_map {
     struct address_chunk **chunks;
+    uint64_t *firsts; /* where each chunk begins, side by side, to be searched */
     size_t chunk_count, chunk_capacity;
 };
 

@@ -6,8 +6,14 @@
 #define ASSAY_STATE_BUILD_STATES_H
 
 #include "state/built.h"
+#include "state/execution_clock.h"
 #include "state/handle_table.h"
-#include "state/moment.h"
+
+/* A moment that nothing follows: after writes of undetermined order. */
+static inline struct moment moment_never(void)
+{
+    return (struct moment){.count = UINT64_MAX};
+}
 
 struct build_state {
     uint64_t id;

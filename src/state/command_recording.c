@@ -4,6 +4,17 @@
 
 #include <stdlib.h>
 
+/* An empty journal: the one that there is, unless somebody shares it. */
+static void renew_journal(struct command_buffer *command_buffer)
+{
+    if (command_buffer->journal && !journal_is_shared(command_buffer->journal)) {
+        journal_clear(command_buffer->journal);
+        return;
+    }
+    journal_release(command_buffer->journal);
+    command_buffer->journal = NULL;
+}
+
 static void start_over(struct command_buffer *command_buffer, enum command_buffer_state state)
 {
     command_buffer->state = state;
@@ -16,7 +27,7 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     command_buffer->recording++;
     command_buffer->knows = false;
     build_states_release(&command_buffer->known);
-    journal_clear(&command_buffer->journal);
+    renew_journal(command_buffer);
     command_buffer->readable = (struct readable_cache){0};
     label_stack_clear(&command_buffer->labels);
 }
@@ -29,7 +40,10 @@ void command_buffer_begin(struct command_buffer *command_buffer,
         return;
     start_over(command_buffer,
                result == VK_SUCCESS ? COMMAND_BUFFER_RECORDING : COMMAND_BUFFER_UNKNOWN);
-    command_buffer->deaths = deaths;
+    if (!command_buffer->journal)
+        command_buffer->journal = journal_create(command_buffer->handle);
+    if (command_buffer->journal)
+        command_buffer->journal->deaths = deaths;
     /* The flag is ignored for primary command buffers. */
     command_buffer->in_render_pass =
         command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
@@ -51,7 +65,8 @@ void command_buffer_reset(struct command_buffer *command_buffer, bool releases, 
                result == VK_SUCCESS ? COMMAND_BUFFER_INITIAL : COMMAND_BUFFER_UNKNOWN);
     if (!releases)
         return;
-    journal_release(&command_buffer->journal);
+    journal_release(command_buffer->journal);
+    command_buffer->journal = NULL;
     if (command_buffer->check_memory)
         command_buffer->free_check_memory(command_buffer->check_memory);
     command_buffer->check_memory = NULL;
@@ -106,9 +121,12 @@ void command_buffer_execute(struct command_buffer *primary, const struct command
     if (secondary->suspended != UNKNOWN)
         primary->suspended = secondary->suspended;
     remember_executed(primary, secondary);
-    struct journal_entry entry = {
-        .kind = JOURNAL_EXECUTE,
-        .execute = {.secondary = secondary->handle, .recording = secondary->recording}};
-    journal_add(&primary->journal, &entry);
+    if (primary->journal && secondary->journal) {
+        struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
+                                      .secondary = journal_share(secondary->journal)};
+        journal_add(primary->journal, &entry);
+    } else if (primary->journal) {
+        primary->journal->incomplete = true;
+    }
     primary->build_count += secondary->build_count;
 }

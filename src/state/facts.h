@@ -89,6 +89,8 @@ struct device_facts {
     /* An extension that the registry of this build doesn't know is enabled: enumerants and
      * structures that look wrong may be right. */
     bool newer_than_registry;
+    /* Commands that the layer doesn't see may build acceleration structures. */
+    bool has_other_builders;
     bool acceleration_structure, acceleration_structure_indirect_build,
         acceleration_structure_host_commands; /* features */
     struct {

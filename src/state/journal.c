@@ -5,6 +5,27 @@
 #include <stdlib.h>
 #include <string.h>
 
+struct journal *journal_create(VkCommandBuffer command_buffer)
+{
+    struct journal *journal = calloc(1, sizeof(*journal));
+    if (!journal)
+        return NULL;
+    atomic_init(&journal->references, 1);
+    journal->command_buffer = command_buffer;
+    return journal;
+}
+
+struct journal *journal_share(struct journal *journal)
+{
+    atomic_fetch_add_explicit(&journal->references, 1, memory_order_relaxed);
+    return journal;
+}
+
+bool journal_is_shared(const struct journal *journal)
+{
+    return atomic_load_explicit(&journal->references, memory_order_acquire) > 1;
+}
+
 static struct journal_chunk *room(struct journal *journal)
 {
     if (journal->last && journal->last->count < JOURNAL_CHUNK)
@@ -30,6 +51,8 @@ static void release_entry(struct journal_entry *entry)
 {
     if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
         built_release(&entry->built);
+    if (entry->kind == JOURNAL_EXECUTE)
+        journal_release(entry->secondary);
 }
 
 void journal_add(struct journal *journal, const struct journal_entry *entry)
@@ -42,6 +65,35 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
         return;
     }
     chunk->entries[chunk->count++] = *entry;
+}
+
+uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels)
+{
+    if (!labels->count)
+        return 0;
+    if (journal->label_count && journal->label_changes == labels->changes)
+        return journal->label_count;
+    if (journal->label_count == journal->label_capacity) {
+        uint32_t capacity = journal->label_capacity ? journal->label_capacity * 2 : 4;
+        struct label_stack *grown = realloc(journal->labels, capacity * sizeof(*grown));
+        if (!grown)
+            return 0;
+        journal->labels = grown;
+        journal->label_capacity = capacity;
+    }
+    journal->labels[journal->label_count++] = label_stack_copy(labels);
+    journal->label_changes = labels->changes;
+    return journal->label_count;
+}
+
+const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if ((entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE) &&
+            entry->built.position == position)
+            return entry->labels ? &journal->labels[entry->labels - 1] : NULL;
+    return NULL;
 }
 
 static struct journal_input_chunk *input_room(struct journal *journal)
@@ -162,12 +214,17 @@ void journal_clear(struct journal *journal)
 {
     struct journal_mark start = {0};
     journal_take_back(journal, &start);
+    while (journal->label_count)
+        label_stack_clear(&journal->labels[--journal->label_count]);
     journal->incomplete = false;
 }
 
 void journal_release(struct journal *journal)
 {
+    if (!journal || atomic_fetch_sub_explicit(&journal->references, 1, memory_order_acq_rel) != 1)
+        return;
     journal_clear(journal);
+    free(journal->labels);
     for (struct journal_chunk *next, *chunk = journal->spare; chunk; chunk = next) {
         next = chunk->next;
         free(chunk);
@@ -176,5 +233,5 @@ void journal_release(struct journal *journal)
         next = chunk->next;
         free(chunk);
     }
-    *journal = (struct journal){0};
+    free(journal);
 }

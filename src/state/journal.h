@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a command buffer does to acceleration structures, in recorded order, to be replayed at each
- * submission. One belongs to each command buffer and is as little locked as it.
+/* What a recording does to acceleration structures, in recorded order, to be replayed at each
+ * submission.
+ *
+ * Only its command buffer, whose use the application synchronizes, changes a journal, and only
+ * while nobody else holds it: a submission, or a primary command buffer that executes it, shares
+ * it, and the next recording then begins another.
  *
  * It keeps no more than can be asked later: 128 bytes a build at most, and 32 for each buffer that
  * the build is the first of its neighbours to read. */
@@ -9,6 +13,7 @@
 
 #include "rules.h"
 #include "state/built.h"
+#include "state/label_stack.h"
 
 enum journal_kind {
     JOURNAL_BUILD,
@@ -25,15 +30,13 @@ struct journal_entry {
     bool judged;                 /* an update that recording could judge by itself */
     bool dst_backed, src_backed; /* by memory, when it was recorded */
     uint32_t info;               /* index in pInfos, of builds and updates */
+    uint32_t labels;             /* see journal_note_labels */
     /* Structures by handle and by id; the id tells a handle that was reused. */
     VkAccelerationStructureKHR dst, src;
     uint64_t dst_id, src_id;
     union {
         struct built built; /* a build: what dst becomes; an update: what it asked for */
-        struct {
-            VkCommandBuffer secondary;
-            uint64_t recording; /* of the secondary, see struct command_buffer */
-        } execute;
+        struct journal *secondary;
     };
 };
 
@@ -72,16 +75,32 @@ struct journal_input_chunk {
     struct journal_input inputs[JOURNAL_CHUNK];
 };
 
-/* Zero-initialized is empty. */
 struct journal {
+    atomic_uint references;
+    VkCommandBuffer command_buffer;
+    uint64_t deaths;                            /* resources_deaths when recording began */
     struct journal_chunk *first, *last, *spare; /* spare: emptied, for the next recording */
     struct journal_input_chunk *first_input, *last_input, *spare_input;
+    struct label_stack *labels; /* each that builds were recorded under */
+    uint32_t label_count, label_capacity, label_changes;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
 
-/* Takes over the references of `entry->built`. */
+/* NULL without memory. */
+struct journal *journal_create(VkCommandBuffer command_buffer);
+struct journal *journal_share(struct journal *journal);
+void journal_release(struct journal *journal);
+bool journal_is_shared(const struct journal *journal);
+
+/* Takes over the references of `entry->built`, or of `entry->secondary`. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
+
+/* Keeps the labels that are open, unless none are or they were kept lately. Returns what finds them
+ * again; 0: none. */
+uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels);
+/* Those of the build at a position; NULL: none. */
+const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
 
 /* Notes that a build uses a buffer, unless it was noted lately. */
 void journal_add_input(struct journal *journal, const struct journal_input *input);
@@ -110,8 +129,5 @@ struct journal_entry *journal_next(struct journal_cursor *cursor);
 
 /* Empties it; its memory is kept for what is recorded next. */
 void journal_clear(struct journal *journal);
-
-/* Empties it and frees its memory. */
-void journal_release(struct journal *journal);
 
 #endif

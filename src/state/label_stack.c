@@ -14,8 +14,10 @@ static void drop_innermost(struct label_stack *stack)
         free(name);
 }
 
+/* Each change begins with this. */
 static void drop_inserted(struct label_stack *stack)
 {
+    stack->changes++;
     if (stack->inserted)
         drop_innermost(stack);
     stack->inserted = false;
@@ -80,5 +82,13 @@ void label_stack_clear(struct label_stack *stack)
     while (stack->count)
         drop_innermost(stack);
     free(stack->labels);
-    *stack = (struct label_stack){0};
+    *stack = (struct label_stack){.changes = stack->changes + 1};
+}
+
+struct label_stack label_stack_copy(const struct label_stack *stack)
+{
+    struct label_stack copy = {0};
+    for (uint32_t i = 0; i < stack->count && has_room(&copy); i++)
+        append(&copy, &stack->labels[i]);
+    return copy;
 }

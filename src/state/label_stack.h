@@ -11,14 +11,18 @@
 struct label_stack {
     VkDebugUtilsLabelEXT *labels; /* innermost last; pLabelName owned, never NULL */
     uint32_t count, capacity;
-    uint32_t lost; /* opened above the others while there was no memory for them */
-    bool inserted; /* the innermost is a single label, which stands until the next one */
+    uint32_t lost;    /* opened above the others while there was no memory for them */
+    uint32_t changes; /* counts what changed it, so that who copied it knows when to do so again */
+    bool inserted;    /* the innermost is a single label, which stands until the next one */
 };
 
 /* `label` may be NULL, and may have no name. */
 void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *label);
 void label_stack_insert(struct label_stack *stack, const VkDebugUtilsLabelEXT *label);
 void label_stack_pop(struct label_stack *stack);
+
+/* A copy of its own; empty without memory. */
+struct label_stack label_stack_copy(const struct label_stack *stack);
 
 /* Empties it and frees its memory. */
 void label_stack_clear(struct label_stack *stack);

@@ -8,7 +8,7 @@
  * handle that the driver reuses is never mistaken for its predecessor.
  *
  * A record that could not be kept for lack of memory makes the whole `incomplete`: from then on
- * what isn't found counts as unknown. */
+ * what isn't found counts as unknown, and so does every address, which the lost one may share. */
 #ifndef ASSAY_STATE_RESOURCES_H
 #define ASSAY_STATE_RESOURCES_H
 

@@ -110,13 +110,14 @@ static enum address_status status_in(const struct buffer_record *buffer)
     return ADDRESS_UNKNOWN;
 }
 
-/* A bound buffer outweighs one whose binding isn't known, and that one an unbound one. */
+/* Where buffers share an address a bound one outweighs an unbound one. One whose binding isn't
+ * known outweighs both: its usage and its size may be what makes the address good. */
 static int weight(enum address_status status)
 {
     switch (status) {
-    case ADDRESS_IN_BUFFER:
-        return 3;
     case ADDRESS_UNKNOWN:
+        return 3;
+    case ADDRESS_IN_BUFFER:
         return 2;
     case ADDRESS_UNBOUND:
         return 1;
@@ -157,8 +158,7 @@ void resources_find_address(const struct resources *resources, VkDeviceAddress a
     *facts = (struct address_facts){.address = address, .status = ADDRESS_NULL};
     if (!address)
         return;
-    facts->status = ADDRESS_NOWHERE;
-    address_map_find(&resources->addresses, address, add_buffer_facts, facts);
-    if (facts->status == ADDRESS_NOWHERE && resources->incomplete)
-        facts->status = ADDRESS_UNKNOWN;
+    facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
+    if (!resources->incomplete)
+        address_map_find(&resources->addresses, address, add_buffer_facts, facts);
 }

@@ -27,12 +27,14 @@ static void insert(struct buffer_record *buffer, uint32_t at, struct sparse_rang
     range.memory->references++;
 }
 
-static void erase(struct buffer_record *buffer, uint32_t at)
+/* Erases the ranges from index `first` to before index `behind`. */
+static void erase(struct buffer_record *buffer, uint32_t first, uint32_t behind)
 {
-    memory_record_release(buffer->sparse[at].memory);
-    buffer->sparse_count--;
-    memmove(&buffer->sparse[at], &buffer->sparse[at + 1],
-            (buffer->sparse_count - at) * sizeof(buffer->sparse[0]));
+    for (uint32_t i = first; i < behind; i++)
+        memory_record_release(buffer->sparse[i].memory);
+    memmove(&buffer->sparse[first], &buffer->sparse[behind],
+            (buffer->sparse_count - behind) * sizeof(buffer->sparse[0]));
+    buffer->sparse_count -= behind - first;
 }
 
 static struct sparse_range tail_of(const struct sparse_range *range, VkDeviceSize begin)
@@ -43,13 +45,26 @@ static struct sparse_range tail_of(const struct sparse_range *range, VkDeviceSiz
                                  .memory_offset = range->memory_offset + (begin - range->begin)};
 }
 
+/* The index of the first range that ends behind `begin`: buffers of many pages are bound page by
+ * page, so it is searched for. */
+static uint32_t first_behind(const struct buffer_record *buffer, VkDeviceSize begin)
+{
+    uint32_t low = 0, high = buffer->sparse_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (buffer->sparse[middle].end <= begin)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 /* Takes [begin, end) out of the ranges, cutting those that reach over its ends. Needs room for one
  * more range. Returns the index where a range that begins at `begin` belongs. */
 static uint32_t cut_out(struct buffer_record *buffer, VkDeviceSize begin, VkDeviceSize end)
 {
-    uint32_t i = 0;
-    while (i < buffer->sparse_count && buffer->sparse[i].end <= begin)
-        i++;
+    uint32_t i = first_behind(buffer, begin);
     if (i < buffer->sparse_count && buffer->sparse[i].begin < begin) {
         struct sparse_range *range = &buffer->sparse[i];
         if (range->end > end)
@@ -57,8 +72,10 @@ static uint32_t cut_out(struct buffer_record *buffer, VkDeviceSize begin, VkDevi
         buffer->sparse[i].end = begin;
         i++;
     }
-    while (i < buffer->sparse_count && buffer->sparse[i].end <= end)
-        erase(buffer, i);
+    uint32_t behind = i;
+    while (behind < buffer->sparse_count && buffer->sparse[behind].end <= end)
+        behind++;
+    erase(buffer, i, behind);
     if (i < buffer->sparse_count && buffer->sparse[i].begin < end)
         buffer->sparse[i] = tail_of(&buffer->sparse[i], end);
     return i;
@@ -85,10 +102,11 @@ void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemor
 enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
                                            VkDeviceSize end)
 {
-    for (uint32_t i = 0; i < buffer->sparse_count && begin < end; i++) {
+    for (uint32_t i = first_behind(buffer, begin); i < buffer->sparse_count && begin < end; i++) {
         const struct sparse_range *range = &buffer->sparse[i];
-        if (range->begin <= begin && begin < range->end && range->memory->alive)
-            begin = range->end;
+        if (range->begin > begin || !range->memory->alive)
+            break;
+        begin = range->end;
     }
     return begin >= end && !buffer->sparse_incomplete ? YES : UNKNOWN;
 }
@@ -98,7 +116,10 @@ void buffer_record_sparse_pieces(const struct buffer_record *buffer, VkDeviceSiz
                                  void (*visit)(void *user, const struct memory_span *piece),
                                  void *user)
 {
-    for (uint32_t i = 0; i < buffer->sparse_count && !buffer->sparse_incomplete; i++) {
+    if (buffer->sparse_incomplete)
+        return;
+    for (uint32_t i = first_behind(buffer, begin);
+         i < buffer->sparse_count && buffer->sparse[i].begin < end; i++) {
         const struct sparse_range *range = &buffer->sparse[i];
         VkDeviceSize from = begin > range->begin ? begin : range->begin;
         VkDeviceSize to = end < range->end ? end : range->end;

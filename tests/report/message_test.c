@@ -309,7 +309,9 @@ static void test_every_object_has_room(void **state)
              object(VK_OBJECT_TYPE_BUFFER, 4), object(VK_OBJECT_TYPE_BUFFER, 5),
              object(VK_OBJECT_TYPE_DEVICE_MEMORY, 5));
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
-    word(&location, &(struct call_origin){.command_buffer = COMMAND_BUFFER_HANDLE}, &finding);
+    const struct call_origin origin = {.command_buffer = COMMAND_BUFFER_HANDLE,
+                                       .queue = (VkQueue)(uintptr_t)0x9};
+    word(&location, &origin, &finding);
     assert_int_equal(message.object_count, MESSAGE_OBJECTS);
     assert_non_null(strstr(message.text, "VkBuffer 0x5 VkDeviceMemory 0x5."));
 }

@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Replaying journals as batches execute.
+ *
+ * The hooks are called by one thread at a time (state/execution_order.h), so the live states need
+ * no lock, and none is held while a message goes out. Structures may be destroyed, or written by
+ * the host, on any thread: news of that waits on a list of its own until the next batch. */
+#include "submissions.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "check/replay.h"
+#include "layer.h"
+
+struct submissions {
+    struct layer_device *device;
+    struct build_states live;
+    bool lost; /* nothing is known any more, of anything */
+
+    /* Journals of batches that were checked and have not run. */
+    struct journal **checked;
+    uint32_t checked_count, checked_capacity;
+
+    pthread_mutex_t news_lock; /* guards the rest */
+    struct news {
+        uint64_t id;
+        bool is_dead; /* else tainted */
+    } * news;
+    size_t news_count, news_capacity;
+    bool news_lost; /* for lack of memory */
+};
+
+VkResult submissions_create(struct layer_device *device, struct submissions **submissions)
+{
+    *submissions = calloc(1, sizeof(**submissions));
+    if (!*submissions)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    (*submissions)->device = device;
+    pthread_mutex_init(&(*submissions)->news_lock, NULL);
+    return VK_SUCCESS;
+}
+
+static void forget_checked(struct submissions *submissions)
+{
+    while (submissions->checked_count)
+        journal_release(submissions->checked[--submissions->checked_count]);
+}
+
+void submissions_destroy(struct submissions *submissions)
+{
+    if (!submissions)
+        return;
+    forget_checked(submissions);
+    free(submissions->checked);
+    build_states_release(&submissions->live);
+    pthread_mutex_destroy(&submissions->news_lock);
+    free(submissions->news);
+    free(submissions);
+}
+
+static bool reserve_news(struct submissions *submissions)
+{
+    if (submissions->news_count < submissions->news_capacity)
+        return true;
+    size_t capacity = submissions->news_capacity ? submissions->news_capacity * 2 : 64;
+    struct news *news = realloc(submissions->news, capacity * sizeof(*news));
+    if (!news)
+        return false;
+    submissions->news = news;
+    submissions->news_capacity = capacity;
+    return true;
+}
+
+static void add_news(struct submissions *submissions, uint64_t id, bool is_dead)
+{
+    if (!submissions || !id)
+        return;
+    pthread_mutex_lock(&submissions->news_lock);
+    if (reserve_news(submissions))
+        submissions->news[submissions->news_count++] = (struct news){id, is_dead};
+    else if (!is_dead) /* of a dead one nobody asks again: ids are not used twice */
+        submissions->news_lost = true;
+    pthread_mutex_unlock(&submissions->news_lock);
+}
+
+void submissions_forget(struct submissions *submissions, uint64_t id)
+{
+    add_news(submissions, id, true);
+}
+
+void submissions_taint(struct submissions *submissions, uint64_t id)
+{
+    add_news(submissions, id, false);
+}
+
+static void lose(struct submissions *submissions)
+{
+    submissions->lost = true;
+    forget_checked(submissions);
+    build_states_release(&submissions->live);
+}
+
+static void take_news(struct submissions *submissions)
+{
+    const struct built nothing = {.state = BUILT_UNKNOWN};
+    bool noted = true;
+    pthread_mutex_lock(&submissions->news_lock);
+    for (size_t i = 0; i < submissions->news_count; i++) {
+        uint64_t id = submissions->news[i].id;
+        if (submissions->news[i].is_dead)
+            build_states_remove(&submissions->live, id);
+        else
+            noted &= build_states_set(&submissions->live, id, &nothing, moment_never());
+    }
+    submissions->news_count = 0;
+    noted &= !submissions->news_lost;
+    pthread_mutex_unlock(&submissions->news_lock);
+    if (!noted)
+        lose(submissions);
+}
+
+/* ---- one batch */
+
+struct batch {
+    struct submissions *submissions;
+    struct call_origin origin;
+    bool skip; /* a callback asked to skip the call */
+};
+
+static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
+{
+    struct batch *batch = user;
+    batch->origin.command_buffer = journal->command_buffer;
+    batch->origin.build_index = position - info;
+    batch->origin.labels = journal_labels_at(journal, position);
+}
+
+static bool found(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding)
+{
+    struct batch *batch = user;
+    struct reporter *reporter = batch->submissions->device->instance->reporter;
+    if (reporter_send(reporter, rule, location, &batch->origin, finding))
+        batch->skip = true;
+    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+}
+
+static struct replay replay_of(struct batch *batch, const struct batch_run *run)
+{
+    struct submissions *submissions = batch->submissions;
+    return (struct replay){
+        .active = submissions->device->active_rules,
+        .resources = submissions->device->resources,
+        .states = &submissions->live,
+        .now = run->moment,
+        .follows = run->clock,
+        .predecessors_known = run->predecessors_known,
+        .never_is_certain = !submissions->device->facts.has_other_builders,
+        .locate = locate,
+        .found = found,
+        .user = batch,
+    };
+}
+
+/* Judges and applies a batch. A command buffer without a whole journal may have written anything.
+ */
+static bool replay_batch(struct submissions *submissions, const struct batch_run *run)
+{
+    struct batch batch = {
+        .submissions = submissions,
+        .origin = {.device = submissions->device->handle,
+                   .names = submissions->device->names,
+                   .queue = run->queue},
+    };
+    struct replay replay = replay_of(&batch, run);
+    take_news(submissions);
+    for (uint32_t i = 0; i < run->command_count && !submissions->lost; i++) {
+        const struct journal *journal = run->commands[i].captured;
+        if (!journal || journal->incomplete) {
+            lose(submissions);
+            break;
+        }
+        replay_deaths(&replay, journal);
+        replay_submitted(&replay, journal);
+        if (replay.out_of_memory)
+            lose(submissions);
+    }
+    return batch.skip;
+}
+
+/* ---- hooks */
+
+static void *capture(void *user, VkCommandBuffer handle)
+{
+    struct submissions *submissions = user;
+    struct command_buffer *command_buffer =
+        command_buffers_find(submissions->device->command_buffers, handle);
+    return command_buffer && command_buffer->journal ? journal_share(command_buffer->journal)
+                                                     : NULL;
+}
+
+static void release(void *user, void *captured)
+{
+    (void)user;
+    journal_release(captured);
+}
+
+/* What `drop` needs, should the call not happen; without memory for it the states are lost. */
+static void remember_checked(struct submissions *submissions, const struct batch_run *run)
+{
+    uint32_t count = submissions->checked_count + run->command_count;
+    if (count > submissions->checked_capacity) {
+        struct journal **grown = realloc(submissions->checked, count * 2 * sizeof(*grown));
+        if (!grown) {
+            lose(submissions);
+            return;
+        }
+        submissions->checked = grown;
+        submissions->checked_capacity = count * 2;
+    }
+    for (uint32_t i = 0; i < run->command_count; i++)
+        if (run->commands[i].captured)
+            submissions->checked[submissions->checked_count++] =
+                journal_share(run->commands[i].captured);
+}
+
+/* A batch is judged before its call goes down, so that a callback can have the call skipped, and
+ * applied at once: what comes before it has run. */
+static bool check(void *user, const struct batch_run *run)
+{
+    struct submissions *submissions = user;
+    if (submissions->lost)
+        return false;
+    remember_checked(submissions, run);
+    return !submissions->lost && replay_batch(submissions, run);
+}
+
+static void drop(void *user)
+{
+    struct submissions *submissions = user;
+    struct replay replay = {.states = &submissions->live};
+    for (uint32_t i = 0; i < submissions->checked_count; i++)
+        replay_forget(&replay, submissions->checked[i]);
+    forget_checked(submissions);
+}
+
+static void run_batch(void *user, const struct batch_run *run)
+{
+    struct submissions *submissions = user;
+    forget_checked(submissions);
+    if (!run->checked && !submissions->lost)
+        replay_batch(submissions, run);
+}
+
+static void lost(void *user)
+{
+    lose(user);
+}
+
+struct execution_hooks submissions_hooks(struct submissions *submissions)
+{
+    return (struct execution_hooks){
+        .user = submissions,
+        .capture = capture,
+        .release = release,
+        .check = check,
+        .drop = drop,
+        .run = run_batch,
+        .lost = lost,
+    };
+}

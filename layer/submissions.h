@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What submitted command buffers do to acceleration structures: their journals, replayed in
+ * execution order against what each structure was last built with. */
+#ifndef ASSAY_LAYER_SUBMISSIONS_H
+#define ASSAY_LAYER_SUBMISSIONS_H
+
+#include "state/execution_order.h"
+
+struct layer_device;
+struct submissions;
+
+VkResult submissions_create(struct layer_device *device, struct submissions **submissions);
+void submissions_destroy(struct submissions *submissions);
+
+/* The order tells `submissions` of each batch through these. */
+struct execution_hooks submissions_hooks(struct submissions *submissions);
+
+/* A structure was destroyed; `id` as in struct accel_facts. */
+void submissions_forget(struct submissions *submissions, uint64_t id);
+
+/* A structure was written by a command that has no journal: nothing is said of it any more. */
+void submissions_taint(struct submissions *submissions, uint64_t id);
+
+#endif
