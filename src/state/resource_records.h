@@ -18,6 +18,7 @@ struct memory_record {
     VkDeviceSize size;
     VkMemoryPropertyFlags properties;
     bool multi_instance;
+    struct buffer_record *buffers; /* bound to it; not sparse ones */
 };
 
 /* One bound range of a sparse buffer; the ranges of a buffer are sorted and do not overlap. */
@@ -27,34 +28,54 @@ struct sparse_range {
     VkDeviceSize memory_offset; /* of `begin` */
 };
 
+/* Look-ups read `where` alone, one cache line; it follows from the rest, see resources_refresh. */
 struct buffer_record {
+    struct {
+        VkDeviceAddress address; /* 0: not retrieved */
+        VkDeviceSize size;
+        VkBufferUsageFlags2 usage;
+        VkBuffer handle;
+        uint64_t id;
+        VkDeviceMemory memory; /* null: not bound, sparse, or of differing instances */
+        VkDeviceSize memory_offset;
+        unsigned char status; /* enum address_status of the addresses in it */
+        unsigned char backed; /* enum tristate; not of a sparse buffer */
+        bool is_sparse;
+    } where;
+
     uint32_t references; /* of acceleration structures, and one of the table while alive */
     bool alive;
-    uint64_t id;
-    VkBuffer handle;
-    VkDeviceSize size;
-    VkBufferUsageFlags2 usage;
     VkBufferCreateFlags flags;
-    VkDeviceAddress address; /* 0: not retrieved */
 
     /* Not sparse: YES if bound to `memory` at `memory_offset`. */
     enum tristate bound;
     struct memory_record *memory;
     VkDeviceSize memory_offset;
     bool instances_differ;
+    struct buffer_record *previous, *next; /* of the same memory */
 
     struct sparse_range *sparse;
     uint32_t sparse_count, sparse_capacity;
     bool sparse_incomplete; /* a binding was lost for lack of memory */
+
+    struct accel_record *accels; /* that lie in it */
 };
 
+/* Look-ups read the first members, one cache line; where a structure lies follows from its buffer,
+ * see resources_refresh. */
 struct accel_record {
-    uint64_t id;
-    VkAccelerationStructureKHR handle;
-    struct buffer_record *buffer; /* NULL: not known */
+    VkDeviceMemory memory; /* null as in struct buffer_record */
+    VkDeviceSize memory_begin;
     VkDeviceSize offset, size;
+    uint64_t id;
     VkAccelerationStructureTypeKHR type;
     VkAccelerationStructureCreateFlagsKHR flags;
+    VkBuffer buffer_handle;
+    unsigned char backed; /* enum tristate */
+    bool in_pieces;
+
+    struct buffer_record *buffer;         /* NULL: not known */
+    struct accel_record *previous, *next; /* in the same buffer */
 };
 
 struct resources {
@@ -68,6 +89,10 @@ struct resources {
 
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);
+
+/* Derives what look-ups read of a buffer, and of the structures in it, after a change. */
+void resources_refresh(struct buffer_record *buffer);
+void resources_refresh_accel(struct accel_record *accel);
 
 /* Sparse ranges (resources_sparse.c). */
 void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemoryBind *bind,

@@ -24,6 +24,15 @@ void memory_record_release(struct memory_record *memory)
 
 static void unbind(struct buffer_record *buffer)
 {
+    if (buffer->memory) {
+        if (buffer->previous)
+            buffer->previous->next = buffer->next;
+        else
+            buffer->memory->buffers = buffer->next;
+        if (buffer->next)
+            buffer->next->previous = buffer->previous;
+        buffer->previous = buffer->next = NULL;
+    }
     memory_record_release(buffer->memory);
     buffer->memory = NULL;
     for (uint32_t i = 0; i < buffer->sparse_count; i++)
@@ -40,10 +49,23 @@ void buffer_record_release(struct buffer_record *buffer)
     free(buffer);
 }
 
+static void take_out_of_buffer(struct accel_record *accel)
+{
+    if (!accel->buffer)
+        return;
+    if (accel->previous)
+        accel->previous->next = accel->next;
+    else
+        accel->buffer->accels = accel->next;
+    if (accel->next)
+        accel->next->previous = accel->previous;
+}
+
 static void free_accel(void *record, void *context)
 {
     struct accel_record *accel = record;
     (void)context;
+    take_out_of_buffer(accel);
     buffer_record_release(accel->buffer);
     free(accel);
 }
@@ -102,6 +124,8 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
         return;
     note_death(resources);
     memory->alive = false;
+    for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
+        resources_refresh(buffer);
     memory_record_release(memory);
 }
 
@@ -137,10 +161,11 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
         handle_table_remove(&resources->buffers, (uint64_t)(uintptr_t)handle);
     if (!buffer)
         return;
-    if (buffer->address)
-        address_map_remove(&resources->addresses, buffer->address, buffer);
+    if (buffer->where.address)
+        address_map_remove(&resources->addresses, buffer->where.address, buffer);
     note_death(resources);
     buffer->alive = false;
+    resources_refresh(buffer);
     buffer_record_release(buffer);
 }
 
@@ -158,16 +183,17 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
     if (buffer) {
         buffer->references = 1;
         buffer->alive = true;
-        buffer->handle = handle;
-        buffer->size = create_info->size;
-        buffer->usage = usage_of(create_info);
+        buffer->where.handle = handle;
+        buffer->where.size = create_info->size;
+        buffer->where.usage = usage_of(create_info);
         buffer->flags = create_info->flags;
         buffer->bound = NO;
+        resources_refresh(buffer);
     }
     reader_lock_write(&resources->lock);
     remove_buffer(resources, handle);
     if (buffer)
-        buffer->id = ++resources->last_id;
+        buffer->where.id = ++resources->last_id;
     publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
     reader_lock_write_done(&resources->lock);
 }
@@ -194,23 +220,33 @@ void resources_set_address(struct resources *resources, VkBuffer handle, VkDevic
 {
     unsigned token = resources_begin_reading(resources);
     const struct buffer_record *known = find_buffer(resources, handle);
-    bool is_news = known && known->address != address;
+    bool is_news = known && known->where.address != address;
     resources_end_reading(resources, token);
     if (!is_news)
         return;
 
     reader_lock_write(&resources->lock);
     struct buffer_record *buffer = find_buffer(resources, handle);
-    if (buffer && buffer->address != address) {
-        if (buffer->address)
-            address_map_remove(&resources->addresses, buffer->address, buffer);
-        buffer->address = address;
-        if (address && !address_map_add(&resources->addresses, address, buffer->size, buffer)) {
-            buffer->address = 0;
+    if (buffer && buffer->where.address != address) {
+        if (buffer->where.address)
+            address_map_remove(&resources->addresses, buffer->where.address, buffer);
+        buffer->where.address = address;
+        if (address &&
+            !address_map_add(&resources->addresses, address, buffer->where.size, buffer)) {
+            buffer->where.address = 0;
             resources->incomplete = true;
         }
     }
     reader_lock_write_done(&resources->lock);
+}
+
+static void bind_to_memory(struct buffer_record *buffer)
+{
+    buffer->memory->references++;
+    buffer->next = buffer->memory->buffers;
+    if (buffer->next)
+        buffer->next->previous = buffer;
+    buffer->memory->buffers = buffer;
 }
 
 void resources_bind_buffer(struct resources *resources, VkBuffer handle, VkDeviceMemory memory,
@@ -225,7 +261,8 @@ void resources_bind_buffer(struct resources *resources, VkBuffer handle, VkDevic
         buffer->instances_differ = instances_differ;
         buffer->bound = buffer->memory ? YES : UNKNOWN;
         if (buffer->memory)
-            buffer->memory->references++;
+            bind_to_memory(buffer);
+        resources_refresh(buffer);
     }
     reader_lock_write_done(&resources->lock);
 }
@@ -237,6 +274,7 @@ void resources_forget_binding(struct resources *resources, VkBuffer handle)
     if (buffer) {
         unbind(buffer);
         buffer->bound = UNKNOWN;
+        resources_refresh(buffer);
     }
     reader_lock_write_done(&resources->lock);
 }
@@ -266,18 +304,25 @@ static uint64_t remove_accel(struct resources *resources, VkAccelerationStructur
     return id;
 }
 
+static void put_into_buffer(struct accel_record *accel, struct buffer_record *buffer)
+{
+    buffer->references++;
+    accel->buffer = buffer;
+    accel->next = buffer->accels;
+    if (accel->next)
+        accel->next->previous = accel;
+    buffer->accels = accel;
+    resources_refresh_accel(accel);
+}
+
 static void add_accel(struct resources *resources, struct accel_record *accel,
                       VkAccelerationStructureKHR handle, struct buffer_record *buffer)
 {
     remove_accel(resources, handle);
     if (accel)
         accel->id = ++resources->last_id;
-    if (accel && buffer) {
-        accel->buffer = buffer;
-        buffer->references++;
-    }
-    if (!publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel) && accel)
-        buffer_record_release(buffer);
+    if (publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel) && buffer)
+        put_into_buffer(accel, buffer);
 }
 
 void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR handle,
@@ -285,8 +330,7 @@ void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR
 {
     struct accel_record *accel = malloc(sizeof(*accel));
     if (accel)
-        *accel = (struct accel_record){.handle = handle,
-                                       .offset = create_info->offset,
+        *accel = (struct accel_record){.offset = create_info->offset,
                                        .size = create_info->size,
                                        .type = create_info->type,
                                        .flags = create_info->createFlags};
@@ -306,7 +350,7 @@ static void note_containing_buffer(void *record, void *context)
 {
     struct buffer_record *buffer = record;
     struct buffer_search *search = context;
-    if (buffer->size - (search->begin - buffer->address) < search->size)
+    if (buffer->where.size - (search->begin - buffer->where.address) < search->size)
         return;
     search->found = buffer;
     search->matches++;
@@ -319,8 +363,7 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
 {
     struct accel_record *accel = malloc(sizeof(*accel));
     if (accel)
-        *accel = (struct accel_record){.handle = handle,
-                                       .size = create_info->addressRange.size,
+        *accel = (struct accel_record){.size = create_info->addressRange.size,
                                        .type = create_info->type,
                                        .flags = create_info->createFlags};
     reader_lock_write(&resources->lock);
@@ -329,7 +372,7 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     address_map_find(&resources->addresses, search.begin, note_containing_buffer, &search);
     struct buffer_record *buffer = search.matches == 1 ? search.found : NULL;
     if (accel && buffer)
-        accel->offset = search.begin - buffer->address;
+        accel->offset = search.begin - buffer->where.address;
     add_accel(resources, accel, handle, buffer);
     reader_lock_write_done(&resources->lock);
 }

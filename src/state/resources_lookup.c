@@ -12,33 +12,58 @@ void resources_end_reading(struct resources *resources, unsigned token)
     reader_lock_leave(&resources->lock, token);
 }
 
-static bool is_sparse(const struct buffer_record *buffer)
-{
-    return buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
-}
-
-/* Whether bytes [begin, end) of a buffer lie in live memory. */
-static enum tristate backing(const struct buffer_record *buffer, VkDeviceSize begin,
-                             VkDeviceSize end)
+static enum tristate backing(const struct buffer_record *buffer)
 {
     if (!buffer->alive)
         return NO;
-    if (is_sparse(buffer))
-        return buffer_record_sparse_backing(buffer, begin, end);
     if (buffer->bound != YES)
         return buffer->bound;
     return buffer->memory->alive ? YES : NO;
 }
 
-static struct memory_span span_of(const struct buffer_record *buffer, VkDeviceSize begin,
-                                  VkDeviceSize end)
+static enum address_status status_of(const struct buffer_record *buffer)
 {
-    if (is_sparse(buffer) || buffer->bound != YES || !buffer->memory->alive ||
-        buffer->instances_differ)
-        return (struct memory_span){0};
-    return (struct memory_span){.memory = buffer->memory->handle,
-                                .begin = buffer->memory_offset + begin,
-                                .end = buffer->memory_offset + end};
+    if (buffer->where.is_sparse)
+        return ADDRESS_IN_BUFFER;
+    switch ((enum tristate)buffer->where.backed) {
+    case YES:
+        return ADDRESS_IN_BUFFER;
+    case NO:
+        return ADDRESS_UNBOUND;
+    case UNKNOWN:
+        break;
+    }
+    return ADDRESS_UNKNOWN;
+}
+
+void resources_refresh_accel(struct accel_record *accel)
+{
+    const struct buffer_record *buffer = accel->buffer;
+    bool is_sparse = buffer->where.is_sparse && buffer->alive;
+    accel->buffer_handle = buffer->where.handle;
+    accel->memory = buffer->where.memory;
+    accel->memory_begin = buffer->where.memory_offset + accel->offset;
+    accel->in_pieces = is_sparse;
+    /* Of a sparse one it is asked each time: its memory comes and goes without a word here. */
+    accel->backed = (unsigned char)(is_sparse ? UNKNOWN : buffer->where.backed);
+}
+
+void resources_refresh(struct buffer_record *buffer)
+{
+    buffer->where.is_sparse = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
+    buffer->where.backed = (unsigned char)backing(buffer);
+    buffer->where.status = (unsigned char)status_of(buffer);
+    bool has_place =
+        buffer->where.backed == YES && !buffer->where.is_sparse && !buffer->instances_differ;
+    buffer->where.memory = has_place ? buffer->memory->handle : VK_NULL_HANDLE;
+    buffer->where.memory_offset = buffer->memory_offset;
+    for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
+        resources_refresh_accel(accel);
+}
+
+static struct memory_span span_from(VkDeviceMemory memory, VkDeviceSize begin, VkDeviceSize size)
+{
+    return memory ? (struct memory_span){memory, begin, begin + size} : (struct memory_span){0};
 }
 
 void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
@@ -60,14 +85,13 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
     facts->create_flags = accel->flags;
     facts->size = accel->size;
     facts->offset = accel->offset;
-    if (!accel->buffer)
-        return;
-    VkDeviceSize end = accel->offset + accel->size;
-    facts->buffer = accel->buffer->handle;
-    facts->backed = backing(accel->buffer, accel->offset, end);
-    facts->in_pieces = accel->buffer->alive && is_sparse(accel->buffer);
-    if (accel->buffer->alive)
-        facts->span = span_of(accel->buffer, accel->offset, end);
+    facts->buffer = accel->buffer_handle;
+    facts->span = span_from(accel->memory, accel->memory_begin, accel->size);
+    facts->backed = (enum tristate)accel->backed;
+    facts->in_pieces = accel->in_pieces;
+    if (accel->in_pieces)
+        facts->backed =
+            buffer_record_sparse_backing(accel->buffer, accel->offset, accel->offset + accel->size);
 }
 
 void resources_find_pieces(struct resources *resources, VkBuffer handle, VkDeviceSize begin,
@@ -95,21 +119,6 @@ bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR
     return found;
 }
 
-static enum address_status status_in(const struct buffer_record *buffer)
-{
-    if (is_sparse(buffer))
-        return ADDRESS_IN_BUFFER;
-    switch (backing(buffer, 0, buffer->size)) {
-    case YES:
-        return ADDRESS_IN_BUFFER;
-    case NO:
-        return ADDRESS_UNBOUND;
-    case UNKNOWN:
-        break;
-    }
-    return ADDRESS_UNKNOWN;
-}
-
 /* Where buffers share an address a bound one outweighs an unbound one. One whose binding isn't
  * known outweighs both: its usage and its size may be what makes the address good. */
 static int weight(enum address_status status)
@@ -132,7 +141,7 @@ static void add_buffer_facts(void *record, void *context)
 {
     const struct buffer_record *buffer = record;
     struct address_facts *facts = context;
-    enum address_status status = status_in(buffer);
+    enum address_status status = (enum address_status)buffer->where.status;
     if (weight(status) < weight(facts->status))
         return;
     if (weight(status) > weight(facts->status)) {
@@ -140,16 +149,17 @@ static void add_buffer_facts(void *record, void *context)
         facts->usage = 0;
         facts->bytes_left = 0;
     }
-    facts->usage |= buffer->usage;
-    VkDeviceSize offset = facts->address - buffer->address;
-    if (buffer->size - offset <= facts->bytes_left)
+    facts->usage |= buffer->where.usage;
+    VkDeviceSize offset = facts->address - buffer->where.address;
+    VkDeviceSize left = buffer->where.size - offset;
+    if (left <= facts->bytes_left)
         return;
-    facts->buffer = buffer->handle;
-    facts->buffer_id = buffer->id;
+    facts->buffer = buffer->where.handle;
+    facts->buffer_id = buffer->where.id;
     facts->buffer_offset = offset;
-    facts->bytes_left = buffer->size - offset;
-    facts->span = span_of(buffer, offset, buffer->size);
-    facts->in_pieces = is_sparse(buffer);
+    facts->bytes_left = left;
+    facts->span = span_from(buffer->where.memory, buffer->where.memory_offset + offset, left);
+    facts->in_pieces = buffer->where.is_sparse;
 }
 
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Bounds of records, nodes and instances. */
+#ifndef ASSAY_BUILD_BOUNDS_H
+#define ASSAY_BUILD_BOUNDS_H
+
+#include "build/structure.h"
+#include "build/vector.h"
+
+static inline float4 bounds_point(const float position[3])
+{
+    return (float4){position[0], position[1], position[2], 0};
+}
+
+static inline struct box bounds_of_triangle(const struct triangle_record *record)
+{
+    struct box box = box_empty();
+    float4 a = bounds_point(record->a), b = bounds_point(record->b), c = bounds_point(record->c);
+    box_add(&box, a, a);
+    box_add(&box, b, b);
+    box_add(&box, c, c);
+    return box;
+}
+
+/* World bounds of an instance, wide enough for every point of its structure and for the rounding of
+ * rays that traversal takes into its space; a point where the structure is empty. */
+struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void *blas);
+
+/* Bounds of all nodes and of the root from the records, last node first. For instances, `resolver`
+ * finds their structures; those that it doesn't find count as empty. */
+void bounds_update(struct structure_header *header, const struct builder_resolver *resolver);
+
+#endif

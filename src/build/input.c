@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A build's input as a whole. */
+#include "build/input.h"
+
+static bool index_type_is_known(VkIndexType type)
+{
+    return type == VK_INDEX_TYPE_NONE_KHR || type == VK_INDEX_TYPE_UINT8_KHR ||
+           type == VK_INDEX_TYPE_UINT16 || type == VK_INDEX_TYPE_UINT32;
+}
+
+static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometryTypeKHR type)
+{
+    if (geometry->type != type)
+        return false;
+    return type != VK_GEOMETRY_TYPE_TRIANGLES_KHR ||
+           (vertex_format_find(geometry->triangles.vertex_format) &&
+            index_type_is_known(geometry->triangles.index_type));
+}
+
+/* A bottom level without geometries is one of triangles without triangles. */
+enum builder_result input_kind(const struct builder_input *input, enum structure_kind *kind)
+{
+    VkGeometryTypeKHR type = input->geometry_count > 0 ? input->geometries[0].type
+                                                       : VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    bool is_top = input->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    if (is_top && input->geometry_count == 0)
+        type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    if (is_top != (type == VK_GEOMETRY_TYPE_INSTANCES_KHR))
+        return BUILDER_UNKNOWN_FORMAT;
+    switch (type) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        *kind = STRUCTURE_TRIANGLES;
+        break;
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        *kind = STRUCTURE_AABBS;
+        break;
+    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
+        *kind = STRUCTURE_INSTANCES;
+        break;
+    default:
+        return BUILDER_UNKNOWN_FORMAT;
+    }
+    for (uint32_t i = 0; i < input->geometry_count; i++)
+        if (!geometry_is_known(&input->geometries[i], type))
+            return BUILDER_UNKNOWN_FORMAT;
+    return BUILDER_OK;
+}
+
+enum builder_result input_open(const struct builder_input *input, struct source *sources,
+                               struct builder_report *report)
+{
+    uint32_t first = 0;
+    for (uint32_t i = 0; i < input->geometry_count; i++) {
+        sources[i].first = first;
+        if (!source_open(&sources[i], &input->geometries[i], &input->ranges[i])) {
+            report->out_of_range = 1;
+            report->first_out_of_range = (struct builder_place){i, 0};
+            return BUILDER_INPUT_OUT_OF_RANGE;
+        }
+        first += sources[i].count;
+    }
+    return BUILDER_OK;
+}

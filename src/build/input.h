@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A build's input as a whole: its kind, and its geometries opened for reading. */
+#ifndef ASSAY_BUILD_INPUT_H
+#define ASSAY_BUILD_INPUT_H
+
+#include "build/source.h"
+
+/* BUILDER_UNKNOWN_FORMAT where types or formats are none that the builder takes. */
+enum builder_result input_kind(const struct builder_input *input, enum structure_kind *kind);
+
+/* One source a geometry. A range that leads out of its data is reported and an error. */
+enum builder_result input_open(const struct builder_input *input, struct source *sources,
+                               struct builder_report *report);
+
+#endif

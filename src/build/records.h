@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records of instances: what traversal needs to go into their space. */
+#ifndef ASSAY_BUILD_RECORDS_H
+#define ASSAY_BUILD_RECORDS_H
+
+#include "build/structure.h"
+
+/* All 0 where the matrix is singular. */
+void record_invert(const VkTransformMatrixKHR *transform, double inverse[9]);
+
+#endif

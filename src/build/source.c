@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where a geometry's primitives are read from, and which of them are active
+ * ("Inactive Primitives and Instances" of the specification). */
+#include "build/source.h"
+
+#include <math.h>
+#include <string.h>
+
+/* How many elements of `size` bytes at `stride` lie in `room` bytes. */
+static uint64_t elements_in(uint64_t room, uint64_t size, uint64_t stride)
+{
+    if (room < size)
+        return 0;
+    return stride == 0 ? UINT64_MAX : (room - size) / stride + 1;
+}
+
+static uint32_t index_bytes(VkIndexType type)
+{
+    switch (type) {
+    case VK_INDEX_TYPE_UINT8_KHR:
+        return 1;
+    case VK_INDEX_TYPE_UINT16:
+        return 2;
+    case VK_INDEX_TYPE_UINT32:
+        return 4;
+    default:
+        return 0;
+    }
+}
+
+static bool open_transform(struct source *source, const struct builder_triangles *triangles,
+                           uint32_t offset)
+{
+    source->has_transform = triangles->transforms != NULL;
+    if (!source->has_transform)
+        return true;
+    if (triangles->transforms_size < sizeof(source->transform) ||
+        offset > triangles->transforms_size - sizeof(source->transform))
+        return false;
+    memcpy(&source->transform, (const uint8_t *)triangles->transforms + offset,
+           sizeof(source->transform));
+    return true;
+}
+
+static bool open_triangles(struct source *source, const struct builder_triangles *triangles,
+                           const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    source->format = vertex_format_find(triangles->vertex_format);
+    source->stride = triangles->vertex_stride;
+    source->index_size = index_bytes(triangles->index_type);
+    uint64_t vertex_offset = 0;
+    if (source->index_size > 0) {
+        uint64_t needed = (uint64_t)range->primitiveCount * 3 * source->index_size;
+        if (needed > 0 && (range->primitiveOffset > triangles->indices_size ||
+                           needed > triangles->indices_size - range->primitiveOffset))
+            return false;
+        source->indices = (const uint8_t *)triangles->indices + range->primitiveOffset;
+    } else {
+        vertex_offset = range->primitiveOffset;
+    }
+    if (source->count == 0)
+        return true;
+    if (vertex_offset > triangles->vertices_size)
+        return false;
+    uint64_t readable = elements_in(triangles->vertices_size - vertex_offset, source->format->size,
+                                    source->stride);
+    /* The product is within vertices_size where any vertex from the first on is readable. */
+    uint64_t first = range->firstVertex;
+    uint64_t limit = readable > first ? readable - first : 0;
+    if (limit > (uint64_t)triangles->max_vertex + 1)
+        limit = (uint64_t)triangles->max_vertex + 1;
+    source->index_limit = limit;
+    source->vertices = (const uint8_t *)triangles->vertices + vertex_offset +
+                       (limit > 0 ? source->stride * first : 0);
+    source->is_plain = source->index_size == 4 && !source->has_transform &&
+                       source->format->format == VK_FORMAT_R32G32B32_SFLOAT;
+    return true;
+}
+
+static bool open_array(struct source *source, const void *data, uint64_t size, uint64_t element,
+                       uint64_t stride, const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    source->stride = stride;
+    if (source->count == 0)
+        return true;
+    if (range->primitiveOffset > size ||
+        elements_in(size - range->primitiveOffset, element, stride) < source->count)
+        return false;
+    source->data = (const uint8_t *)data + range->primitiveOffset;
+    return true;
+}
+
+bool source_open(struct source *source, const struct builder_geometry *geometry,
+                 const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    uint32_t first = source->first;
+    *source = (struct source){.first = first, .count = range->primitiveCount};
+    switch (geometry->type) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        return open_transform(source, &geometry->triangles, range->transformOffset) &&
+               open_triangles(source, &geometry->triangles, range);
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        return open_array(source, geometry->aabbs.data, geometry->aabbs.size,
+                          sizeof(VkAabbPositionsKHR), geometry->aabbs.stride, range);
+    case VK_GEOMETRY_TYPE_INSTANCES_KHR: {
+        const struct builder_instances *instances = &geometry->instances;
+        source->is_pointer_array = instances->array_of_pointers;
+        uint64_t element = instances->array_of_pointers
+                               ? sizeof(uint64_t)
+                               : sizeof(VkAccelerationStructureInstanceKHR);
+        return open_array(source, instances->data, instances->size, element, element, range);
+    }
+    default:
+        return false;
+    }
+}
+
+static uint32_t read_index(const struct source *source, uint64_t position)
+{
+    const uint8_t *from = source->indices + position * source->index_size;
+    uint32_t wide;
+    uint16_t narrow;
+    switch (source->index_size) {
+    case 4:
+        memcpy(&wide, from, sizeof(wide));
+        return wide;
+    case 2:
+        memcpy(&narrow, from, sizeof(narrow));
+        return narrow;
+    default:
+        return *from;
+    }
+}
+
+/* In double, so that each component is rounded twice only, and overflows only where the result
+ * does. Same vertex, same result: what shared a vertex still does. */
+static void transform_point(const VkTransformMatrixKHR *transform, float position[3])
+{
+    double x = position[0], y = position[1], z = position[2];
+    for (int row = 0; row < 3; row++) {
+        const float *m = transform->matrix[row];
+        position[row] = (float)(m[0] * x + m[1] * y + m[2] * z + m[3]);
+    }
+}
+
+/* Tells before the transform whether a vertex is NaN, and takes the sign from zeros, so that bounds
+ * don't depend on the order in which they are merged. */
+static enum source_state read_vertex(const struct source *source, uint64_t index, float position[3])
+{
+    source->format->read(source->vertices + source->stride * index, position);
+    enum source_state state = SOURCE_ACTIVE;
+    if (source->format->has_nan) {
+        if (isnan(position[0]))
+            return SOURCE_INACTIVE;
+        if (isnan(position[1]) || isnan(position[2]))
+            state = SOURCE_UNDEFINED;
+    }
+    if (source->has_transform)
+        transform_point(&source->transform, position);
+    for (int i = 0; i < 3; i++)
+        position[i] += 0.0f;
+    return state;
+}
+
+/* The common case without calls: returns false where anything is out of the ordinary. */
+static bool read_plain(const struct source *source, uint32_t primitive,
+                       struct triangle_record *record)
+{
+    uint32_t index[3];
+    memcpy(index, source->indices + (uint64_t)primitive * sizeof(index), sizeof(index));
+    if (index[0] >= source->index_limit || index[1] >= source->index_limit ||
+        index[2] >= source->index_limit)
+        return false;
+    memcpy(record->a, source->vertices + source->stride * index[0], sizeof(record->a));
+    memcpy(record->b, source->vertices + source->stride * index[1], sizeof(record->b));
+    memcpy(record->c, source->vertices + source->stride * index[2], sizeof(record->c));
+    bool has_nan = false;
+    for (int i = 0; i < 3; i++) {
+        record->a[i] += 0.0f;
+        record->b[i] += 0.0f;
+        record->c[i] += 0.0f;
+        has_nan |= isunordered(record->a[i], record->b[i]) || isnan(record->c[i]);
+    }
+    return !has_nan;
+}
+
+enum source_state source_triangle(const struct source *source, uint32_t primitive,
+                                  struct triangle_record *record)
+{
+    if (source->is_plain && read_plain(source, primitive, record))
+        return SOURCE_ACTIVE;
+    float *corners[3] = {record->a, record->b, record->c};
+    uint64_t index[3];
+    for (uint32_t i = 0; i < 3; i++) {
+        uint64_t position = (uint64_t)primitive * 3 + i;
+        index[i] = source->indices ? read_index(source, position) : position;
+        if (index[i] >= source->index_limit)
+            return SOURCE_OUT_OF_RANGE;
+    }
+    enum source_state state = SOURCE_ACTIVE;
+    for (int i = 0; i < 3; i++) {
+        enum source_state vertex = read_vertex(source, index[i], corners[i]);
+        if (vertex == SOURCE_INACTIVE)
+            return SOURCE_INACTIVE;
+        if (vertex == SOURCE_UNDEFINED)
+            state = SOURCE_UNDEFINED;
+    }
+    return state;
+}
+
+enum source_state source_aabb(const struct source *source, uint32_t primitive,
+                              struct aabb_record *record)
+{
+    VkAabbPositionsKHR box;
+    memcpy(&box, source->data + source->stride * primitive, sizeof(box));
+    float all[6] = {box.minX, box.minY, box.minZ, box.maxX, box.maxY, box.maxZ};
+    if (isnan(all[0]))
+        return SOURCE_INACTIVE;
+    for (int i = 0; i < 6; i++) {
+        if (isnan(all[i]))
+            return SOURCE_UNDEFINED;
+        all[i] += 0.0f;
+    }
+    memcpy(record->lower, all, sizeof(record->lower));
+    memcpy(record->upper, all + 3, sizeof(record->upper));
+    return SOURCE_ACTIVE;
+}
+
+enum source_state source_instance(const struct source *source, uint32_t primitive,
+                                  const struct builder_memory *memory,
+                                  struct instance_record *record)
+{
+    const void *from = source->data + source->stride * primitive;
+    if (source->is_pointer_array) {
+        uint64_t address;
+        memcpy(&address, from, sizeof(address));
+        /* Where nobody translates, the entries are host pointers. */
+        from = memory->read ? memory->read(memory->context, address, sizeof(record->instance))
+                            : (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
+        if (!from)
+            return SOURCE_OUT_OF_RANGE;
+    }
+    memcpy(&record->instance, from, sizeof(record->instance));
+    return record->instance.accelerationStructureReference == 0 ? SOURCE_INACTIVE : SOURCE_ACTIVE;
+}

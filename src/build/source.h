@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where a geometry's primitives are read from: Vulkan's ranges resolved to pointers and limits. */
+#ifndef ASSAY_BUILD_SOURCE_H
+#define ASSAY_BUILD_SOURCE_H
+
+#include "build/build.h"
+#include "build/formats.h"
+#include "build/structure.h"
+
+/* What reading a primitive found. */
+enum source_state {
+    SOURCE_ACTIVE,
+    SOURCE_INACTIVE,
+    SOURCE_UNDEFINED,    /* NaN in Y or Z alone; not used */
+    SOURCE_OUT_OF_RANGE, /* not read */
+    SOURCE_UNRESOLVED,   /* an instance of nothing that the resolver knows */
+};
+
+struct source {
+    uint32_t first; /* of the structure's primitives, all geometries counted on */
+    uint32_t count;
+    /* triangles */
+    const struct vertex_format *format;
+    const uint8_t *vertices;     /* of index 0, offset and first vertex included */
+    const uint8_t *indices;      /* NULL: none */
+    uint64_t stride;             /* of vertices, AABBs or instances */
+    uint64_t index_limit;        /* indices below it may be read */
+    uint32_t index_size;
+    bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
+    VkTransformMatrixKHR transform;
+    /* AABBs and instances */
+    const uint8_t *data;
+    bool is_pointer_array;
+};
+
+/* False where the range itself leads out of the data. `geometry` is of the structure's kind and of
+ * a known format. */
+bool source_open(struct source *source, const struct builder_geometry *geometry,
+                 const VkAccelerationStructureBuildRangeInfoKHR *range);
+
+enum source_state source_triangle(const struct source *source, uint32_t primitive,
+                                  struct triangle_record *record);
+enum source_state source_aabb(const struct source *source, uint32_t primitive,
+                              struct aabb_record *record);
+/* Fills the instance, not its inverse; SOURCE_INACTIVE where the reference is 0. */
+enum source_state source_instance(const struct source *source, uint32_t primitive,
+                                  const struct builder_memory *memory,
+                                  struct instance_record *record);
+
+#endif

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Layout of structures, and the check of those that come from elsewhere. */
+#include "build/structure.h"
+
+uint64_t structure_record_size(enum structure_kind kind)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return sizeof(struct triangle_record);
+    case STRUCTURE_AABBS:
+        return sizeof(struct aabb_record);
+    case STRUCTURE_INSTANCES:
+        return sizeof(struct instance_record);
+    }
+    return 0;
+}
+
+uint32_t structure_leaf_limit(enum structure_kind kind)
+{
+    return kind == STRUCTURE_INSTANCES ? 1 : LEAF_RECORDS;
+}
+
+/* At most 1.25 times what the fewest nodes would make of the whole: see the head of structure.h.
+ * Instances have a leaf each, and so n/3 to 2n/3 nodes. */
+uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return records / 5 + (records != 0);
+    case STRUCTURE_AABBS:
+        return records / 6 + (records != 0);
+    case STRUCTURE_INSTANCES:
+        return (uint32_t)((uint64_t)records * 2 / 3) + (records != 0);
+    }
+    return 0;
+}
+
+static uint64_t aligned(uint64_t size)
+{
+    return (size + BUILDER_ALIGNMENT - 1) & ~(uint64_t)(BUILDER_ALIGNMENT - 1);
+}
+
+/* 32-bit counts times sizes below 256: nothing wraps. */
+void structure_lay_out(struct structure_header *header, enum structure_kind kind,
+                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity)
+{
+    *header = (struct structure_header){
+        .magic = STRUCTURE_MAGIC,
+        .version = STRUCTURE_VERSION,
+        .kind = kind,
+        .geometry_count = geometry_count,
+        .record_capacity = record_capacity,
+        .node_capacity = node_capacity,
+    };
+    header->geometries = aligned(sizeof(*header));
+    header->records = header->geometries +
+                      aligned((uint64_t)geometry_count * sizeof(struct structure_geometry));
+    header->nodes =
+        header->records + aligned((uint64_t)record_capacity * structure_record_size(kind));
+    header->size = header->nodes + aligned((uint64_t)node_capacity * sizeof(struct wide_node));
+}
+
+static bool layout_is_sound(const struct structure_header *header, uint64_t size)
+{
+    if (size < sizeof(*header) || header->magic != STRUCTURE_MAGIC ||
+        header->version != STRUCTURE_VERSION || header->kind > STRUCTURE_INSTANCES ||
+        header->record_capacity > BUILDER_MAX_PRIMITIVES ||
+        header->record_count > header->record_capacity ||
+        header->node_count > header->node_capacity ||
+        (header->record_count == 0) != (header->node_count == 0))
+        return false;
+    struct structure_header expected;
+    structure_lay_out(&expected, header->kind, header->geometry_count, header->record_capacity,
+                      header->node_capacity);
+    return header->size == expected.size && header->size <= size &&
+           header->geometries == expected.geometries && header->records == expected.records &&
+           header->nodes == expected.nodes;
+}
+
+static bool place_is_sound(const struct structure_header *header, uint32_t geometry,
+                           uint32_t primitive)
+{
+    return geometry < header->geometry_count &&
+           primitive < structure_geometries(header)[geometry].primitive_count;
+}
+
+static bool record_is_sound(const struct structure_header *header, uint32_t index)
+{
+    const void *records = structure_records(header);
+    switch ((enum structure_kind)header->kind) {
+    case STRUCTURE_TRIANGLES: {
+        const struct triangle_record *record = (const struct triangle_record *)records + index;
+        return place_is_sound(header, record->geometry, record->primitive);
+    }
+    case STRUCTURE_AABBS: {
+        const struct aabb_record *record = (const struct aabb_record *)records + index;
+        return place_is_sound(header, record->geometry, record->primitive);
+    }
+    case STRUCTURE_INSTANCES:
+        return true;
+    }
+    return false;
+}
+
+/* Depth-first as a traversal goes, with a stack of its size: what overflows it is refused. Nodes
+ * and records come in order, each once, so the walk ends and nothing is shared. */
+static bool tree_is_sound(const struct structure_header *header)
+{
+    const struct wide_node *nodes = structure_nodes(header);
+    uint32_t stack[TRACE_STACK];
+    uint32_t waiting = 0, seen_nodes = 0;
+    uint64_t seen_records = 0;
+    if (header->node_count > 0)
+        stack[waiting++] = 0;
+    while (waiting > 0) {
+        uint32_t index = stack[--waiting];
+        if (index != seen_nodes++)
+            return false;
+        for (uint32_t lane = NODE_WIDTH; lane-- > 0;) {
+            uint32_t child = nodes[index].child[lane];
+            if (child == CHILD_EMPTY)
+                continue;
+            if (child & LEAF_BIT) {
+                uint64_t end = (uint64_t)leaf_first(child) + leaf_count(child);
+                if (end > header->record_count)
+                    return false;
+                seen_records += leaf_count(child);
+            } else if (child >= header->node_count || child <= index || waiting == TRACE_STACK) {
+                return false;
+            } else {
+                stack[waiting++] = child;
+            }
+        }
+    }
+    return seen_nodes == header->node_count && seen_records == header->record_count;
+}
+
+bool structure_is_sound(const struct structure_header *header, uint64_t size)
+{
+    if (!layout_is_sound(header, size))
+        return false;
+    for (uint32_t i = 0; i < header->record_count; i++)
+        if (!record_is_sound(header, i))
+            return false;
+    return tree_is_sound(header);
+}

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The bytes of a structure: header, geometries, records, nodes.
+ *
+ * Records are what leaves hold: triangles with their positions, AABBs, instances; those of active
+ * primitives only, in the tree's order. Nodes have up to four children and lie parents first, so
+ * that a pass from the last to the first sees children before their parents, and no cycle exists.
+ *
+ * Sizes are bounded from both sides. A leaf has at most LEAF_RECORDS records, so n records take at
+ * least n/12 nodes; node_capacity() caps them, and emit.c holds to the cap. For triangles (48 bytes
+ * a record, 112 a node) that is 48 + 112/5 = 70.4 bytes at most, 48 + 112/12 = 57.3 at least. */
+#ifndef ASSAY_BUILD_STRUCTURE_H
+#define ASSAY_BUILD_STRUCTURE_H
+
+#include "build/build.h"
+
+#define STRUCTURE_MAGIC 0x59535341u /* "ASSY" */
+#define STRUCTURE_VERSION 1u
+#define LEAF_RECORDS 4u
+#define NODE_WIDTH 4u
+
+/* Binary splits by cost end at this depth; from there on ranges are halved, at most 29 times. So no
+ * path is longer than 80 nodes, and a traversal holds at most three waiting children of each. */
+#define SPLIT_DEPTH_LIMIT 48u
+#define TREE_DEPTH_LIMIT 80u
+#define TRACE_STACK (3 * TREE_DEPTH_LIMIT + NODE_WIDTH)
+
+/* A child is empty, or a node's index, or LEAF_BIT | (records - 1) << 29 | index of the first. */
+#define CHILD_EMPTY 0xffffffffu
+#define LEAF_BIT 0x80000000u
+#define LEAF_COUNT_SHIFT 29
+#define LEAF_FIRST_MASK 0x1fffffffu
+
+struct wide_node {
+    float lower[3][NODE_WIDTH], upper[3][NODE_WIDTH]; /* +inf and -inf where the child is empty */
+    uint32_t child[NODE_WIDTH];                       /* the empty ones last */
+};
+
+struct triangle_record {
+    float a[3];
+    uint32_t geometry;
+    float b[3];
+    uint32_t primitive;
+    float c[3];
+    uint32_t spare;
+};
+
+struct aabb_record {
+    float lower[3];
+    uint32_t geometry;
+    float upper[3];
+    uint32_t primitive;
+};
+
+struct instance_record {
+    double inverse[9]; /* of the 3x3 part, row by row; all 0 where it is singular */
+    VkAccelerationStructureInstanceKHR instance;
+    uint32_t primitive;
+    uint32_t spare;
+};
+
+struct structure_geometry {
+    uint32_t flags, primitive_count;
+};
+
+enum structure_kind {
+    STRUCTURE_TRIANGLES,
+    STRUCTURE_AABBS,
+    STRUCTURE_INSTANCES,
+};
+
+struct structure_header {
+    uint32_t magic, version;
+    uint32_t kind;  /* enum structure_kind */
+    uint32_t flags; /* VkBuildAccelerationStructureFlagsKHR */
+    uint64_t size;  /* all of it, unused capacity included */
+    uint64_t geometries, records, nodes; /* offsets from the header on */
+    uint32_t geometry_count;
+    uint32_t record_count, node_count;
+    uint32_t record_capacity, node_capacity;
+    float lower[3], upper[3]; /* +inf and -inf where nothing is active */
+    uint32_t spare;
+};
+_Static_assert(sizeof(struct structure_header) == 96, "layout");
+_Static_assert(sizeof(struct wide_node) == 112, "layout");
+_Static_assert(sizeof(struct triangle_record) == 48, "layout");
+_Static_assert(sizeof(struct instance_record) == 144, "layout");
+
+static inline uint32_t leaf_child(uint32_t first, uint32_t count)
+{
+    return LEAF_BIT | (count - 1) << LEAF_COUNT_SHIFT | first;
+}
+
+static inline uint32_t leaf_first(uint32_t child)
+{
+    return child & LEAF_FIRST_MASK;
+}
+
+static inline uint32_t leaf_count(uint32_t child)
+{
+    return (child >> LEAF_COUNT_SHIFT & 3) + 1;
+}
+
+static inline struct structure_geometry *structure_geometries(const struct structure_header *header)
+{
+    return (struct structure_geometry *)((uintptr_t)header + header->geometries);
+}
+
+static inline void *structure_records(const struct structure_header *header)
+{
+    return (void *)((uintptr_t)header + header->records);
+}
+
+static inline struct wide_node *structure_nodes(const struct structure_header *header)
+{
+    return (struct wide_node *)((uintptr_t)header + header->nodes);
+}
+
+uint64_t structure_record_size(enum structure_kind kind);
+uint32_t structure_leaf_limit(enum structure_kind kind); /* records a leaf */
+uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records);
+
+/* Offsets, counts and the size; the rest is zero. */
+void structure_lay_out(struct structure_header *header, enum structure_kind kind,
+                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity);
+
+/* Whether `size` bytes hold a structure whose every offset, count and child is sound. */
+bool structure_is_sound(const struct structure_header *header, uint64_t size);
+
+#endif

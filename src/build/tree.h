@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a build holds in its scratch: sources, references to primitives, and a binary tree over them.
+ *
+ * The tree's nodes have fixed places: that of range [begin, end) at slot s has its left child at
+ * s + 1 and its right child at s + 2 * (primitives on the left). So threads can build parts of it
+ * in any order and get the same bytes, and a node's range follows from its place. */
+#ifndef ASSAY_BUILD_TREE_H
+#define ASSAY_BUILD_TREE_H
+
+#include "build/source.h"
+#include "build/structure.h"
+#include "build/vector.h"
+#include "build/workers.h"
+
+/* Bounds are clamped to this size, so that sums and differences of two stay finite; where that
+ * changed any, the tree's bounds are computed anew from the records (`has_clamped`). */
+#define TREE_COORDINATE_LIMIT 4e37f
+
+/* Lane 3 of `lower` holds the primitive's number, marked so that it is no subnormal float, with
+ * which arithmetic is slow; lane 3 of `upper` is 0. */
+#define REF_MARK 0x40000000u
+struct primitive_ref {
+    float4 lower, upper;
+};
+
+static inline uint32_t ref_primitive(const struct primitive_ref *ref)
+{
+    return float_bits(ref->lower[3]) & ~REF_MARK;
+}
+
+/* Lane 3 of lower: the slot of the right child, as bits; 0: a leaf. */
+struct tree_node {
+    struct box bounds;
+};
+
+static inline uint32_t tree_right(const struct tree_node *node)
+{
+    return float_bits(node->bounds.lower[3]);
+}
+
+static inline void tree_set_right(struct tree_node *node, uint32_t right)
+{
+    node->bounds.lower[3] = float_from_bits(right);
+}
+
+struct sort_pair {
+    uint32_t key, index;
+};
+
+/* A part of the tree that waits to be split; its node's bounds are known. */
+struct tree_task {
+    struct box centers; /* of lower + upper: twice the centers */
+    uint32_t slot, begin, end, depth;
+};
+#define TREE_TASK_SIZE 4096u /* primitives that are worth handing to another thread */
+
+#define PREPARE_CHUNK 4096u
+struct prepare_chunk {
+    struct box bounds, centers;
+    struct builder_report report;
+    uint32_t count;
+    bool has_clamped;
+};
+
+struct build_state {
+    const struct builder_input *input;
+    enum structure_kind kind;
+    struct structure_header *header; /* of the structure being built */
+    struct workers workers;
+    struct source *sources;
+    struct prepare_chunk *chunks;
+    uint32_t chunk_count, next_chunk; /* taken atomically */
+    struct primitive_ref *refs;
+    uint32_t primitive_count, ref_count;
+    struct box bounds, centers;
+    bool has_clamped;
+    struct tree_node *tree;
+    bool has_bounds; /* of the tree's nodes: Morton order leaves them to a later pass */
+    /* Morton order and sweeps */
+    struct sort_pair *pairs, *pairs_spare;
+    struct primitive_ref *refs_spare;
+    float *areas;
+    /* tasks of several threads, the latest first */
+    struct tree_task *tasks;
+    uint32_t task_count, tasks_running;
+    pthread_mutex_t task_lock;
+    pthread_cond_t task_news;
+};
+
+/* prepare.c: reads every primitive and fills refs, bounds and the report */
+enum builder_result tree_prepare(struct build_state *state, struct builder_report *report);
+uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive);
+
+struct tree_halves {
+    struct box bounds[2], centers[2];
+    uint32_t middle;
+};
+
+/* Splits a task's range and puts its refs on their sides; false: a leaf. */
+typedef bool tree_splitter(struct build_state *state, const struct tree_task *task,
+                           struct tree_halves *halves);
+
+/* split_tasks.c: the whole tree from the root down, on all threads */
+void tree_split_all(struct build_state *state, tree_splitter *split_range);
+
+/* One for each quality; refs end in the tree's order. */
+void tree_build_morton(struct build_state *state);
+void tree_build_binned(struct build_state *state);
+void tree_build_sweep(struct build_state *state);
+
+/* sort.c: stable, by key */
+void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count);
+
+/* split_tasks.c: in the middle, by position */
+void tree_halve(const struct build_state *state, const struct tree_task *task,
+                struct tree_halves *halves);
+/* records.c: writes the structure's records and its geometries */
+void tree_write_records(struct build_state *state);
+
+/* emit.c: writes nodes; their bounds, too, where the tree has them */
+void tree_emit(struct build_state *state);
+
+#endif
