@@ -7,6 +7,7 @@
 #include "check/replay.h"
 #include "intercepts.h"
 #include "layer.h"
+#include "submissions.h"
 
 /* One call on its way through the checks. */
 struct build_call {
@@ -14,6 +15,7 @@ struct build_call {
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
     struct call_origin origin;
     struct call_view view;
+    struct recent_sizes recent_sizes;
     struct journal_mark mark; /* before the call's entries */
     bool skip;                /* a callback asked to skip the call */
 };
@@ -28,14 +30,12 @@ static bool found(void *user, enum rule rule, const struct location *location,
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
-static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *counts, struct size_facts *sizes)
+static void find_sizes_of_device(struct layer_device *device,
+                                 const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                 const uint32_t *counts,
+                                 VkAccelerationStructureBuildTypeKHR build_type,
+                                 struct size_facts *sizes)
 {
-    const struct build_call *call = user;
-    struct layer_device *device = call->device;
-    VkAccelerationStructureBuildTypeKHR build_type =
-        call->view.command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
-                                           : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct build_shape shape;
     bool has_shape = build_shape_of(info, counts, build_type, &shape);
     if (has_shape && size_cache_find(device->sizes, &shape, sizes))
@@ -52,6 +52,19 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
                                  .update_scratch = answer.updateScratchSize};
     if (has_shape)
         size_cache_add(device->sizes, &shape, sizes);
+}
+
+static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, struct size_facts *sizes)
+{
+    struct build_call *call = user;
+    VkAccelerationStructureBuildTypeKHR build_type =
+        call->view.command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                           : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+    if (recent_sizes_find(&call->recent_sizes, info, counts, build_type, sizes))
+        return;
+    find_sizes_of_device(call->device, info, counts, build_type, sizes);
+    recent_sizes_set(&call->recent_sizes, info, counts, build_type, sizes);
 }
 
 static enum tristate ask_vertex_format(const struct layer_device *device, VkFormat format)
@@ -127,6 +140,13 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
         .is_update = is_update(build),
     };
     journal_add_input(call->command_buffer->journal, &input);
+}
+
+/* A build by the host: nothing is said of its result. */
+static void see_host_build(void *user, const struct build_view *build)
+{
+    struct build_call *call = user;
+    submissions_taint(call->device->submissions, build->dst.id);
 }
 
 static void see_build(void *user, const struct build_view *build)
@@ -247,8 +267,10 @@ static void run_checks(struct build_call *call)
         context.see_input = see_input;
         call->mark = journal_mark(call->command_buffer->journal);
     }
+    if (call->view.command == COMMAND_HOST && call->device->level >= LEVEL_EXECUTION)
+        context.see_build = see_host_build;
     check_builds(&context, &call->view);
-    if (context.see_build)
+    if (context.see_input)
         settle_journal(call);
 }
 

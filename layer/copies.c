@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of copies between acceleration structures, and from memory into them: what they write
- * is noted in the command buffer's journal, in its place among the builds. */
+ * is noted in the command buffer's journal, in its place among the builds. Of what the host's forms
+ * write nothing is said. */
 #include "check/replay.h"
 #include "intercepts.h"
 #include "layer.h"
+#include "submissions.h"
 
 static uint64_t id_of(const struct layer_device *device, VkAccelerationStructureKHR handle)
 {
@@ -50,4 +52,32 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
         .kind = JOURNAL_FILL, .dst = pInfo->dst, .dst_id = id_of(device, pInfo->dst)};
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
+}
+
+/* ---- on the host */
+
+static VkResult copied_by_host(struct layer_device *device, VkAccelerationStructureKHR dst,
+                               VkResult result)
+{
+    submissions_taint(device->submissions, id_of(device, dst));
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL
+assay_CopyAccelerationStructureKHR(VkDevice device, VkDeferredOperationKHR deferredOperation,
+                                   const VkCopyAccelerationStructureInfoKHR *pInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    return copied_by_host(state, pInfo->dst,
+                          state->vk.CopyAccelerationStructureKHR(device, deferredOperation, pInfo));
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMemoryToAccelerationStructureKHR(
+    VkDevice device, VkDeferredOperationKHR deferredOperation,
+    const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    return copied_by_host(
+        state, pInfo->dst,
+        state->vk.CopyMemoryToAccelerationStructureKHR(device, deferredOperation, pInfo));
 }

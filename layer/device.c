@@ -4,6 +4,7 @@
 
 #include "intercepts.h"
 #include "layer.h"
+#include "submissions.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
 {
@@ -27,6 +28,8 @@ static void select_rules(struct layer_device *device)
 
 static void free_device(struct layer_device *device)
 {
+    execution_order_destroy(device->order);
+    submissions_destroy(device->submissions);
     resources_destroy(device->resources);
     command_buffers_destroy(device->command_buffers);
     size_cache_destroy(device->sizes);
@@ -50,6 +53,17 @@ static struct layer_device *allocate_device(void)
     return NULL;
 }
 
+static VkResult follow_submissions(struct layer_device *device)
+{
+    if (device->level < LEVEL_EXECUTION)
+        return VK_SUCCESS;
+    VkResult result = submissions_create(device, &device->submissions);
+    if (result != VK_SUCCESS)
+        return result;
+    struct execution_hooks hooks = submissions_hooks(device->submissions);
+    return execution_order_create(&device->order, &hooks);
+}
+
 static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *create_info,
                        PFN_vkGetDeviceProcAddr next_proc_addr)
 {
@@ -58,7 +72,8 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result != VK_SUCCESS)
         return result;
     select_rules(device);
-    return layer_add_device(device);
+    result = follow_submissions(device);
+    return result == VK_SUCCESS ? layer_add_device(device) : result;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevice,

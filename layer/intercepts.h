@@ -36,6 +36,31 @@
     INTERCEPT(BindBufferMemory)                                                                    \
     INTERCEPT(BindBufferMemory2)                                                                   \
     INTERCEPT(BindBufferMemory2KHR)                                                                \
+    INTERCEPT(QueueSubmit)                                                                         \
+    INTERCEPT(QueueSubmit2)                                                                        \
+    INTERCEPT(QueueSubmit2KHR)                                                                     \
+    INTERCEPT(QueuePresentKHR)                                                                     \
+    INTERCEPT(AcquireNextImageKHR)                                                                 \
+    INTERCEPT(AcquireNextImage2KHR)                                                                \
+    INTERCEPT(CreateSemaphore)                                                                     \
+    INTERCEPT(DestroySemaphore)                                                                    \
+    INTERCEPT(ImportSemaphoreFdKHR)                                                                \
+    INTERCEPT(SignalSemaphore)                                                                     \
+    INTERCEPT(SignalSemaphoreKHR)                                                                  \
+    INTERCEPT(WaitSemaphores)                                                                      \
+    INTERCEPT(WaitSemaphoresKHR)                                                                   \
+    INTERCEPT(GetSemaphoreCounterValue)                                                            \
+    INTERCEPT(GetSemaphoreCounterValueKHR)                                                         \
+    INTERCEPT(CreateFence)                                                                         \
+    INTERCEPT(DestroyFence)                                                                        \
+    INTERCEPT(ImportFenceFdKHR)                                                                    \
+    INTERCEPT(ResetFences)                                                                         \
+    INTERCEPT(GetFenceStatus)                                                                      \
+    INTERCEPT(WaitForFences)                                                                       \
+    INTERCEPT(QueueWaitIdle)                                                                       \
+    INTERCEPT(DeviceWaitIdle)                                                                      \
+    INTERCEPT(CopyAccelerationStructureKHR)                                                        \
+    INTERCEPT(CopyMemoryToAccelerationStructureKHR)                                                \
     INTERCEPT(QueueBindSparse)                                                                     \
     INTERCEPT(GetBufferDeviceAddress)                                                              \
     INTERCEPT(GetBufferDeviceAddressKHR)                                                           \

@@ -21,6 +21,7 @@
 #include "check/check.h"
 #include "report/reporter.h"
 #include "state/command_buffers.h"
+#include "state/execution_order.h"
 #include "state/facts.h"
 #include "state/object_names.h"
 #include "state/resources.h"
@@ -58,6 +59,10 @@ struct layer_device {
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
     struct object_names *names;
+
+    /* What has been submitted; NULL below level EXECUTION. */
+    struct submissions *submissions;
+    struct execution_order *order;
 
     /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices. */
     _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE];

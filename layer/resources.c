@@ -5,6 +5,7 @@
 #include "intercepts.h"
 #include "layer.h"
 #include "state/chain.h"
+#include "submissions.h"
 
 /* ---- memory */
 
@@ -142,25 +143,6 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory2KHR(VkDevice device, uint3
     return bind_buffers(device, state->vk.BindBufferMemory2KHR, bindInfoCount, pBindInfos, state);
 }
 
-static void observe_sparse_binds(struct layer_device *state, const VkBindSparseInfo *info)
-{
-    for (uint32_t i = 0; i < info->bufferBindCount; i++)
-        for (uint32_t j = 0; j < info->pBufferBinds[i].bindCount; j++)
-            resources_bind_sparse(state->resources, info->pBufferBinds[i].buffer,
-                                  &info->pBufferBinds[i].pBinds[j]);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
-                                                     const VkBindSparseInfo *pBindInfo,
-                                                     VkFence fence)
-{
-    struct layer_device *state = layer_find_device(queue);
-    VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
-    for (uint32_t i = 0; result == VK_SUCCESS && i < bindInfoCount; i++)
-        observe_sparse_binds(state, &pBindInfo[i]);
-    return result;
-}
-
 static VkDeviceAddress observe_address(struct layer_device *state,
                                        const VkBufferDeviceAddressInfo *info,
                                        VkDeviceAddress address)
@@ -221,7 +203,8 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    resources_remove_accel(state->resources, accelerationStructure);
+    submissions_forget(state->submissions,
+                       resources_remove_accel(state->resources, accelerationStructure));
     object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                      (uint64_t)(uintptr_t)accelerationStructure, NULL);
     state->vk.DestroyAccelerationStructureKHR(device, accelerationStructure, pAllocator);

@@ -4,6 +4,7 @@
 
 #include <fenv.h>
 
+#include "build/bounds.h"
 #include "build/input.h"
 #include "build/tree.h"
 
@@ -32,6 +33,8 @@ static uint64_t lay_out_scratch(struct build_state *state, void *scratch)
     state->refs = take(&cursor, primitives, sizeof(*state->refs));
     state->tree = take(&cursor, primitives * 2, sizeof(*state->tree));
     state->tasks = take(&cursor, primitives / TREE_TASK_SIZE + 1, sizeof(*state->tasks));
+    if (quality != BUILDER_FAST)
+        state->costs = take(&cursor, primitives * 2, sizeof(*state->costs));
     if (quality != BUILDER_BALANCED) {
         state->pairs = take(&cursor, primitives, sizeof(*state->pairs));
         state->pairs_spare = take(&cursor, primitives, sizeof(*state->pairs_spare));

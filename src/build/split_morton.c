@@ -79,7 +79,7 @@ static void split_part(struct build_state *state, struct tree_task task)
         if (now.end - now.begin > limit) {
             uint32_t middle = find_middle(state->pairs, now.begin, now.end);
             uint32_t right = now.slot + 2 * (middle - now.begin);
-            tree_set_right(&state->tree[now.slot], right);
+            tree_set_inner(&state->tree[now.slot], right, now.end - now.begin);
             waiting[count].slot = right;
             waiting[count].begin = middle;
             waiting[count++].end = now.end;
@@ -87,7 +87,7 @@ static void split_part(struct build_state *state, struct tree_task task)
             now.end = middle;
             continue;
         }
-        tree_set_right(&state->tree[now.slot], 0);
+        tree_set_leaf(&state->tree[now.slot], now.end - now.begin);
         if (count == 0)
             return;
         now = waiting[--count];

@@ -3,7 +3,7 @@
  * MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990. */
 #include "build/tree.h"
 
-#define NODE_COST 1.0f /* as in split_binned.c */
+#define NODE_COST 0.5f /* as in split_binned.c */
 
 struct sweep_split {
     float cost;
@@ -38,6 +38,8 @@ static void sweep_axis(struct build_state *state, const struct tree_task *task, 
                        float4 unit, struct sweep_split *best)
 {
     const struct sort_pair *pairs = state->pairs;
+    if (pairs[task->begin].key == pairs[task->end - 1].key) /* no plane tells them apart */
+        return;
     struct box side = box_empty();
     for (uint32_t i = task->end - 1; i > task->begin; i--) {
         const struct primitive_ref *ref = &state->refs[pairs[i].index];

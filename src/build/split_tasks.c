@@ -35,7 +35,7 @@ static void split_node(struct build_state *state, const struct tree_task *task,
         (struct tree_task){halves->centers[1], right, halves->middle, task->end, task->depth + 1};
     state->tree[task->slot + 1].bounds = halves->bounds[0];
     state->tree[right].bounds = halves->bounds[1];
-    tree_set_right(&state->tree[task->slot], right);
+    tree_set_inner(&state->tree[task->slot], right, task->end - task->begin);
 }
 
 /* Tasks in the list have at least TREE_TASK_SIZE primitives each, and none in common: the scratch
@@ -67,7 +67,7 @@ static void split_part(struct split_job *job, struct tree_task task)
             task = children[0];
             continue;
         }
-        tree_set_right(&state->tree[task.slot], 0);
+        tree_set_leaf(&state->tree[task.slot], task.end - task.begin);
         if (count == 0)
             return;
         task = waiting[--count];

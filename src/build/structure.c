@@ -26,9 +26,9 @@ uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records)
 {
     switch (kind) {
     case STRUCTURE_TRIANGLES:
-        return records / 5 + (records != 0);
+        return (uint32_t)((uint64_t)records * 28 / 100) + (records != 0);
     case STRUCTURE_AABBS:
-        return records / 6 + (records != 0);
+        return (uint32_t)((uint64_t)records * 27 / 100) + (records != 0);
     case STRUCTURE_INSTANCES:
         return (uint32_t)((uint64_t)records * 2 / 3) + (records != 0);
     }

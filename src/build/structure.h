@@ -6,8 +6,8 @@
  * that a pass from the last to the first sees children before their parents, and no cycle exists.
  *
  * Sizes are bounded from both sides. A leaf has at most LEAF_RECORDS records, so n records take at
- * least n/12 nodes; node_capacity() caps them, and emit.c holds to the cap. For triangles (48 bytes
- * a record, 112 a node) that is 48 + 112/5 = 70.4 bytes at most, 48 + 112/12 = 57.3 at least. */
+ * least n/6 nodes; structure_node_capacity() caps them, and emit.c holds to the cap. For triangles
+ * (48 bytes a record, 112 a node) that is 48 + 0.28 * 112 = 79.4 bytes at most, 66.7 at least. */
 #ifndef ASSAY_BUILD_STRUCTURE_H
 #define ASSAY_BUILD_STRUCTURE_H
 
@@ -15,7 +15,7 @@
 
 #define STRUCTURE_MAGIC 0x59535341u /* "ASSY" */
 #define STRUCTURE_VERSION 1u
-#define LEAF_RECORDS 4u
+#define LEAF_RECORDS 2u
 #define NODE_WIDTH 4u
 
 /* Binary splits by cost end at this depth; from there on ranges are halved, at most 29 times. So no

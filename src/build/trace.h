@@ -4,7 +4,8 @@
  * Follows "Ray Traversal" of the Vulkan specification: triangles are hit where tmin < t < tmax,
  * AABBs where [tmin, tmax] meets the ray's interval within the box, both ends included. Distances
  * are in units of the direction's length. Uses no memory but its stack; any number of threads may
- * trace one structure. */
+ * trace one structure. Expects the floating-point environment that C starts with: rounding to
+ * nearest, subnormals not flushed. */
 #ifndef ASSAY_BUILD_TRACE_H
 #define ASSAY_BUILD_TRACE_H
 

@@ -28,7 +28,8 @@ static inline uint32_t ref_primitive(const struct primitive_ref *ref)
     return float_bits(ref->lower[3]) & ~REF_MARK;
 }
 
-/* Lane 3 of lower: the slot of the right child, as bits; 0: a leaf. */
+/* Lane 3 of lower: the slot of the right child, as bits; 0: a leaf. Lane 3 of upper: the count of
+ * primitives, as bits. A leaf of several leaves slots unused; those are marked as leaves, too. */
 struct tree_node {
     struct box bounds;
 };
@@ -38,9 +39,22 @@ static inline uint32_t tree_right(const struct tree_node *node)
     return float_bits(node->bounds.lower[3]);
 }
 
-static inline void tree_set_right(struct tree_node *node, uint32_t right)
+static inline uint32_t tree_count(const struct tree_node *node)
+{
+    return float_bits(node->bounds.upper[3]);
+}
+
+static inline void tree_set_inner(struct tree_node *node, uint32_t right, uint32_t count)
 {
     node->bounds.lower[3] = float_from_bits(right);
+    node->bounds.upper[3] = float_from_bits(count);
+}
+
+static inline void tree_set_leaf(struct tree_node *node, uint32_t count)
+{
+    tree_set_inner(node, 0, count);
+    for (uint32_t i = 1; i < 2 * count - 1; i++)
+        tree_set_inner(node + i, 0, 0);
 }
 
 struct sort_pair {
@@ -76,6 +90,7 @@ struct build_state {
     bool has_clamped;
     struct tree_node *tree;
     bool has_bounds; /* of the tree's nodes: Morton order leaves them to a later pass */
+    struct collapse_cost *costs;
     /* Morton order and sweeps */
     struct sort_pair *pairs, *pairs_spare;
     struct primitive_ref *refs_spare;
@@ -116,6 +131,16 @@ void tree_halve(const struct build_state *state, const struct tree_task *task,
                 struct tree_halves *halves);
 /* records.c: writes the structure's records and its geometries */
 void tree_write_records(struct build_state *state);
+
+/* collapse.c: which nodes of the binary tree become nodes of four, and which become leaves: the
+ * choice of least SAH cost where each node costs `node_price` (an area) on top of its own area. */
+struct collapse_cost {
+    float roots[3]; /* of a node's part with 1, 2, 3 roots at most */
+};
+void collapse_weigh(struct build_state *state, float node_price);
+bool collapse_is_leaf(const struct build_state *state, uint32_t slot);
+/* The roots of the part below a node that becomes a node of four; returns their count. */
+uint32_t collapse_open(const struct build_state *state, uint32_t slot, uint32_t roots[NODE_WIDTH]);
 
 /* emit.c: writes nodes; their bounds, too, where the tree has them */
 void tree_emit(struct build_state *state);

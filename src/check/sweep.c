@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sort and sweep with an active set: n log n in the ranges, linear where they come in order, plus
- * the pairs found. */
+/* Hashing for equal handles, radix sort and sweep with an active set for shared memory: linear in
+ * the ranges, plus the pairs found. */
 #include "check/sweep.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "check/range_order.h"
 
 void sweep_empty(struct sweep *sweep)
 {
@@ -23,6 +25,8 @@ void sweep_init(struct sweep *sweep)
         sweep->roles[role].items = sweep->roles[role].inline_items;
         sweep->roles[role].capacity = SWEEP_INLINE_RANGES;
     }
+    sweep->space = NULL;
+    sweep->space_size = 0;
     sweep_empty(sweep);
 }
 
@@ -31,6 +35,18 @@ void sweep_release(struct sweep *sweep)
     for (int role = 0; role < ROLE_COUNT; role++)
         if (sweep->roles[role].items != sweep->roles[role].inline_items)
             free(sweep->roles[role].items);
+    free(sweep->space);
+}
+
+/* Room for what a search needs, of whatever content; NULL without memory. */
+static void *space_for(struct sweep *sweep, size_t size)
+{
+    if (size > sweep->space_size) {
+        free(sweep->space);
+        sweep->space = malloc(size);
+        sweep->space_size = sweep->space ? size : 0;
+    }
+    return sweep->space;
 }
 
 static bool grow(struct range_list *list)
@@ -48,18 +64,6 @@ static bool grow(struct range_list *list)
     return true;
 }
 
-static int compare_numbers(uint64_t a, uint64_t b)
-{
-    return (a > b) - (a < b);
-}
-
-static int compare_bytes(const struct used_range *a, const struct used_range *b)
-{
-    int order =
-        compare_numbers((uint64_t)(uintptr_t)a->span.memory, (uint64_t)(uintptr_t)b->span.memory);
-    return order ? order : compare_numbers(a->span.begin, b->span.begin);
-}
-
 void sweep_add(struct sweep *sweep, const struct used_range *range)
 {
     struct range_list *list = &sweep->roles[range->role];
@@ -69,7 +73,7 @@ void sweep_add(struct sweep *sweep, const struct used_range *range)
     }
     if (list->count) {
         const struct used_range *last = &list->items[list->count - 1];
-        if (compare_bytes(last, range) > 0)
+        if (range_compare(last, range) > 0)
             list->sorted_by_bytes = false;
         if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
             list->ascending_handles = false;
@@ -78,6 +82,78 @@ void sweep_add(struct sweep *sweep, const struct used_range *range)
 }
 
 /* Equal handles. */
+
+/* A set of structures; a slot has 1 + the index of one, or 0. */
+struct structure_set {
+    const struct used_range *structures;
+    uint32_t *slots;
+    unsigned bits; /* of a slot's number */
+};
+
+/* Room for twice as many as are added; false without memory. */
+static bool make_set(struct sweep *sweep, const struct range_list *list, struct structure_set *set)
+{
+    *set = (struct structure_set){.structures = list->items, .bits = 5};
+    while ((size_t)1 << set->bits < (size_t)list->count * 2)
+        set->bits++;
+    size_t size = sizeof(*set->slots) << set->bits;
+    set->slots = space_for(sweep, size);
+    if (set->slots)
+        memset(set->slots, 0, size);
+    return set->slots != NULL;
+}
+
+/* The slot that a structure has or would have. Handles are spread as in state/handle_table.c. */
+static uint32_t *slot_of(const struct structure_set *set, VkAccelerationStructureKHR handle)
+{
+    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    size_t slot = (size_t)(hash >> (64 - set->bits)), mask = ((size_t)1 << set->bits) - 1;
+    while (set->slots[slot] && set->structures[set->slots[slot] - 1].handle != handle)
+        slot = (slot + 1) & mask;
+    return &set->slots[slot];
+}
+
+/* Adds all dst; returns whether two builds have one in common. */
+static bool add_dsts(struct structure_set *set, const struct range_list *dst)
+{
+    for (uint32_t i = 0; i < dst->count; i++) {
+        if (!dst->items[i].handle)
+            continue;
+        uint32_t *slot = slot_of(set, dst->items[i].handle);
+        if (!*slot)
+            *slot = i + 1;
+        else if (dst->items[*slot - 1].build != dst->items[i].build)
+            return true;
+    }
+    return false;
+}
+
+/* Whether a src is the dst of another build, where no two builds have a dst in common. */
+static bool has_foreign_dst(const struct structure_set *set, const struct range_list *src)
+{
+    for (uint32_t i = 0; i < src->count; i++) {
+        const struct used_range *range = &src->items[i];
+        uint32_t slot = range->handle ? *slot_of(set, range->handle) : 0;
+        if (slot && set->structures[slot - 1].build != range->build)
+            return true;
+    }
+    return false;
+}
+
+/* False also where there is no memory to tell. */
+static bool has_equal_handles(struct sweep *sweep)
+{
+    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC];
+    struct structure_set set;
+    if (dst->ascending_handles && !src->count)
+        return false;
+    return make_set(sweep, dst, &set) && (add_dsts(&set, dst) || has_foreign_dst(&set, src));
+}
+
+static int compare_numbers(uint64_t a, uint64_t b)
+{
+    return (a > b) - (a < b);
+}
 
 static int order_by_handle(const void *a, const void *b)
 {
@@ -131,15 +207,13 @@ static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
 
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user)
 {
-    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC];
-    if (sweep->out_of_memory || (dst->ascending_handles && !src->count))
+    if (sweep->out_of_memory || !has_equal_handles(sweep))
         return;
     uint32_t dst_count, src_count;
-    const struct used_range **dsts = by_handle(dst, &dst_count);
-    const struct used_range **srcs = by_handle(src, &src_count);
+    const struct used_range **dsts = by_handle(&sweep->roles[ROLE_DST], &dst_count);
+    const struct used_range **srcs = by_handle(&sweep->roles[ROLE_SRC], &src_count);
     if (dsts && srcs) {
-        if (!dst->ascending_handles)
-            visit_equal_dsts(dsts, dst_count, visit, user);
+        visit_equal_dsts(dsts, dst_count, visit, user);
         visit_equal_srcs(dsts, dst_count, srcs, src_count, visit, user);
     }
     free(dsts);
@@ -147,13 +221,6 @@ void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user)
 }
 
 /* Shared memory. */
-
-static int order_by_bytes(const void *a, const void *b)
-{
-    const struct used_range *x = a, *y = b;
-    int order = compare_bytes(x, y);
-    return order ? order : compare_numbers(x->build, y->build);
-}
 
 /* The ranges met whose end the sweep has not passed, by role. */
 struct active_set {
@@ -242,39 +309,71 @@ static bool sweep_range(struct active_sets *sets, const struct used_range *range
     return !any_wanted || activate(&sets->roles[range->role], range);
 }
 
-/* The role whose next range comes first, or ROLE_COUNT at the end. */
-static int next_role(const struct sweep *sweep, const uint32_t next[ROLE_COUNT])
+/* The ranges of a role in the order of their bytes, which are those of the list or `order`. */
+struct range_queue {
+    const struct used_range *items, *head; /* NULL at the end */
+    const uint32_t *order;                 /* or NULL */
+    uint32_t next, count;
+};
+
+static void advance(struct range_queue *queue)
 {
-    int first = ROLE_COUNT;
+    queue->head = NULL;
+    if (queue->next == queue->count)
+        return;
+    queue->head = &queue->items[queue->order ? queue->order[queue->next] : queue->next];
+    queue->next++;
+}
+
+static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT])
+{
+    uint32_t total = 0, longest = 0;
     for (int role = 0; role < ROLE_COUNT; role++) {
         const struct range_list *list = &sweep->roles[role];
-        if (next[role] < list->count &&
-            (first == ROLE_COUNT ||
-             compare_bytes(&list->items[next[role]], &sweep->roles[first].items[next[first]]) < 0))
-            first = role;
+        queues[role] = (struct range_queue){.items = list->items, .count = list->count};
+        if (list->sorted_by_bytes)
+            continue;
+        total += list->count;
+        longest = list->count > longest ? list->count : longest;
     }
+    struct range_key *keys = NULL;
+    size_t keys_size = (size_t)longest * 2 * sizeof(*keys);
+    if (total && !(keys = space_for(sweep, keys_size + (size_t)total * sizeof(uint32_t))))
+        return false;
+
+    uint32_t *order = (uint32_t *)((char *)keys + keys_size);
+    for (int role = 0; role < ROLE_COUNT; role++) {
+        const struct range_list *list = &sweep->roles[role];
+        if (!list->sorted_by_bytes) {
+            range_order(list->items, list->count, order, keys);
+            queues[role].order = order;
+            order += list->count;
+        }
+        advance(&queues[role]);
+    }
+    return true;
+}
+
+/* The queue whose head comes first, or NULL at the end. */
+static struct range_queue *first_of(struct range_queue queues[ROLE_COUNT])
+{
+    struct range_queue *first = NULL;
+    for (int role = 0; role < ROLE_COUNT; role++)
+        if (queues[role].head && (!first || range_compare(queues[role].head, first->head) < 0))
+            first = &queues[role];
     return first;
 }
 
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {
-    if (sweep->out_of_memory)
+    struct range_queue queues[ROLE_COUNT], *queue;
+    if (sweep->out_of_memory || !queue_all(sweep, queues))
         return;
-    for (int role = 0; role < ROLE_COUNT; role++) {
-        struct range_list *list = &sweep->roles[role];
-        if (list->sorted_by_bytes)
-            continue;
-        qsort(list->items, list->count, sizeof(*list->items), order_by_bytes);
-        list->sorted_by_bytes = true;
-        list->ascending_handles = false;
-    }
-
     struct active_sets sets = {0};
     memset(sets.wanted, true, sizeof(sets.wanted));
     stop_wanting(&sets, ROLE_SRC, ROLE_SRC); /* both are only read, and may be many of one */
-    uint32_t next[ROLE_COUNT] = {0};
-    for (int role; (role = next_role(sweep, next)) != ROLE_COUNT;)
-        if (!sweep_range(&sets, &sweep->roles[role].items[next[role]++], visit, user))
+    for (; (queue = first_of(queues)); advance(queue))
+        if (!sweep_range(&sets, queue->head, visit, user))
             break;
     for (int role = 0; role < ROLE_COUNT; role++)
         free(sets.roles[role].items);

@@ -5,6 +5,7 @@
 #define ASSAY_CHECK_SWEEP_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "check/view.h"
 
@@ -21,6 +22,8 @@ struct range_list {
 struct sweep {
     struct range_list roles[ROLE_COUNT];
     bool out_of_memory; /* ranges were lost: nothing is reported */
+    void *space;        /* of a search, kept for the next one */
+    size_t space_size;  /* bytes */
 };
 
 void sweep_init(struct sweep *sweep);
@@ -38,7 +41,7 @@ typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struc
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user);
 
 /* Visits the pairs that share memory, except those of equal handles, of two src, and of two pieces
- * of one structure or scratch. Sorts the lists. */
+ * of one structure or scratch. */
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user);
 
 #endif

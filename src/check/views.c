@@ -2,7 +2,9 @@
 /* Making views. */
 #include "check/views.h"
 
+#include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "check/geometry_data.h"
 
@@ -122,10 +124,29 @@ static void sum_primitives(struct build_view *build)
     }
 }
 
+/* Facts are most of a view, and are overwritten as a whole: they begin as no more than unknown. */
+static void start_build(struct build_view *build)
+{
+    memset(build, 0, offsetof(struct build_view, dst));
+    build->scratch.status = ADDRESS_UNKNOWN;
+    build->sizes.known = false;
+}
+
+static void start_geometry(struct geometry_view *geometry)
+{
+    memset(geometry, 0, offsetof(struct geometry_view, vertex));
+    geometry->vertex.status = geometry->index_data.status = ADDRESS_UNKNOWN;
+    geometry->transform.status = geometry->data.status = ADDRESS_UNKNOWN;
+    geometry->vertex_format_supported = UNKNOWN;
+}
+
 void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
                 struct build_view *build)
 {
-    *build = (struct build_view){.call = call, .index = index, .info = &call->infos[index]};
+    start_build(build);
+    build->call = call;
+    build->index = index;
+    build->info = &call->infos[index];
     view_geometry_arrays(context, build);
     view_counts(context, build);
     sum_primitives(build);
@@ -196,8 +217,10 @@ static void view_chain(struct check_context *context, const struct device_facts 
 void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
                    struct geometry_view *geometry)
 {
-    *geometry = (struct geometry_view){
-        .build = build, .index = index, .geometry = geometry_at(build, index)};
+    start_geometry(geometry);
+    geometry->build = build;
+    geometry->index = index;
+    geometry->geometry = geometry_at(build, index);
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     const struct device_facts *device = build->call->device;

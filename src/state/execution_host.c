@@ -184,8 +184,7 @@ void execution_order_see_semaphore(struct execution_order *order, VkSemaphore ha
         semaphore_clock_see(semaphore, value, exact);
         if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
             execution_order_lose_locked(order);
-        if (!order->held_count)
-            semaphore_clock_prune(semaphore, &order->host);
+        execution_order_prune(order, semaphore);
         execution_order_release_held(order);
     }
     leave(order);

@@ -114,6 +114,8 @@ static void start(struct submission *submission)
 
     submission_announce(submission);
     submission_resolve_ready(submission);
+    if (submission->ready_count < submission->batch_count)
+        order->waiting++;
     if (submission->out_of_memory)
         execution_order_lose_locked(order);
     if (submission->kind == SUBMIT_COMMANDS || submission->kind == SUBMIT_HOST_WORK)
@@ -125,9 +127,12 @@ static void start(struct submission *submission)
 
 static void stop(struct submission *submission, enum submission_state state)
 {
+    struct execution_order *order = submission->order;
     submission->state = state;
     if (submission->kind != SUBMIT_HOST_WORK)
-        submission->order->in_flight--;
+        order->in_flight--;
+    if (submission->ready_count < submission->batch_count)
+        order->waiting--;
     if (submission->queue_record)
         submission->queue_record->in_flight = false;
 }

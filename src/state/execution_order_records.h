@@ -10,7 +10,7 @@
 #include "state/handle_table.h"
 #include "state/semaphore_clock.h"
 
-enum { EXECUTION_HELD_BATCHES = 65536 }; /* that may be held back before the order is lost */
+enum { EXECUTION_HELD_BATCHES = 4096 }; /* that may be held back before the order is lost */
 
 struct semaphore_operation {
     VkSemaphore handle;
@@ -100,6 +100,7 @@ struct execution_order {
     struct execution_clock host; /* what the host has seen complete */
     uint64_t last_serial, last_semaphore;
     uint32_t in_flight;  /* calls under way that may release held batches */
+    uint32_t waiting;    /* calls under way with batches that will be held */
     uint32_t held_count; /* batches */
     struct order_batch *run_list, **run_end;
     bool busy; /* a thread is in a hook that is not to be called by two at once */
@@ -125,6 +126,8 @@ void submission_resolve_ready(struct submission *submission);
 void submission_publish(struct submission *submission);
 /* The call has failed: as if it had not been announced. */
 void submission_retract(struct submission *submission);
+/* Drops signals that no batch will have to wait for. */
+void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore);
 /* Resolves held batches until there are none that could be. */
 void execution_order_release_held(struct execution_order *order);
 

@@ -67,7 +67,13 @@ void submission_retract(struct submission *submission)
     }
 }
 
-/* Signals are dropped only while no batch is held that may yet wait for one. */
+/* A batch that is held, or will be, doesn't follow what the host has seen since its call began. */
+void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore)
+{
+    if (!order->held_count && !order->waiting)
+        semaphore_clock_prune(semaphore, &order->host);
+}
+
 static void publish_operation(struct submission *submission,
                               const struct semaphore_operation *operation)
 {
@@ -78,8 +84,7 @@ static void publish_operation(struct submission *submission,
     if (operation->is_signal) {
         semaphore_clock_publish(semaphore, operation->value, submission);
         semaphore_clock_catch_up(semaphore, &order->host);
-        if (!order->held_count)
-            semaphore_clock_prune(semaphore, &order->host);
+        execution_order_prune(order, semaphore);
     } else if (!semaphore->timeline) {
         semaphore_clock_forget(semaphore, operation->value);
     }

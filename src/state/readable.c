@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 /* The smallest page of the platforms; larger ones are probed in parts. */
-enum { PAGE_SHIFT = 12, PROBED_PAGES = 16 };
+enum { PAGE_SHIFT = 12, PROBED_PAGES = 64 };
 
 /* Reads a byte of each of `pages` pages from `first` on, and returns how many of them, up to the
  * first that can't be read, can be. */
@@ -46,14 +46,23 @@ static unsigned range_to_grow(struct readable_cache *cache, uintptr_t address)
     return oldest;
 }
 
-/* Probes the page of `address`; where that goes on with a known range, as an array does, with those
- * behind it. Returns the end of what can be read, or 0. */
+/* How many pages to probe behind a range: as many as it has, so that a long array costs few calls
+ * and a short one few pages. */
+static unsigned pages_to_probe(const struct readable_cache *cache, unsigned range)
+{
+    uintptr_t known = (cache->ranges[range].end - cache->ranges[range].begin) >> PAGE_SHIFT;
+    if (!known)
+        return 1;
+    return known < PROBED_PAGES ? (unsigned)known : PROBED_PAGES;
+}
+
+/* Probes the page of `address` and, where that goes on with a known range, those behind it. Returns
+ * the end of what can be read, or 0. */
 static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
 {
     uintptr_t page = address >> PAGE_SHIFT;
     unsigned range = range_to_grow(cache, page << PAGE_SHIFT);
-    bool goes_on = cache->ranges[range].begin != cache->ranges[range].end;
-    unsigned count = probe(page, goes_on ? PROBED_PAGES : 1);
+    unsigned count = probe(page, pages_to_probe(cache, range));
     cache->ranges[range].end = (page + count) << PAGE_SHIFT;
     return count ? cache->ranges[range].end : 0;
 }

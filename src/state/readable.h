@@ -3,9 +3,9 @@
  *
  * process_vm_readv on the own process copies what it can and reports a fault as an error instead of
  * a signal (man 2 process_vm_readv). Where the system forbids it every pointer counts as readable.
- * A cache remembers a few ranges that were found readable. A page is probed together with those
- * behind it and the range grows, so that an array costs one system call for many pages, and arrays
- * that are walked side by side do not drive each other out. */
+ * A cache remembers a few ranges that were found readable. Where a range goes on it is doubled, so
+ * that an array costs few system calls, and arrays that are walked side by side do not drive each
+ * other out. */
 #ifndef ASSAY_STATE_READABLE_H
 #define ASSAY_STATE_READABLE_H
 

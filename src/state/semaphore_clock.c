@@ -136,13 +136,13 @@ void semaphore_clock_forget(struct semaphore_clock *semaphore, uint64_t value)
 
 void semaphore_clock_see(struct semaphore_clock *semaphore, uint64_t value, bool exact)
 {
-    uint32_t i = first_at(semaphore, value);
-    bool explained = value <= semaphore->reached ||
-                     (i < semaphore->count && (!exact || semaphore->signals[i].value == value));
-    if (!explained)
-        semaphore->foreign = true;
-    else if (!exact && i < semaphore->count)
-        value = semaphore->signals[i].value;
+    if (value > semaphore->reached) {
+        uint32_t i = first_at(semaphore, value);
+        if (i == semaphore->count || (exact && semaphore->signals[i].value != value))
+            semaphore->foreign = true;
+        else
+            value = semaphore->signals[i].value;
+    }
     if (semaphore->seen < value)
         semaphore->seen = value;
 }

@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -39,18 +40,6 @@ void size_cache_destroy(struct size_cache *cache)
     free(cache);
 }
 
-/* What the sizes depend on, without padding, so that its bytes can be hashed. */
-struct shape_header {
-    uint32_t build_type, type, flags, geometry_count;
-};
-
-struct shape_geometry {
-    uint64_t stride;
-    uint32_t type, flags, primitive_count;
-    uint32_t vertex_format, max_vertex, index_type;
-    uint32_t has_transform, array_of_pointers;
-};
-
 static bool describe(const VkAccelerationStructureGeometryKHR *geometry, uint32_t primitive_count,
                      struct shape_geometry *shape)
 {
@@ -79,6 +68,22 @@ static bool describe(const VkAccelerationStructureGeometryKHR *geometry, uint32_
     return false;
 }
 
+/* The build without its geometries behind the first. */
+static bool describe_small(const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                           const uint32_t *primitive_counts,
+                           VkAccelerationStructureBuildTypeKHR build_type,
+                           struct small_shape *shape)
+{
+    *shape = (struct small_shape){.build_type = (uint32_t)build_type,
+                                  .type = (uint32_t)info->type,
+                                  .flags = info->flags,
+                                  .geometry_count = info->geometryCount};
+    if (info->pNext)
+        return false;
+    return !info->geometryCount ||
+           describe(build_geometry(info, 0), primitive_counts[0], &shape->first);
+}
+
 static struct build_shape shape_from(XXH128_hash_t hash)
 {
     return (struct build_shape){.low = hash.low64, .high = hash.high64};
@@ -88,17 +93,8 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                     const uint32_t *primitive_counts,
                     VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape)
 {
-    struct {
-        struct shape_header header;
-        struct shape_geometry first;
-    } small = {.header = {.build_type = (uint32_t)build_type,
-                          .type = (uint32_t)info->type,
-                          .flags = info->flags,
-                          .geometry_count = info->geometryCount}};
-    if (info->pNext)
-        return false;
-    if (info->geometryCount &&
-        !describe(build_geometry(info, 0), primitive_counts[0], &small.first))
+    struct small_shape small;
+    if (!describe_small(info, primitive_counts, build_type, &small))
         return false;
     XXH128_hash_t hash = XXH3_128bits(&small, sizeof(small));
 
@@ -114,6 +110,32 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
     }
     *shape = shape_from(hash);
     return true;
+}
+
+bool recent_sizes_find(const struct recent_sizes *recent,
+                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *primitive_counts,
+                       VkAccelerationStructureBuildTypeKHR build_type, struct size_facts *sizes)
+{
+    struct small_shape shape;
+    if (!recent->sizes.known || info->geometryCount > 1 ||
+        !describe_small(info, primitive_counts, build_type, &shape) ||
+        memcmp(&shape, &recent->shape, sizeof(shape)) != 0)
+        return false;
+    *sizes = recent->sizes;
+    return true;
+}
+
+void recent_sizes_set(struct recent_sizes *recent,
+                      const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                      const uint32_t *primitive_counts,
+                      VkAccelerationStructureBuildTypeKHR build_type,
+                      const struct size_facts *sizes)
+{
+    recent->sizes = *sizes;
+    if (info->geometryCount > 1 ||
+        !describe_small(info, primitive_counts, build_type, &recent->shape))
+        recent->sizes.known = false;
 }
 
 static bool same_shape(const struct build_shape *a, const struct build_shape *b)

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of submissions: each is prepared before the call goes down, when its batches are
+ * judged, and finished with the call's result. */
+#include "intercepts.h"
+#include "layer.h"
+#include "state/chain.h"
+
+/* Which commands a semaphore operation of these stages orders. Builds and copies of structures are
+ * one: a batch that orders either orders what the layer notes of both. */
+static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages)
+{
+    const VkPipelineStageFlags2 all =
+        VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT;
+    if (stages & all)
+        return SCOPE_ALL;
+    return stages & VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR ? SCOPE_BUILDS
+                                                                             : SCOPE_NOTHING;
+}
+
+/* ---- vkQueueSubmit */
+
+/* A value that the application did not give is that of a binary semaphore, and ignored. */
+static uint64_t value_at(const uint64_t *values, uint32_t count, uint32_t i)
+{
+    return values && i < count ? values[i] : 0;
+}
+
+static void add_submit(struct submission *submission, const VkSubmitInfo *info)
+{
+    const VkTimelineSemaphoreSubmitInfo none = {0};
+    const VkTimelineSemaphoreSubmitInfo *timeline =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+    if (!timeline)
+        timeline = &none;
+    submission_add_batch(submission);
+    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
+        submission_add_wait(
+            submission, info->pWaitSemaphores[i],
+            value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
+            scope_of(info->pWaitDstStageMask[i]));
+    for (uint32_t i = 0; i < info->commandBufferCount; i++)
+        submission_add_commands(submission, info->pCommandBuffers[i]);
+    for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
+        submission_add_signal(
+            submission, info->pSignalSemaphores[i],
+            value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
+            SCOPE_ALL);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
+                                                 const VkSubmitInfo *pSubmits, VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
+    for (uint32_t i = 0; submission && i < submitCount; i++)
+        add_submit(submission, &pSubmits[i]);
+    submission_set_fence(submission, fence);
+    if (submission_prepare(submission))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    VkResult result = state->vk.QueueSubmit(queue, submitCount, pSubmits, fence);
+    submission_finish(submission, result);
+    return result;
+}
+
+/* ---- vkQueueSubmit2 */
+
+static void add_submit2(struct submission *submission, const VkSubmitInfo2 *info)
+{
+    submission_add_batch(submission);
+    for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
+        submission_add_wait(submission, info->pWaitSemaphoreInfos[i].semaphore,
+                            info->pWaitSemaphoreInfos[i].value,
+                            scope_of(info->pWaitSemaphoreInfos[i].stageMask));
+    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
+        submission_add_commands(submission, info->pCommandBufferInfos[i].commandBuffer);
+    for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
+        submission_add_signal(submission, info->pSignalSemaphoreInfos[i].semaphore,
+                              info->pSignalSemaphoreInfos[i].value,
+                              scope_of(info->pSignalSemaphoreInfos[i].stageMask));
+}
+
+static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,
+                        uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
+{
+    struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
+    for (uint32_t i = 0; submission && i < count; i++)
+        add_submit2(submission, &infos[i]);
+    submission_set_fence(submission, fence);
+    if (submission_prepare(submission))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    VkResult result = submit(queue, count, infos, fence);
+    submission_finish(submission, result);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2(VkQueue queue, uint32_t submitCount,
+                                                  const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    return submit2(state, state->vk.QueueSubmit2, queue, submitCount, pSubmits, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
+                                                     const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    return submit2(state, state->vk.QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
+}
+
+/* ---- vkQueueBindSparse */
+
+static void add_bindings(struct submission *submission, const VkBindSparseInfo *info)
+{
+    const VkTimelineSemaphoreSubmitInfo none = {0};
+    const VkTimelineSemaphoreSubmitInfo *timeline =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+    if (!timeline)
+        timeline = &none;
+    submission_add_batch(submission);
+    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
+        submission_add_wait(
+            submission, info->pWaitSemaphores[i],
+            value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
+            SCOPE_ALL);
+    for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
+        submission_add_signal(
+            submission, info->pSignalSemaphores[i],
+            value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
+            SCOPE_ALL);
+}
+
+static void observe_bindings(struct layer_device *state, const VkBindSparseInfo *info)
+{
+    for (uint32_t i = 0; i < info->bufferBindCount; i++)
+        for (uint32_t j = 0; j < info->pBufferBinds[i].bindCount; j++)
+            resources_bind_sparse(state->resources, info->pBufferBinds[i].buffer,
+                                  &info->pBufferBinds[i].pBinds[j]);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
+                                                     const VkBindSparseInfo *pBindInfo,
+                                                     VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    struct submission *submission = submission_begin(state->order, SUBMIT_BINDINGS, queue);
+    for (uint32_t i = 0; submission && i < bindInfoCount; i++)
+        add_bindings(submission, &pBindInfo[i]);
+    submission_set_fence(submission, fence);
+    submission_prepare(submission);
+    VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
+    for (uint32_t i = 0; result == VK_SUCCESS && i < bindInfoCount; i++)
+        observe_bindings(state, &pBindInfo[i]);
+    submission_finish(submission, result);
+    return result;
+}
+
+/* ---- presentation */
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
+                                                     const VkPresentInfoKHR *pPresentInfo)
+{
+    struct layer_device *state = layer_find_device(queue);
+    for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
+        execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
+    VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
+    if (result == VK_ERROR_DEVICE_LOST)
+        execution_order_lose(state->order);
+    return result;
+}
+
+/* What signals them the layer does not see. */
+static void observe_acquisition(struct layer_device *state, VkSemaphore semaphore, VkFence fence)
+{
+    if (semaphore)
+        execution_order_forget_signal(state->order, semaphore);
+    if (fence)
+        execution_order_set_fence_foreign(state->order, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain,
+                                                         uint64_t timeout, VkSemaphore semaphore,
+                                                         VkFence fence, uint32_t *pImageIndex)
+{
+    struct layer_device *state = layer_find_device(device);
+    observe_acquisition(state, semaphore, fence);
+    return state->vk.AcquireNextImageKHR(device, swapchain, timeout, semaphore, fence, pImageIndex);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImage2KHR(
+    VkDevice device, const VkAcquireNextImageInfoKHR *pAcquireInfo, uint32_t *pImageIndex)
+{
+    struct layer_device *state = layer_find_device(device);
+    observe_acquisition(state, pAcquireInfo->semaphore, pAcquireInfo->fence);
+    return state->vk.AcquireNextImage2KHR(device, pAcquireInfo, pImageIndex);
+}
