@@ -5,16 +5,63 @@
 #include "layer.h"
 #include "state/chain.h"
 
-/* Which commands a semaphore operation of these stages orders. Builds and copies of structures are
- * one: a batch that orders either orders what the layer notes of both. */
-static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages)
+/* Which commands a semaphore operation of these stages orders. The stage of builds is that of
+ * copies of structures too. */
+static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages, VkPipelineStageFlags2 all)
 {
-    const VkPipelineStageFlags2 all =
-        VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT;
-    if (stages & all)
+    if (stages & (all | VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT))
         return SCOPE_ALL;
     return stages & VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR ? SCOPE_BUILDS
                                                                              : SCOPE_NOTHING;
+}
+
+/* A wait for the top of the pipe holds everything back, one for its bottom nothing; for signals it
+ * is the other way round (Vulkan specification, VkPipelineStageFlagBits2). */
+static enum semaphore_scope scope_of_wait(VkPipelineStageFlags2 stages)
+{
+    return scope_of(stages, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT);
+}
+
+static enum semaphore_scope scope_of_signal(VkPipelineStageFlags2 stages)
+{
+    return scope_of(stages, VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT);
+}
+
+/* Whether a batch uses other physical devices than the first. One of them waits for a semaphore, or
+ * signals it, which tells little about the others. */
+static bool is_spread(const struct layer_device *device, const VkSubmitInfo *info)
+{
+    const VkDeviceGroupSubmitInfo *group =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_SUBMIT_INFO);
+    if (!group || device->physical_device_count < 2)
+        return false;
+    for (uint32_t i = 0; i < group->commandBufferCount; i++)
+        if (group->pCommandBufferDeviceMasks[i] != 1)
+            return true;
+    for (uint32_t i = 0; i < group->waitSemaphoreCount; i++)
+        if (group->pWaitSemaphoreDeviceIndices[i])
+            return true;
+    for (uint32_t i = 0; i < group->signalSemaphoreCount; i++)
+        if (group->pSignalSemaphoreDeviceIndices[i])
+            return true;
+    return false;
+}
+
+/* A device mask of 0 means all devices. */
+static bool is_spread2(const struct layer_device *device, const VkSubmitInfo2 *info)
+{
+    if (device->physical_device_count < 2)
+        return false;
+    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
+        if (info->pCommandBufferInfos[i].deviceMask != 1)
+            return true;
+    for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
+        if (info->pWaitSemaphoreInfos[i].deviceIndex)
+            return true;
+    for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
+        if (info->pSignalSemaphoreInfos[i].deviceIndex)
+            return true;
+    return false;
 }
 
 /* ---- vkQueueSubmit */
@@ -25,8 +72,10 @@ static uint64_t value_at(const uint64_t *values, uint32_t count, uint32_t i)
     return values && i < count ? values[i] : 0;
 }
 
-static void add_submit(struct submission *submission, const VkSubmitInfo *info)
+static void add_submit(struct submission *submission, const struct layer_device *device,
+                       const VkSubmitInfo *info)
 {
+    bool spread = is_spread(device, info);
     const VkTimelineSemaphoreSubmitInfo none = {0};
     const VkTimelineSemaphoreSubmitInfo *timeline =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
@@ -37,14 +86,14 @@ static void add_submit(struct submission *submission, const VkSubmitInfo *info)
         submission_add_wait(
             submission, info->pWaitSemaphores[i],
             value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
-            scope_of(info->pWaitDstStageMask[i]));
+            spread ? SCOPE_NOTHING : scope_of_wait(info->pWaitDstStageMask[i]));
     for (uint32_t i = 0; i < info->commandBufferCount; i++)
         submission_add_commands(submission, info->pCommandBuffers[i]);
     for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
         submission_add_signal(
             submission, info->pSignalSemaphores[i],
             value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
-            SCOPE_ALL);
+            spread ? SCOPE_NOTHING : SCOPE_ALL);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
@@ -53,7 +102,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitC
     struct layer_device *state = layer_find_device(queue);
     struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
     for (uint32_t i = 0; submission && i < submitCount; i++)
-        add_submit(submission, &pSubmits[i]);
+        add_submit(submission, state, &pSubmits[i]);
     submission_set_fence(submission, fence);
     if (submission_prepare(submission))
         return VK_ERROR_VALIDATION_FAILED_EXT;
@@ -64,19 +113,22 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitC
 
 /* ---- vkQueueSubmit2 */
 
-static void add_submit2(struct submission *submission, const VkSubmitInfo2 *info)
+static void add_submit2(struct submission *submission, const struct layer_device *device,
+                        const VkSubmitInfo2 *info)
 {
+    bool spread = is_spread2(device, info);
     submission_add_batch(submission);
     for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
-        submission_add_wait(submission, info->pWaitSemaphoreInfos[i].semaphore,
-                            info->pWaitSemaphoreInfos[i].value,
-                            scope_of(info->pWaitSemaphoreInfos[i].stageMask));
+        submission_add_wait(
+            submission, info->pWaitSemaphoreInfos[i].semaphore, info->pWaitSemaphoreInfos[i].value,
+            spread ? SCOPE_NOTHING : scope_of_wait(info->pWaitSemaphoreInfos[i].stageMask));
     for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
         submission_add_commands(submission, info->pCommandBufferInfos[i].commandBuffer);
     for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
         submission_add_signal(submission, info->pSignalSemaphoreInfos[i].semaphore,
                               info->pSignalSemaphoreInfos[i].value,
-                              scope_of(info->pSignalSemaphoreInfos[i].stageMask));
+                              spread ? SCOPE_NOTHING
+                                     : scope_of_signal(info->pSignalSemaphoreInfos[i].stageMask));
 }
 
 static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,
@@ -84,7 +136,7 @@ static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, V
 {
     struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
     for (uint32_t i = 0; submission && i < count; i++)
-        add_submit2(submission, &infos[i]);
+        add_submit2(submission, state, &infos[i]);
     submission_set_fence(submission, fence);
     if (submission_prepare(submission))
         return VK_ERROR_VALIDATION_FAILED_EXT;
@@ -160,6 +212,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
                                                      const VkPresentInfoKHR *pPresentInfo)
 {
     struct layer_device *state = layer_find_device(queue);
+    /* Waits of a call that fails may not be made; to forget the signals costs but their order. */
     for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
         execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
     VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
@@ -168,13 +221,16 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
     return result;
 }
 
-/* What signals them the layer does not see. */
-static void observe_acquisition(struct layer_device *state, VkSemaphore semaphore, VkFence fence)
+/* What signals the semaphore and the fence isn't a batch. Of a fence that has been reset nothing is
+ * known anyway. */
+static VkResult observe_acquisition(struct layer_device *state, VkSemaphore semaphore,
+                                    VkResult result)
 {
-    if (semaphore)
+    if (semaphore && result >= VK_SUCCESS)
         execution_order_forget_signal(state->order, semaphore);
-    if (fence)
-        execution_order_set_fence_foreign(state->order, fence);
+    if (result == VK_ERROR_DEVICE_LOST)
+        execution_order_lose(state->order);
+    return result;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain,
@@ -182,14 +238,15 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwap
                                                          VkFence fence, uint32_t *pImageIndex)
 {
     struct layer_device *state = layer_find_device(device);
-    observe_acquisition(state, semaphore, fence);
-    return state->vk.AcquireNextImageKHR(device, swapchain, timeout, semaphore, fence, pImageIndex);
+    return observe_acquisition(
+        state, semaphore,
+        state->vk.AcquireNextImageKHR(device, swapchain, timeout, semaphore, fence, pImageIndex));
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImage2KHR(
     VkDevice device, const VkAcquireNextImageInfoKHR *pAcquireInfo, uint32_t *pImageIndex)
 {
     struct layer_device *state = layer_find_device(device);
-    observe_acquisition(state, pAcquireInfo->semaphore, pAcquireInfo->fence);
-    return state->vk.AcquireNextImage2KHR(device, pAcquireInfo, pImageIndex);
+    return observe_acquisition(state, pAcquireInfo->semaphore,
+                               state->vk.AcquireNextImage2KHR(device, pAcquireInfo, pImageIndex));
 }

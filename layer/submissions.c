@@ -17,9 +17,7 @@ struct submissions {
     struct build_states live;
     bool lost; /* nothing is known any more, of anything */
 
-    /* Journals of batches that were checked and have not run. */
-    struct journal **checked;
-    uint32_t checked_count, checked_capacity;
+    struct build_undo undo; /* of batches that were checked and have not run */
 
     pthread_mutex_t news_lock; /* guards the rest */
     struct news {
@@ -40,18 +38,11 @@ VkResult submissions_create(struct layer_device *device, struct submissions **su
     return VK_SUCCESS;
 }
 
-static void forget_checked(struct submissions *submissions)
-{
-    while (submissions->checked_count)
-        journal_release(submissions->checked[--submissions->checked_count]);
-}
-
 void submissions_destroy(struct submissions *submissions)
 {
     if (!submissions)
         return;
-    forget_checked(submissions);
-    free(submissions->checked);
+    build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
     pthread_mutex_destroy(&submissions->news_lock);
     free(submissions->news);
@@ -96,7 +87,7 @@ void submissions_taint(struct submissions *submissions, uint64_t id)
 static void lose(struct submissions *submissions)
 {
     submissions->lost = true;
-    forget_checked(submissions);
+    build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
 }
 
@@ -164,7 +155,8 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
 
 /* Judges and applies a batch. A command buffer without a whole journal may have written anything.
  */
-static bool replay_batch(struct submissions *submissions, const struct batch_run *run)
+static bool replay_batch(struct submissions *submissions, const struct batch_run *run,
+                         struct build_undo *undo)
 {
     struct batch batch = {
         .submissions = submissions,
@@ -173,6 +165,7 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
                    .queue = run->queue},
     };
     struct replay replay = replay_of(&batch, run);
+    replay.undo = undo;
     take_news(submissions);
     for (uint32_t i = 0; i < run->command_count && !submissions->lost; i++) {
         const struct journal *journal = run->commands[i].captured;
@@ -205,51 +198,26 @@ static void release(void *user, void *captured)
     journal_release(captured);
 }
 
-/* What `drop` needs, should the call not happen; without memory for it the states are lost. */
-static void remember_checked(struct submissions *submissions, const struct batch_run *run)
-{
-    uint32_t count = submissions->checked_count + run->command_count;
-    if (count > submissions->checked_capacity) {
-        struct journal **grown = realloc(submissions->checked, count * 2 * sizeof(*grown));
-        if (!grown) {
-            lose(submissions);
-            return;
-        }
-        submissions->checked = grown;
-        submissions->checked_capacity = count * 2;
-    }
-    for (uint32_t i = 0; i < run->command_count; i++)
-        if (run->commands[i].captured)
-            submissions->checked[submissions->checked_count++] =
-                journal_share(run->commands[i].captured);
-}
-
 /* A batch is judged before its call goes down, so that a callback can have the call skipped, and
  * applied at once: what comes before it has run. */
 static bool check(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
-    if (submissions->lost)
-        return false;
-    remember_checked(submissions, run);
-    return !submissions->lost && replay_batch(submissions, run);
+    return !submissions->lost && replay_batch(submissions, run, &submissions->undo);
 }
 
 static void drop(void *user)
 {
     struct submissions *submissions = user;
-    struct replay replay = {.states = &submissions->live};
-    for (uint32_t i = 0; i < submissions->checked_count; i++)
-        replay_forget(&replay, submissions->checked[i]);
-    forget_checked(submissions);
+    build_undo_carry_out(&submissions->undo, &submissions->live);
 }
 
 static void run_batch(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
-    forget_checked(submissions);
+    build_undo_forget(&submissions->undo);
     if (!run->checked && !submissions->lost)
-        replay_batch(submissions, run);
+        replay_batch(submissions, run, NULL);
 }
 
 static void lost(void *user)

@@ -11,14 +11,22 @@ static const struct built never = {.state = BUILT_NEVER};
 
 /* Judging. */
 
-static void start_walk(struct walk *walk, struct check_context *context, struct replay *replay,
-                       enum build_command command)
+/* One judgement on its way to the replay's `found`. */
+struct judgement {
+    struct replay *replay;
+    const struct journal *journal;
+    const struct journal_entry *entry;
+};
+
+/* Most updates have no findings: only those that do are worth locating. */
+static bool hand_on(void *user, enum rule rule, const struct location *location,
+                    const struct finding *finding)
 {
-    context->found = replay->found;
-    context->user = replay->user;
-    walk->context = context;
-    walk->findings = 0;
-    memcpy(walk->wants, replay->active[command], sizeof(walk->wants));
+    const struct judgement *judgement = user;
+    struct replay *replay = judgement->replay;
+    replay->locate(replay->user, judgement->journal, judgement->entry->built.position,
+                   judgement->entry->info);
+    return replay->found(replay->user, rule, location, finding);
 }
 
 static void judge_geometries(struct walk *walk, const struct update_view *update,
@@ -42,14 +50,13 @@ static void judge(struct replay *replay, const struct journal *journal,
 {
     if (source->state == BUILT_UNKNOWN || entry->built.state == BUILT_UNKNOWN)
         return;
-    struct check_context context = {0};
-    struct walk walk;
-    start_walk(&walk, &context, replay, (enum build_command)entry->command);
+    enum build_command command = (enum build_command)entry->command;
+    struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
+    struct check_context context = {.found = hand_on, .user = &judgement};
+    struct walk walk = {.context = &context};
+    memcpy(walk.wants, replay->active[command], sizeof(walk.wants));
     struct update_view update = {.src = entry->src, .asked = &entry->built, .source = source};
-    struct location location = {.command = (enum build_command)entry->command,
-                                .subject = SUBJECT_BUILD,
-                                .build = entry->info};
-    replay->locate(replay->user, journal, entry->built.position, entry->info);
+    struct location location = {.command = command, .subject = SUBJECT_BUILD, .build = entry->info};
     walk_update(&walk, &update, &location);
     judge_geometries(&walk, &update, &location);
 }
@@ -149,15 +156,25 @@ static bool is_settled(const struct replay *replay, struct moment written)
            execution_clock_has(replay->follows, written);
 }
 
-/* What a structure was last built with for a reader in this batch. A structure that nobody wrote
- * has never been built. */
-static const struct built *live(struct replay *replay, uint64_t id)
+static bool is_alive(struct replay *replay, VkAccelerationStructureKHR handle, uint64_t id)
 {
-    const struct build_state *state = build_states_find(replay->states, id);
-    if (!id || !replay->predecessors_known)
+    struct accel_facts facts;
+    unsigned token = resources_begin_reading(replay->resources);
+    resources_find_accel(replay->resources, handle, &facts);
+    resources_end_reading(replay->resources, token);
+    return facts.alive == YES && facts.id == id;
+}
+
+/* What the source was last built with for a reader in this batch. A structure that nobody wrote has
+ * never been built; but what is known of one goes with it when it is destroyed. */
+static const struct built *live(struct replay *replay, const struct journal_entry *entry)
+{
+    const struct build_state *state = build_states_find(replay->states, entry->src_id);
+    if (!entry->src_id || !replay->predecessors_known)
         return &nothing;
     if (!state)
-        return replay->never_is_certain ? &never : &nothing;
+        return replay->never_is_certain && is_alive(replay, entry->src, entry->src_id) ? &never
+                                                                                       : &nothing;
     return is_settled(replay, state->written) ? &state->built : &nothing;
 }
 
@@ -166,6 +183,8 @@ static void write_state(struct replay *replay, uint64_t id, const struct built *
 {
     const struct build_state *before = build_states_find(replay->states, id);
     bool contested = before && !is_settled(replay, before->written);
+    if (id && replay->undo && !build_undo_note(replay->undo, replay->states, id))
+        replay->out_of_memory = true;
     if (id && !build_states_set(replay->states, id, contested ? &nothing : built,
                                 contested ? moment_never() : replay->now))
         replay->out_of_memory = true;
@@ -173,7 +192,7 @@ static void write_state(struct replay *replay, uint64_t id, const struct built *
 
 static void write_copy(struct replay *replay, const struct journal_entry *entry)
 {
-    struct built copy = *live(replay, entry->src_id);
+    struct built copy = *live(replay, entry);
     if (copy.state == BUILT_NEVER)
         copy = nothing;
     if (entry->kind == JOURNAL_COMPACT)
@@ -190,7 +209,7 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
         break;
     case JOURNAL_UPDATE:
         if (!entry->judged)
-            judge(replay, journal, entry, live(replay, entry->src_id));
+            judge(replay, journal, entry, live(replay, entry));
         write_copy(replay, entry);
         break;
     case JOURNAL_COPY:
@@ -211,15 +230,4 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         submit_entry(replay, journal, entry);
-}
-
-void replay_forget(struct replay *replay, const struct journal *journal)
-{
-    struct journal_cursor cursor = journal_start(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE)
-            replay_forget(replay, entry->secondary);
-        else
-            build_states_set(replay->states, entry->dst_id, &nothing, moment_never());
-    }
 }

@@ -16,6 +16,7 @@ struct replay {
 
     /* At submission only. */
     struct build_states *states;           /* live */
+    struct build_undo *undo;               /* notes what they were before, if not NULL */
     struct moment now;                     /* when the batch executes, */
     const struct execution_clock *follows; /* what it certainly follows, */
     bool predecessors_known; /* and whether all that executes before it has been replayed */
@@ -42,9 +43,5 @@ void replay_deaths(struct replay *replay, const struct journal *journal);
 
 /* Replays a command buffer as it is submitted: judges its updates and notes what it writes. */
 void replay_submitted(struct replay *replay, const struct journal *journal);
-
-/* After a submission that did not happen, or whose judging missed something: nothing is known of
- * what it would have written. */
-void replay_forget(struct replay *replay, const struct journal *journal);
 
 #endif

@@ -36,6 +36,52 @@ bool build_states_set(struct build_states *states, uint64_t id, const struct bui
     return true;
 }
 
+bool build_undo_note(struct build_undo *undo, const struct build_states *states, uint64_t id)
+{
+    if (undo->count == undo->capacity) {
+        size_t capacity = undo->capacity ? undo->capacity * 2 : 64;
+        struct build_state *before = realloc(undo->before, capacity * sizeof(*before));
+        if (!before)
+            return false;
+        undo->before = before;
+        undo->capacity = capacity;
+    }
+    const struct build_state *state = build_states_find(states, id);
+    struct build_state *before = &undo->before[undo->count++];
+    *before = (struct build_state){.id = id, .built.state = BUILT_NEVER};
+    if (state) {
+        before->built = built_share(&state->built);
+        before->written = state->written;
+    }
+    return true;
+}
+
+/* Backwards, so that the oldest note of a structure is the one that stays. */
+void build_undo_carry_out(struct build_undo *undo, struct build_states *states)
+{
+    while (undo->count) {
+        struct build_state *before = &undo->before[--undo->count];
+        if (before->built.state == BUILT_NEVER)
+            build_states_remove(states, before->id);
+        else
+            build_states_set(states, before->id, &before->built, before->written);
+        built_release(&before->built);
+    }
+}
+
+void build_undo_forget(struct build_undo *undo)
+{
+    while (undo->count)
+        built_release(&undo->before[--undo->count].built);
+}
+
+void build_undo_release(struct build_undo *undo)
+{
+    build_undo_forget(undo);
+    free(undo->before);
+    *undo = (struct build_undo){0};
+}
+
 static void free_state(void *record, void *context)
 {
     struct build_state *state = record;

@@ -34,6 +34,19 @@ struct build_state *build_states_find(const struct build_states *states, uint64_
 bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
                       struct moment written);
 
+/* What states were before they were set, so that it can be undone: for calls that are judged before
+ * they happen, and then may not happen. Zero-initialized is empty. */
+struct build_undo {
+    struct build_state *before; /* state BUILT_NEVER where nothing was noted */
+    size_t count, capacity;
+};
+
+/* Notes what is known of a structure now. False without memory. */
+bool build_undo_note(struct build_undo *undo, const struct build_states *states, uint64_t id);
+void build_undo_carry_out(struct build_undo *undo, struct build_states *states);
+void build_undo_forget(struct build_undo *undo); /* keeps its memory */
+void build_undo_release(struct build_undo *undo);
+
 void build_states_remove(struct build_states *states, uint64_t id);
 void build_states_release(struct build_states *states);
 

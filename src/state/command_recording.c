@@ -113,11 +113,18 @@ static void remember_executed(struct command_buffer *primary,
         (struct executed_secondary){secondary->handle, secondary->recording};
 }
 
-/* A secondary command buffer without a rendering of its own leaves a suspension as it was. */
+/* A secondary command buffer without a rendering of its own leaves a suspension as it was. One that
+ * isn't known may have done anything. */
 void command_buffer_execute(struct command_buffer *primary, const struct command_buffer *secondary)
 {
-    if (!primary || !secondary)
+    if (!primary)
         return;
+    if (!secondary) {
+        primary->suspended = UNKNOWN;
+        if (primary->journal)
+            primary->journal->incomplete = true;
+        return;
+    }
     if (secondary->suspended != UNKNOWN)
         primary->suspended = secondary->suspended;
     remember_executed(primary, secondary);
@@ -125,8 +132,8 @@ void command_buffer_execute(struct command_buffer *primary, const struct command
         struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
                                       .secondary = journal_share(secondary->journal)};
         journal_add(primary->journal, &entry);
-    } else if (primary->journal) {
-        primary->journal->incomplete = true;
     }
+    if (primary->journal && (!secondary->journal || secondary->journal->incomplete))
+        primary->journal->incomplete = true;
     primary->build_count += secondary->build_count;
 }
