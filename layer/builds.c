@@ -227,13 +227,15 @@ static struct build_call start_call(struct layer_device *device, enum build_comm
     };
 }
 
-/* Large calls want memory, and are often followed by others. */
-enum { LARGE_CALL = 16 };
+/* Large calls want memory, and are often followed by others; what very large ones want is not worth
+ * keeping: they take long enough to allocate it anew. */
+enum { LARGE_CALL = 16, VERY_LARGE_CALL = 2048 };
 
 static struct sweep *sweep_of(const struct build_call *call)
 {
     struct command_buffer *command_buffer = call->command_buffer;
-    if (!command_buffer || call->view.info_count <= LARGE_CALL)
+    if (!command_buffer || call->view.info_count <= LARGE_CALL ||
+        call->view.info_count > VERY_LARGE_CALL)
         return NULL;
     if (!command_buffer->check_memory) {
         command_buffer->check_memory = check_make_sweep();

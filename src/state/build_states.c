@@ -4,6 +4,9 @@
 
 #include <stdlib.h>
 
+/* As many notes of an undo keep their memory for the next. */
+enum { UNDO_KEPT = 1024 };
+
 struct build_state *build_states_find(const struct build_states *states, uint64_t id)
 {
     return handle_table_find(&states->by_id, id);
@@ -71,13 +74,18 @@ void build_undo_carry_out(struct build_undo *undo, struct build_states *states)
 
 void build_undo_forget(struct build_undo *undo)
 {
+    if (undo->capacity > UNDO_KEPT) {
+        build_undo_release(undo);
+        return;
+    }
     while (undo->count)
         built_release(&undo->before[--undo->count].built);
 }
 
 void build_undo_release(struct build_undo *undo)
 {
-    build_undo_forget(undo);
+    while (undo->count)
+        built_release(&undo->before[--undo->count].built);
     free(undo->before);
     *undo = (struct build_undo){0};
 }

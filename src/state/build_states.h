@@ -44,7 +44,7 @@ struct build_undo {
 /* Notes what is known of a structure now. False without memory. */
 bool build_undo_note(struct build_undo *undo, const struct build_states *states, uint64_t id);
 void build_undo_carry_out(struct build_undo *undo, struct build_states *states);
-void build_undo_forget(struct build_undo *undo); /* keeps its memory */
+void build_undo_forget(struct build_undo *undo); /* keeps its memory, unless that is much */
 void build_undo_release(struct build_undo *undo);
 
 void build_states_remove(struct build_states *states, uint64_t id);

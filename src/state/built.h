@@ -36,15 +36,16 @@ enum built_state {
 };
 
 struct built {
-    enum built_state state;
-    VkBuildAccelerationStructureFlagsKHR flags;
-    VkAccelerationStructureTypeKHR type;
-    uint32_t geometry_count;
-    bool compacted;                 /* it holds a compacting copy */
-    struct geometry_shapes *shapes; /* NULL where they weren't kept */
     /* Where: the command buffer (null for a host build) and the build's position in it. */
     VkCommandBuffer command_buffer;
     uint32_t position;
+
+    VkBuildAccelerationStructureFlagsKHR flags;
+    VkAccelerationStructureTypeKHR type;
+    uint32_t geometry_count;
+    struct geometry_shapes *shapes; /* NULL where they weren't kept */
+    enum built_state state;
+    bool compacted; /* it holds a compacting copy */
 };
 
 /* A copy shares the shapes; each copy is released by itself. */
