@@ -107,17 +107,34 @@ static bool is_update(const struct build_view *build)
     return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
 }
 
-static bool is_build(const struct build_view *build)
-{
-    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
-}
-
 bool update_has_a_source(const struct build_view *build, struct finding *finding)
 {
     return !is_update(build) || build->info->srcAccelerationStructure ||
            violated_plainly(finding, "srcAccelerationStructure",
                             "is VK_NULL_HANDLE, but mode is "
                             "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");
+}
+
+static bool is_micromap(const struct build_view *build)
+{
+    return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
+bool micromap_build_is_no_update(const struct build_view *build, struct finding *finding)
+{
+    return !is_micromap(build) || !is_update(build) ||
+           violated_plainly(finding, "mode",
+                            "is VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, but micromaps "
+                            "can't be updated");
+}
+
+bool micromap_build_has_no_source(const struct build_view *build, struct finding *finding)
+{
+    VkAccelerationStructureKHR src = build->info->srcAccelerationStructure;
+    return !is_micromap(build) || !src ||
+           violated(finding, "srcAccelerationStructure",
+                    "{} is given, but the build of a micromap has no source",
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)src));
 }
 
 bool exactly_one_geometry_array_is_given(const struct build_view *build, struct finding *finding)
@@ -214,178 +231,4 @@ bool blas_triangle_count_is_within_limit(const struct build_view *build, struct 
     return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
            is_within(finding, "geometries have {} triangles in all, beyond maxPrimitiveCount ({})",
                      build->triangle_count, build->call->device->limits.maxPrimitiveCount);
-}
-
-/* Structures. */
-
-static struct value structure(VkAccelerationStructureKHR handle)
-{
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
-}
-
-static bool is_no_structure(const struct accel_facts *accel)
-{
-    return !accel->handle || (accel->alive == NO && !accel->of_another_device);
-}
-
-bool dst_is_a_valid_handle(const struct build_view *build, struct finding *finding)
-{
-    return !is_no_structure(&build->dst) ||
-           violated(finding, "dstAccelerationStructure",
-                    "{} is not an acceleration structure of this device: it was destroyed, or "
-                    "never created",
-                    structure(build->dst.handle));
-}
-
-bool src_is_a_valid_handle(const struct build_view *build, struct finding *finding)
-{
-    return !build->src.handle || !is_no_structure(&build->src) ||
-           violated(finding, "srcAccelerationStructure",
-                    "{} is not an acceleration structure of this device: it was destroyed, or "
-                    "never created",
-                    structure(build->src.handle));
-}
-
-bool dst_and_src_share_the_device(const struct build_view *build, struct finding *finding)
-{
-    if (build->dst.of_another_device)
-        return violated(finding, "dstAccelerationStructure", "{} was created from another VkDevice",
-                        structure(build->dst.handle));
-    return !build->src.of_another_device ||
-           violated(finding, "srcAccelerationStructure", "{} was created from another VkDevice",
-                    structure(build->src.handle));
-}
-
-static bool dst_has_type(const struct build_view *build, struct finding *finding,
-                         VkAccelerationStructureTypeKHR type)
-{
-    if (!is_of_type(build, type) || !build->dst.details_known)
-        return true;
-    return build->dst.type == type ||
-           build->dst.type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
-           violated(finding, "dstAccelerationStructure",
-                    "{} was created with type {}, neither {} nor "
-                    "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
-                    structure(build->dst.handle), accel_type(build->dst.type), accel_type(type));
-}
-
-bool tlas_dst_is_top_level_or_generic(const struct build_view *build, struct finding *finding)
-{
-    return dst_has_type(build, finding, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
-}
-
-bool blas_dst_is_bottom_level_or_generic(const struct build_view *build, struct finding *finding)
-{
-    return dst_has_type(build, finding, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-}
-
-static bool is_backed(const struct accel_facts *accel, struct finding *finding, const char *field)
-{
-    return accel->backed != NO ||
-           violated(finding, field,
-                    "{} lies in {}, which is not bound to live memory, or was destroyed",
-                    structure(accel->handle),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer));
-}
-
-bool dst_is_backed_by_memory(const struct build_view *build, struct finding *finding)
-{
-    return is_backed(&build->dst, finding, "dstAccelerationStructure");
-}
-
-bool update_src_is_backed_by_memory(const struct build_view *build, struct finding *finding)
-{
-    return !is_update(build) || is_backed(&build->src, finding, "srcAccelerationStructure");
-}
-
-/* An update may go into a structure of compacted size; what that is only execution knows. */
-bool dst_is_large_enough(const struct build_view *build, struct finding *finding)
-{
-    if (!is_build(build) || !build->sizes.known || !build->dst.details_known)
-        return true;
-    return build->dst.size >= build->sizes.acceleration_structure ||
-           violated(finding, "dstAccelerationStructure",
-                    "{} was created with size {}, less than accelerationStructureSize ({})",
-                    structure(build->dst.handle), number(build->dst.size),
-                    number(build->sizes.acceleration_structure));
-}
-
-/* Scratch. */
-
-bool scratch_address_is_aligned(const struct build_view *build, struct finding *finding)
-{
-    VkDeviceAddress address = build->info->scratchData.deviceAddress;
-    uint32_t alignment = build->call->device->limits.minAccelerationStructureScratchOffsetAlignment;
-    return !alignment || address % alignment == 0 ||
-           violated(finding, "scratchData.deviceAddress",
-                    "{} is not a multiple of minAccelerationStructureScratchOffsetAlignment ({})",
-                    hex(address), number(alignment));
-}
-
-static bool scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding,
-                                     VkDeviceSize needed, const char *size_name)
-{
-    const struct address_facts *scratch = &build->scratch;
-    if (!build->sizes.known || !needed)
-        return true;
-    switch (scratch->status) {
-    case ADDRESS_UNKNOWN:
-        return true;
-    case ADDRESS_NULL:
-    case ADDRESS_NOWHERE:
-        return violated(finding, "scratchData.deviceAddress", "{} is in no buffer, but {} is {}",
-                        hex(scratch->address), text(size_name), number(needed));
-    case ADDRESS_UNBOUND:
-        return violated(finding, "scratchData.deviceAddress",
-                        "{} is in {}, which is not bound to live memory", hex(scratch->address),
-                        object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer));
-    case ADDRESS_IN_BUFFER:
-        break;
-    }
-    return scratch->bytes_left >= needed ||
-           violated(finding, "scratchData.deviceAddress",
-                    "{} leaves {} bytes to the end of {}, less than {} ({})", hex(scratch->address),
-                    number(scratch->bytes_left),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-                    text(size_name), number(needed));
-}
-
-bool build_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
-{
-    return !is_build(build) ||
-           scratch_is_in_one_buffer(build, finding, build->sizes.build_scratch, "buildScratchSize");
-}
-
-bool update_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
-{
-    return !is_update(build) ||
-           scratch_is_in_one_buffer(build, finding, build->sizes.update_scratch,
-                                    "updateScratchSize");
-}
-
-static bool scratch_has_storage_usage(const struct build_view *build, struct finding *finding,
-                                      VkDeviceSize needed)
-{
-    const struct address_facts *scratch = &build->scratch;
-    if (!build->sizes.known || !needed || scratch->status != ADDRESS_IN_BUFFER)
-        return true;
-    return (scratch->usage & VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT) ||
-           violated(
-               finding, "scratchData.deviceAddress",
-               "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
-               hex(scratch->address),
-               object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-               hex(scratch->usage));
-}
-
-bool build_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)
-{
-    return !is_build(build) ||
-           scratch_has_storage_usage(build, finding, build->sizes.build_scratch);
-}
-
-bool update_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)
-{
-    return !is_update(build) ||
-           scratch_has_storage_usage(build, finding, build->sizes.update_scratch);
 }

@@ -45,6 +45,25 @@ static void judge_geometries(struct walk *walk, const struct update_view *update
     }
 }
 
+/* An update of a structure that was not compacted needs the size of a build. What one that was
+ * needs only the query of its compacted size tells. */
+static void judge_size(struct walk *walk, const struct journal_entry *entry,
+                       const struct built *source, const struct location *location)
+{
+    const struct geometry_shapes *asked = entry->built.shapes;
+    struct finding finding;
+    if (!asked || asked->dst_size >= asked->needed_size || source->state != BUILT_BEFORE ||
+        source->compacted || !walk->wants[RULE_dst_is_large_enough])
+        return;
+    violated(
+        &finding, "dstAccelerationStructure",
+        "{} was created with size {}, less than accelerationStructureSize ({}), and its source "
+        "is not compacted",
+        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)entry->dst),
+        number(asked->dst_size), number(asked->needed_size));
+    walk->context->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
+}
+
 static void judge(struct replay *replay, const struct journal *journal,
                   const struct journal_entry *entry, const struct built *source)
 {
@@ -59,6 +78,7 @@ static void judge(struct replay *replay, const struct journal *journal,
     struct location location = {.command = command, .subject = SUBJECT_BUILD, .build = entry->info};
     walk_update(&walk, &update, &location);
     judge_geometries(&walk, &update, &location);
+    judge_size(&walk, entry, source, &location);
 }
 
 /* What the command buffer knows by itself. A source that it does not know makes its result unknown

@@ -48,6 +48,8 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
         return NULL;
     atomic_init(&shapes->references, 1);
     shapes->count = count;
+    shapes->dst_size = description->dst_size;
+    shapes->needed_size = description->needed_size;
     for (uint32_t i = 0; i < count; i++)
         shapes->items[i] =
             describe_geometry(description->geometries ? &description->geometries[i]

@@ -25,6 +25,9 @@ struct geometry_shape {
 /* Immutable once made; freed with its last reference. */
 struct geometry_shapes {
     atomic_uint references;
+    /* Of an update: the size of its dst, and what vkGetAccelerationStructureBuildSizesKHR says that
+     * it needs, in bytes; 0 where that isn't known. */
+    VkDeviceSize dst_size, needed_size;
     uint32_t count;
     struct geometry_shape items[];
 };
@@ -61,6 +64,7 @@ struct build_description {
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
     VkCommandBuffer command_buffer;
     uint32_t position;
+    VkDeviceSize dst_size, needed_size; /* see struct geometry_shapes */
 };
 
 struct built built_describe(const struct build_description *description);

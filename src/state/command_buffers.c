@@ -10,7 +10,8 @@
 struct command_buffers {
     struct reader_lock lock; /* guards the tables, the lists of the pools, and incomplete */
     struct handle_table pools, buffers;
-    bool incomplete; /* a record was lost for lack of memory */
+    bool incomplete;  /* a record was lost for lack of memory */
+    uint32_t created; /* records of command buffers, so far */
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers)
@@ -155,6 +156,7 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
     new->handle = handle;
     new->level = level;
     new->state = COMMAND_BUFFER_INITIAL;
+    new->recording = (uint64_t)++command_buffers->created << 32;
     link_to_pool(new, pool);
 }
 

@@ -43,7 +43,8 @@ struct command_buffer {
         uint64_t recording;
     } * executed;
     uint32_t executed_count, executed_capacity;
-    uint64_t recording;      /* counts recordings, so that a later one isn't taken for this one */
+    uint64_t recording;      /* counts recordings, so that a later one isn't taken for this one;
+                                begins anew, far from others, for each record */
     struct journal *journal; /* NULL: never recorded, or no memory for it */
     /* What the journal alone tells of structures; made when first asked for. */
     struct build_states known;
