@@ -16,9 +16,9 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#define BUILDER_ALIGNMENT 64          /* of a structure and of scratch */
+#define BUILDER_ALIGNMENT 64               /* of a structure and of scratch */
 #define BUILDER_MAX_PRIMITIVES 0x1fffffffu /* of a structure, all geometries together */
-#define BUILDER_ANY_SIZE UINT64_MAX   /* where nobody knows how much may be read */
+#define BUILDER_ANY_SIZE UINT64_MAX        /* where nobody knows how much may be read */
 
 enum builder_quality {
     BUILDER_FAST,     /* Morton order (Lauterbach 2009; Karras 2012) */
@@ -29,7 +29,8 @@ enum builder_quality {
 enum builder_result {
     BUILDER_OK,
     BUILDER_UNKNOWN_FORMAT,     /* of vertices or indices, or a geometry of another type */
-    BUILDER_INPUT_OUT_OF_RANGE, /* an index or a range leads out of its data: nothing was read there */
+    BUILDER_INPUT_OUT_OF_RANGE, /* an index or a range leads out of its data: nothing was read there
+                                 */
     BUILDER_TOO_MANY_PRIMITIVES,
     BUILDER_TOO_SMALL,    /* the structure, the scratch or the bytes given are too few */
     BUILDER_INCOMPATIBLE, /* a refit of another shape, or bytes that are no structure of ours */
@@ -90,8 +91,8 @@ struct builder_input {
     uint32_t geometry_count;
     const struct builder_geometry *geometries;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry */
-    struct builder_memory memory;     /* for arrays of pointers */
-    struct builder_resolver resolver; /* for instances */
+    struct builder_memory memory;                           /* for arrays of pointers */
+    struct builder_resolver resolver;                       /* for instances */
 };
 
 /* What a build found in its data. Where a count isn't zero, the first of its kind in order of
@@ -101,7 +102,7 @@ struct builder_place {
 };
 struct builder_report {
     uint64_t active, inactive;
-    uint64_t undefined;   /* NaN in another component than X: the specification leaves it open; */
+    uint64_t undefined; /* NaN in another component than X: the specification leaves it open; */
     struct builder_place first_undefined; /* such primitives are left out */
     uint64_t out_of_range;
     struct builder_place first_out_of_range;

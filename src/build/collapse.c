@@ -86,8 +86,7 @@ uint32_t collapse_open(const struct build_state *state, uint32_t slot, uint32_t 
             continue;
         }
         uint32_t left = roots_on_left(state, now.slot, now.roots);
-        waiting[count++] =
-            (struct forest){tree_right(&state->tree[now.slot]), now.roots - left};
+        waiting[count++] = (struct forest){tree_right(&state->tree[now.slot]), now.roots - left};
         waiting[count++] = (struct forest){now.slot + 1, left};
     }
     return found;

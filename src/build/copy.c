@@ -56,8 +56,7 @@ enum builder_result builder_compact(const void *source, void *target, uint64_t t
     memcpy(structure_geometries(to), structure_geometries(from),
            from->geometry_count * sizeof(struct structure_geometry));
     memcpy(structure_records(to), structure_records(from), records);
-    memcpy(structure_nodes(to), structure_nodes(from),
-           from->node_count * sizeof(struct wide_node));
+    memcpy(structure_nodes(to), structure_nodes(from), from->node_count * sizeof(struct wide_node));
     return BUILDER_OK;
 }
 

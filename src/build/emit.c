@@ -55,8 +55,7 @@ static uint32_t open_by_count(const struct build_state *state, uint32_t slot, ui
         const struct tree_node *node = &state->tree[roots[largest]];
         if (tree_right(node) == 0 || tree_count(node) <= packed)
             break;
-        memmove(&roots[largest + 2], &roots[largest + 1],
-                (count - largest - 1) * sizeof(roots[0]));
+        memmove(&roots[largest + 2], &roots[largest + 1], (count - largest - 1) * sizeof(roots[0]));
         roots[largest + 1] = tree_right(node);
         roots[largest]++;
         count++;
@@ -89,10 +88,9 @@ static uint32_t open_part(const struct emission *emission, const struct part *pa
         return 1;
     }
     uint32_t roots[NODE_WIDTH], first = part->first;
-    uint32_t count =
-        emission->state->has_bounds
-            ? collapse_open(emission->state, part->slot, roots)
-            : open_by_count(emission->state, part->slot, emission->packed, roots);
+    uint32_t count = emission->state->has_bounds
+                         ? collapse_open(emission->state, part->slot, roots)
+                         : open_by_count(emission->state, part->slot, emission->packed, roots);
     for (uint32_t i = 0; i < count; i++) {
         children[i] = make_part(emission, roots[i], first);
         first += children[i].count;
@@ -151,8 +149,8 @@ static bool emit_nodes(struct emission *emission)
 }
 
 /* Prices are multiples of a primitive's share of the root's area. The first costs meshes less than
- * 1% of SAH cost and saves a tenth of the nodes; separate triangles, which leaves of two suit badly,
- * need the second. */
+ * 1% of SAH cost and saves a tenth of the nodes; separate triangles, which leaves of two suit
+ * badly, need the second. */
 static bool emit_by_cost(struct emission *emission)
 {
     struct build_state *state = emission->state;

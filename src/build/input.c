@@ -20,8 +20,8 @@ static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometr
 /* A bottom level without geometries is one of triangles without triangles. */
 enum builder_result input_kind(const struct builder_input *input, enum structure_kind *kind)
 {
-    VkGeometryTypeKHR type = input->geometry_count > 0 ? input->geometries[0].type
-                                                       : VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    VkGeometryTypeKHR type =
+        input->geometry_count > 0 ? input->geometries[0].type : VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     bool is_top = input->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
     if (is_top && input->geometry_count == 0)
         type = VK_GEOMETRY_TYPE_INSTANCES_KHR;

@@ -42,8 +42,8 @@ struct measured_node {
 void builder_measure(const void *structure, struct builder_statistics *statistics)
 {
     const struct structure_header *header = structure;
-    *statistics = (struct builder_statistics){.nodes = header->node_count,
-                                              .active = header->record_count};
+    *statistics =
+        (struct builder_statistics){.nodes = header->node_count, .active = header->record_count};
     if (header->node_count == 0)
         return;
     double whole = root_area(header), sum = whole;

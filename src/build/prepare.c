@@ -86,7 +86,7 @@ static void prepare_chunk(const struct build_state *state, struct prepare_chunk 
             geometry++;
         const struct source *source = &state->sources[geometry];
         struct builder_place place = {geometry, number - source->first};
-        struct box box;
+        struct box box = box_empty();
         bool is_singular = false;
         enum source_state found = read_bounds(state, source, place.primitive, &box, &is_singular);
         report_state(&chunk->report, found, place);

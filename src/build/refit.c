@@ -44,7 +44,8 @@ static void refit_aabbs(const struct structure_header *header, const struct sour
     struct aabb_record *records = structure_records(header);
     for (uint32_t i = 0; i < header->record_count; i++) {
         struct aabb_record *record = &records[i], fresh = *record;
-        enum source_state found = source_aabb(&sources[record->geometry], record->primitive, &fresh);
+        enum source_state found =
+            source_aabb(&sources[record->geometry], record->primitive, &fresh);
         if (found == SOURCE_ACTIVE)
             *record = fresh;
         else

@@ -9,7 +9,7 @@ void report_place(uint64_t *count, struct builder_place *first, struct builder_p
 }
 
 void report_state(struct builder_report *report, enum source_state found,
-                        struct builder_place place)
+                  struct builder_place place)
 {
     switch (found) {
     case SOURCE_ACTIVE:

@@ -62,8 +62,8 @@ static bool open_triangles(struct source *source, const struct builder_triangles
         return true;
     if (vertex_offset > triangles->vertices_size)
         return false;
-    uint64_t readable = elements_in(triangles->vertices_size - vertex_offset, source->format->size,
-                                    source->stride);
+    uint64_t readable =
+        elements_in(triangles->vertices_size - vertex_offset, source->format->size, source->stride);
     /* The product is within vertices_size where any vertex from the first on is readable. */
     uint64_t first = range->firstVertex;
     uint64_t limit = readable > first ? readable - first : 0;

@@ -21,10 +21,10 @@ struct source {
     uint32_t count;
     /* triangles */
     const struct vertex_format *format;
-    const uint8_t *vertices;     /* of index 0, offset and first vertex included */
-    const uint8_t *indices;      /* NULL: none */
-    uint64_t stride;             /* of vertices, AABBs or instances */
-    uint64_t index_limit;        /* indices below it may be read */
+    const uint8_t *vertices; /* of index 0, offset and first vertex included */
+    const uint8_t *indices;  /* NULL: none */
+    uint64_t stride;         /* of vertices, AABBs or instances */
+    uint64_t index_limit;    /* indices below it may be read */
     uint32_t index_size;
     bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
     VkTransformMatrixKHR transform;

@@ -110,8 +110,7 @@ static struct split find_split(const struct bins *bins, uint32_t count, struct b
     for (uint32_t i = 1; i < count; i++) {
         merge_boxes(side, bins->box[i - 1]);
         sum += bins->count[i - 1];
-        float4 cost =
-            right_cost[i] + half_areas(side, unit) * __builtin_convertvector(sum, float4);
+        float4 cost = right_cost[i] + half_areas(side, unit) * __builtin_convertvector(sum, float4);
         int4 better = cost < best, bin = {(int)i, (int)i, (int)i, (int)i};
         best = float4_min(cost, best);
         best_bin = (better & bin) | (~better & best_bin);

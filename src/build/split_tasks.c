@@ -26,7 +26,7 @@ void tree_halve(const struct build_state *state, const struct tree_task *task,
 }
 
 static void split_node(struct build_state *state, const struct tree_task *task,
-                     const struct tree_halves *halves, struct tree_task children[2])
+                       const struct tree_halves *halves, struct tree_task children[2])
 {
     uint32_t right = task->slot + 2 * (halves->middle - task->begin);
     children[0] = (struct tree_task){halves->centers[0], task->slot + 1, task->begin,

@@ -53,8 +53,8 @@ void structure_lay_out(struct structure_header *header, enum structure_kind kind
         .node_capacity = node_capacity,
     };
     header->geometries = aligned(sizeof(*header));
-    header->records = header->geometries +
-                      aligned((uint64_t)geometry_count * sizeof(struct structure_geometry));
+    header->records =
+        header->geometries + aligned((uint64_t)geometry_count * sizeof(struct structure_geometry));
     header->nodes =
         header->records + aligned((uint64_t)record_capacity * structure_record_size(kind));
     header->size = header->nodes + aligned((uint64_t)node_capacity * sizeof(struct wide_node));

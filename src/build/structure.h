@@ -70,9 +70,9 @@ enum structure_kind {
 
 struct structure_header {
     uint32_t magic, version;
-    uint32_t kind;  /* enum structure_kind */
-    uint32_t flags; /* VkBuildAccelerationStructureFlagsKHR */
-    uint64_t size;  /* all of it, unused capacity included */
+    uint32_t kind;                       /* enum structure_kind */
+    uint32_t flags;                      /* VkBuildAccelerationStructureFlagsKHR */
+    uint64_t size;                       /* all of it, unused capacity included */
     uint64_t geometries, records, nodes; /* offsets from the header on */
     uint32_t geometry_count;
     uint32_t record_count, node_count;

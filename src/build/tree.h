@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a build holds in its scratch: sources, references to primitives, and a binary tree over them.
+/* What a build holds in its scratch: sources, references to primitives, and a binary tree over
+ * them.
  *
  * The tree's nodes have fixed places: that of range [begin, end) at slot s has its left child at
  * s + 1 and its right child at s + 2 * (primitives on the left). So threads can build parts of it

@@ -147,14 +147,14 @@ static bool is_close(double t, double limit)
 
 /* Whether t is within the limits, and its best double. */
 static bool take_t(const struct local_ray *ray, const struct triangle_record *triangle,
-                   double t_max, double numerator, double numerator_bound, const struct edge edges[3],
-                   double *t, uint64_t *exact_calls)
+                   double t_max, double numerator, double numerator_bound,
+                   const struct edge edges[3], double *t, uint64_t *exact_calls)
 {
     double denominator = edges[0].value + edges[1].value + edges[2].value;
     double bound = edges[0].bound + edges[1].bound + edges[2].bound;
     *t = numerator / denominator;
-    bool is_certain = numerator_bound <= CERTAIN * fabs(numerator) &&
-                      bound <= CERTAIN * fabs(denominator);
+    bool is_certain =
+        numerator_bound <= CERTAIN * fabs(numerator) && bound <= CERTAIN * fabs(denominator);
     if (is_certain && !is_close(*t, ray->t_min) && !is_close(*t, t_max))
         return *t > ray->t_min && *t < t_max;
     struct exact_t exact;

@@ -37,8 +37,8 @@ static bool hit_in_double(const struct sheared *s, double t_min, double t_max,
     double t = (u * s->z[0] + v * s->z[1] + w * s->z[2]) / determinant;
     if (determinant == 0 || !(t > t_min && t < t_max))
         return false;
-    *hit = (struct local_hit){t, (float)(v / determinant), (float)(w / determinant),
-                              determinant > 0};
+    *hit =
+        (struct local_hit){t, (float)(v / determinant), (float)(w / determinant), determinant > 0};
     return true;
 }
 

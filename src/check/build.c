@@ -107,17 +107,18 @@ static bool is_update(const struct build_view *build)
     return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
 }
 
-bool update_has_a_source(const struct build_view *build, struct finding *finding)
-{
-    return !is_update(build) || build->info->srcAccelerationStructure ||
-           violated_plainly(finding, "srcAccelerationStructure",
-                            "is VK_NULL_HANDLE, but mode is "
-                            "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");
-}
-
 static bool is_micromap(const struct build_view *build)
 {
     return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
+/* Micromaps can't be updated, and have no source: that is for their own rules to say. */
+bool update_has_a_source(const struct build_view *build, struct finding *finding)
+{
+    return !is_update(build) || is_micromap(build) || build->info->srcAccelerationStructure ||
+           violated_plainly(finding, "srcAccelerationStructure",
+                            "is VK_NULL_HANDLE, but mode is "
+                            "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");
 }
 
 bool micromap_build_is_no_update(const struct build_view *build, struct finding *finding)

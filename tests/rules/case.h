@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cases as data: a mutation of the valid call, the rules that it must break, and a twin, the
+ * near-miss that must stay silent. */
+#ifndef RULES_CASE_H
+#define RULES_CASE_H
+
+#include "scene.h"
+
+/* One assignment to a member of struct scene, just before the call. */
+struct edit {
+    size_t offset;
+    size_t size; /* 0 ends a list */
+    bool adds;   /* to what is there */
+    uint64_t value;
+};
+
+#define EDIT_MEMBER(member) offsetof(struct scene, member), sizeof(((struct scene *)0)->member)
+#define SET(member, value)                                                                         \
+    {                                                                                              \
+        EDIT_MEMBER(member), false, (uint64_t)(value)                                              \
+    }
+#define ADD(member, value)                                                                         \
+    {                                                                                              \
+        EDIT_MEMBER(member), true, (uint64_t)(value)                                               \
+    }
+#define EDITS(...) ((const struct edit[]){__VA_ARGS__, {0, 0, false, 0}})
+
+#define TRIANGLES(build, index) geometries[build][index].geometry.triangles
+#define BOXES(build, index) geometries[build][index].geometry.aabbs
+#define INSTANCES(build, index) geometries[build][index].geometry.instances
+
+#define RULES(...)                                                                                 \
+    .rules = (const enum rule[]){__VA_ARGS__},                                                     \
+    .rule_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)
+
+/* Commands that a case is made for; 0: all that have the ids of its rules; of NV's, only those of
+ * the call as a whole, which say nothing of structures that it does not take. */
+enum command_mask {
+    ON_DEVICE = 1 << COMMAND_DEVICE,
+    ON_INDIRECT = 1 << COMMAND_INDIRECT,
+    ON_HOST = 1 << COMMAND_HOST,
+    ON_NV = 1 << COMMAND_NV,
+    ON_COMMAND_BUFFERS = ON_DEVICE | ON_INDIRECT,
+    ON_WITH_RANGES = ON_DEVICE | ON_HOST,
+};
+
+struct test_case {
+    const char *name;
+    const enum rule *rules;
+    uint32_t rule_count;
+    bool silent; /* the mutation is valid: it shows that the rules stay silent */
+
+    /* The mutation: the function first, then the edits. */
+    void (*mutate)(struct scene *scene);
+    const struct edit *edits;
+    /* The near-miss, likewise. Without any, the unmutated call is the twin. */
+    void (*mutate_twin)(struct scene *scene);
+    const struct edit *twin_edits;
+
+    uint32_t commands; /* enum command_mask */
+    const struct setup *setup;
+    const struct setup *twin_setup; /* where the setup itself is what breaks the rule */
+    bool needs_null_driver;
+    bool keep_arrays; /* not to be repeated with ppGeometries */
+    bool forwards;    /* the callback lets the call pass; null driver only */
+
+    /* What the layer lacks to pass; the case is counted as skipped until it does pass. */
+    const char *gap;
+
+    const char *path; /* that each message has to contain; "pGeometries[" fits ppGeometries too */
+    uint32_t count;   /* messages of the first rule; 0: any number */
+};
+
+struct case_list {
+    const char *name;
+    const struct test_case *cases;
+    size_t count;
+};
+
+#define CASE_LIST(name_, cases_)                                                                   \
+    const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
+
+/* One a file. */
+extern const struct case_list cases_call, cases_recording, cases_pointers, cases_build,
+    cases_build_state, cases_scratch, cases_geometry, cases_chain, cases_address, cases_range,
+    cases_overlap, cases_memory, cases_pairs, cases_silent, cases_sparse, cases_update;
+
+/* Plays a case on a command, in a world of its setup. */
+enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
+
+/* A page that cannot be read. */
+void *unreadable_page(void);
+/* `size` bytes that end where an unreadable page begins, zeroed; kept to the end of the program. */
+void *bytes_before_unreadable_page(size_t size);
+
+#endif

@@ -1,0 +1,417 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Addresses of input data: given, aligned, in a bound buffer that may be read by builds. */
+#include "case.h"
+
+#define VERTEX TRIANGLES(INDEXED, 0).vertexData.deviceAddress
+#define UNINDEXED_VERTEX TRIANGLES(UNINDEXED, 0).vertexData.deviceAddress
+#define INDEX TRIANGLES(INDEXED, 0).indexData.deviceAddress
+#define SHORT_INDEX TRIANGLES(UNINDEXED, 1).indexData.deviceAddress
+#define TRANSFORM TRIANGLES(INDEXED, 0).transformData.deviceAddress
+#define UNINDEXED_TRANSFORM TRIANGLES(UNINDEXED, 0).transformData.deviceAddress
+#define BOX BOXES(AABBS, 0).data.deviceAddress
+#define INSTANCE INSTANCES(TLAS, 0).data.deviceAddress
+
+#define VERTEX_PATH "pInfos[0].pGeometries[0].geometry.triangles.vertexData.deviceAddress"
+#define INDEX_PATH "pInfos[0].pGeometries[0].geometry.triangles.indexData.deviceAddress"
+#define TRANSFORM_PATH "pInfos[0].pGeometries[0].geometry.triangles.transformData.deviceAddress"
+#define BOX_PATH "pInfos[2].pGeometries[0].geometry.aabbs.data.deviceAddress"
+#define INSTANCE_PATH "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress"
+
+#define WILD 0x7000000000ull
+
+/* Sets one member to the address that a function below makes. */
+#define SETS_ADDRESS(name, member, make)                                                           \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        scene->member = make(scene);                                                               \
+    }
+
+/* ---- places that an address can lead to ---- */
+
+static VkDeviceAddress of_freed_memory(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.memory);
+    return buffer.address;
+}
+
+static VkDeviceAddress of_destroyed_buffer(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.handle);
+    return buffer.address;
+}
+
+/* In the middle of an allocation of which only the first bytes are a buffer's. */
+static struct test_buffer buffer_with_nothing_behind(struct scene *scene)
+{
+    struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer;
+}
+
+static VkDeviceAddress past_the_end(struct scene *scene)
+{
+    return buffer_with_nothing_behind(scene).address + 4096;
+}
+
+static VkDeviceAddress of_the_last_bytes(struct scene *scene)
+{
+    return buffer_with_nothing_behind(scene).address + 4096 - 16;
+}
+
+static VkDeviceAddress without_input_usage(struct scene *scene)
+{
+    return scene_buffer(scene, 4096, SCRATCH_USAGE).address;
+}
+
+static VkDeviceAddress with_all_usages(struct scene *scene)
+{
+    return scene_buffer(scene, 4096,
+                        INPUT_USAGE | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                            VK_BUFFER_USAGE_VERTEX_BUFFER_BIT)
+        .address;
+}
+
+/* Two buffers at one address, of which one may be read by builds. */
+static VkDeviceAddress of_aliasing_buffers(struct scene *scene)
+{
+    struct test_buffer input = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct test_buffer storage = scene_create_buffer(scene, 8192, SCRATCH_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &input, &memory, 0);
+    scene_bind(scene, &storage, &memory, 0);
+    return input.address;
+}
+
+/* The buffer that was there is gone, another one is bound to the same memory. */
+static VkDeviceAddress recycled(struct scene *scene)
+{
+    struct test_buffer first = scene_create_buffer(scene, 4096, SCRATCH_USAGE);
+    struct test_buffer second = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &first, &memory, 0);
+    scene_destroy(scene, (uint64_t)first.handle);
+    scene_bind(scene, &second, &memory, 0);
+    return second.address;
+}
+
+static VkDeviceAddress of_sparse_buffer(struct scene *scene)
+{
+    return scene_sparse_buffer(scene, 65536, INPUT_USAGE, VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT)
+        .address;
+}
+
+/* Usage from VkBufferUsageFlags2CreateInfo, which replaces VkBufferCreateInfo::usage. */
+static VkDeviceAddress of_flags2(struct scene *scene, VkBufferUsageFlags2 usage2)
+{
+    const VkBufferUsageFlags2CreateInfo flags2 = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
+        .usage = usage2 | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT};
+    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                            .pNext = &flags2,
+                                            .size = 4096,
+                                            .usage = INPUT_USAGE};
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer.address;
+}
+
+static VkDeviceAddress of_flags2_without_input(struct scene *scene)
+{
+    return of_flags2(scene, VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT);
+}
+
+static VkDeviceAddress of_flags2_with_input(struct scene *scene)
+{
+    return of_flags2(scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+}
+
+SETS_ADDRESS(vertex_freed, VERTEX, of_freed_memory)
+SETS_ADDRESS(vertex_destroyed, VERTEX, of_destroyed_buffer)
+SETS_ADDRESS(vertex_past_the_end, VERTEX, past_the_end)
+SETS_ADDRESS(vertex_at_the_end, VERTEX, of_the_last_bytes)
+SETS_ADDRESS(vertex_without_usage, VERTEX, without_input_usage)
+SETS_ADDRESS(vertex_with_usages, VERTEX, with_all_usages)
+SETS_ADDRESS(vertex_aliased, VERTEX, of_aliasing_buffers)
+SETS_ADDRESS(vertex_recycled, VERTEX, recycled)
+SETS_ADDRESS(vertex_sparse, VERTEX, of_sparse_buffer)
+SETS_ADDRESS(vertex_flags2_without, VERTEX, of_flags2_without_input)
+SETS_ADDRESS(vertex_flags2_with, VERTEX, of_flags2_with_input)
+SETS_ADDRESS(index_freed, INDEX, of_freed_memory)
+SETS_ADDRESS(index_past_the_end, INDEX, past_the_end)
+SETS_ADDRESS(index_at_the_end, INDEX, of_the_last_bytes)
+SETS_ADDRESS(index_without_usage, INDEX, without_input_usage)
+SETS_ADDRESS(transform_freed, TRANSFORM, of_freed_memory)
+SETS_ADDRESS(transform_destroyed, TRANSFORM, of_destroyed_buffer)
+SETS_ADDRESS(transform_past_the_end, TRANSFORM, past_the_end)
+SETS_ADDRESS(transform_without_usage, TRANSFORM, without_input_usage)
+SETS_ADDRESS(unindexed_transform_without_usage, UNINDEXED_TRANSFORM, without_input_usage)
+SETS_ADDRESS(unindexed_transform_with_usages, UNINDEXED_TRANSFORM, with_all_usages)
+SETS_ADDRESS(box_freed, BOX, of_freed_memory)
+SETS_ADDRESS(box_past_the_end, BOX, past_the_end)
+SETS_ADDRESS(box_without_usage, BOX, without_input_usage)
+SETS_ADDRESS(instance_freed, INSTANCE, of_freed_memory)
+SETS_ADDRESS(instance_destroyed, INSTANCE, of_destroyed_buffer)
+SETS_ADDRESS(instance_without_usage, INSTANCE, without_input_usage)
+
+static const struct setup with_sparse = {.enable = ENABLE_SPARSE};
+static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
+static const struct setup with_khr_addresses = {.route = ROUTE_KHR};
+static const struct setup with_ext_addresses = {.route = ROUTE_EXT};
+
+/* ---- packed formats ---- */
+
+static void offer_packed_format(struct null_driver_config *config)
+{
+    config->formats[config->format_count++] = (struct null_driver_format){
+        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
+        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
+}
+
+static const struct setup with_packed_format = {.configure = offer_packed_format};
+
+#define PACKED_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32)
+#define SHORT_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_R16G16B16A16_SNORM)
+
+static const struct test_case cases[] = {
+    /* given */
+    {.name = "vertex_address_null",
+     RULES(RULE_vertex_address_is_given),
+     .edits = EDITS(SET(VERTEX, 0)),
+     .path = VERTEX_PATH},
+    {.name = "vertex_address_null_without_primitives",
+     RULES(RULE_vertex_address_is_given),
+     .edits = EDITS(SET(UNINDEXED_VERTEX, 0), SET(ranges[UNINDEXED][0].primitiveCount, 0)),
+     .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.deviceAddress"},
+    {.name = "index_address_null",
+     RULES(RULE_index_address_is_given),
+     .edits = EDITS(SET(INDEX, 0)),
+     .twin_edits =
+         EDITS(SET(INDEX, 0), SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR)),
+     .path = INDEX_PATH},
+    {.name = "transform_address_null",
+     RULES(RULE_transform_address_is_valid),
+     .silent = true,
+     .edits = EDITS(SET(TRANSFORM, 0)),
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "box_address_null",
+     RULES(RULE_aabb_address_is_given),
+     .edits = EDITS(SET(BOX, 0)),
+     .path = BOX_PATH},
+    {.name = "instance_address_null",
+     RULES(RULE_instance_address_is_given),
+     .edits = EDITS(SET(INSTANCE, 0)),
+     .path = INSTANCE_PATH},
+    {.name = "instance_address_null_in_array_of_pointers",
+     RULES(RULE_instance_address_is_given),
+     .edits = EDITS(SET(INSTANCE, 0), SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE))},
+
+    /* aligned */
+    {.name = "vertex_address_misaligned",
+     RULES(RULE_vertex_address_is_aligned),
+     .edits = EDITS(ADD(VERTEX, 2)),
+     .twin_edits = EDITS(ADD(VERTEX, 4)),
+     .path = VERTEX_PATH},
+    {.name = "vertex_address_misaligned_to_16_bits",
+     RULES(RULE_vertex_address_is_aligned),
+     .edits = EDITS(SHORT_VERTICES, ADD(VERTEX, 1)),
+     .twin_edits = EDITS(SHORT_VERTICES, ADD(VERTEX, 2))},
+    {.name = "vertex_address_misaligned_to_pack",
+     RULES(RULE_vertex_address_is_aligned),
+     .setup = &with_packed_format,
+     .edits = EDITS(PACKED_VERTICES, ADD(VERTEX, 2)),
+     .twin_edits = EDITS(PACKED_VERTICES, ADD(VERTEX, 4))},
+    {.name = "index_address_misaligned",
+     RULES(RULE_index_address_is_aligned),
+     .edits = EDITS(ADD(INDEX, 2)),
+     .twin_edits = EDITS(ADD(INDEX, 4)),
+     .path = INDEX_PATH},
+    {.name = "index_address_misaligned_to_16_bits",
+     RULES(RULE_index_address_is_aligned),
+     .edits = EDITS(ADD(SHORT_INDEX, 1)),
+     .twin_edits = EDITS(ADD(SHORT_INDEX, 2)),
+     .path = "pInfos[1].pGeometries[1].geometry.triangles.indexData.deviceAddress"},
+    {.name = "index_address_ignored",
+     RULES(RULE_index_address_is_aligned, RULE_input_address_is_in_a_buffer),
+     .silent = true,
+     .edits =
+         EDITS(SET(INDEX, WILD + 1), SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR)),
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "transform_address_misaligned",
+     RULES(RULE_transform_address_is_aligned),
+     .edits = EDITS(ADD(TRANSFORM, 8)),
+     .twin_edits = EDITS(ADD(TRANSFORM, 16)),
+     .path = TRANSFORM_PATH},
+    {.name = "transform_address_misaligned_without_indices",
+     RULES(RULE_transform_address_is_aligned),
+     .mutate = unindexed_transform_with_usages,
+     .edits = EDITS(ADD(UNINDEXED_TRANSFORM, 8)),
+     .mutate_twin = unindexed_transform_with_usages,
+     .twin_edits = EDITS(ADD(UNINDEXED_TRANSFORM, 16)),
+     .path = "pInfos[1].pGeometries[0].geometry.triangles.transformData.deviceAddress"},
+    {.name = "box_address_misaligned",
+     RULES(RULE_aabb_address_is_aligned),
+     .edits = EDITS(ADD(BOX, 4)),
+     .twin_edits = EDITS(ADD(BOX, 8)),
+     .path = BOX_PATH},
+    {.name = "instance_address_misaligned",
+     RULES(RULE_instance_array_is_aligned),
+     .edits = EDITS(ADD(INSTANCE, 8)),
+     .twin_edits = EDITS(ADD(INSTANCE, 16)),
+     .path = INSTANCE_PATH},
+    {.name = "instance_pointers_misaligned",
+     RULES(RULE_instance_pointers_are_aligned),
+     .edits = EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE), ADD(INSTANCE, 4)),
+     .twin_edits = EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE), ADD(INSTANCE, 8)),
+     .path = INSTANCE_PATH},
+
+    /* in a buffer */
+    {.name = "vertex_address_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .edits = EDITS(SET(VERTEX, WILD)),
+     .commands = ON_COMMAND_BUFFERS,
+     .path = VERTEX_PATH},
+    {.name = "vertex_address_in_destroyed_buffer",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .mutate = vertex_destroyed,
+     .mutate_twin = vertex_recycled,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "vertex_address_past_the_end",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .mutate = vertex_past_the_end,
+     .mutate_twin = vertex_at_the_end,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = VERTEX_PATH},
+    {.name = "vertex_address_past_the_end_khr",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .setup = &with_khr_addresses,
+     .mutate = vertex_past_the_end,
+     .mutate_twin = vertex_at_the_end,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "vertex_address_past_the_end_ext",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .setup = &with_ext_addresses,
+     .mutate = vertex_past_the_end,
+     .mutate_twin = vertex_at_the_end,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "vertex_address_nowhere_without_primitives",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .edits = EDITS(SET(VERTEX, WILD), SET(ranges[INDEXED][0].primitiveCount, 0)),
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "index_address_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .edits = EDITS(SET(INDEX, WILD)),
+     .commands = ON_COMMAND_BUFFERS,
+     .path = INDEX_PATH},
+    {.name = "index_address_past_the_end",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .mutate = index_past_the_end,
+     .mutate_twin = index_at_the_end,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "transform_address_nowhere",
+     RULES(RULE_transform_address_is_valid),
+     .edits = EDITS(SET(TRANSFORM, WILD)),
+     .path = TRANSFORM_PATH},
+    {.name = "transform_address_nowhere_without_indices",
+     RULES(RULE_transform_address_is_valid),
+     .edits = EDITS(SET(UNINDEXED_TRANSFORM, WILD))},
+    {.name = "transform_address_past_the_end",
+     RULES(RULE_transform_address_is_valid),
+     .mutate = transform_past_the_end},
+    {.name = "transform_buffer_destroyed",
+     RULES(RULE_transform_address_is_valid),
+     .mutate = transform_destroyed},
+    {.name = "box_address_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .edits = EDITS(SET(BOX, WILD)),
+     .commands = ON_COMMAND_BUFFERS,
+     .path = BOX_PATH},
+    {.name = "box_address_past_the_end",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .mutate = box_past_the_end,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "instance_address_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .edits = EDITS(SET(INSTANCE, WILD)),
+     .commands = ON_COMMAND_BUFFERS,
+     .path = INSTANCE_PATH},
+    {.name = "instance_buffer_destroyed",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .mutate = instance_destroyed,
+     .commands = ON_COMMAND_BUFFERS},
+
+    /* bound */
+    {.name = "vertex_memory_freed",
+     RULES(RULE_input_buffer_is_bound),
+     .mutate = vertex_freed,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = VERTEX_PATH},
+    {.name = "index_memory_freed",
+     RULES(RULE_input_buffer_is_bound),
+     .mutate = index_freed,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = INDEX_PATH},
+    {.name = "transform_memory_freed",
+     RULES(RULE_input_buffer_is_bound),
+     .mutate = transform_freed,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = TRANSFORM_PATH},
+    {.name = "box_memory_freed",
+     RULES(RULE_input_buffer_is_bound),
+     .mutate = box_freed,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = BOX_PATH},
+    {.name = "instance_memory_freed",
+     RULES(RULE_input_buffer_is_bound),
+     .mutate = instance_freed,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = INSTANCE_PATH},
+    {.name = "vertex_buffer_sparse",
+     RULES(RULE_input_buffer_is_bound),
+     .silent = true,
+     .setup = &with_sparse,
+     .mutate = vertex_sparse,
+     .commands = ON_COMMAND_BUFFERS},
+
+    /* usage */
+    {.name = "vertex_buffer_without_usage",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .mutate = vertex_without_usage,
+     .mutate_twin = vertex_with_usages,
+     .path = VERTEX_PATH},
+    {.name = "vertex_buffer_with_usage_by_an_alias",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .silent = true,
+     .mutate = vertex_aliased},
+    {.name = "vertex_buffer_without_usage_in_flags2",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .setup = &with_maintenance5,
+     .mutate = vertex_flags2_without,
+     .mutate_twin = vertex_flags2_with},
+    {.name = "index_buffer_without_usage",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .mutate = index_without_usage,
+     .path = INDEX_PATH},
+    {.name = "transform_buffer_without_usage",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .mutate = transform_without_usage,
+     .path = TRANSFORM_PATH},
+    {.name = "transform_buffer_without_usage_nor_indices",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .mutate = unindexed_transform_without_usage,
+     .mutate_twin = unindexed_transform_with_usages},
+    {.name = "box_buffer_without_usage",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .mutate = box_without_usage,
+     .path = BOX_PATH},
+    {.name = "instance_buffer_without_usage",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .mutate = instance_without_usage,
+     .path = INSTANCE_PATH},
+};
+
+CASE_LIST(cases_address, cases);

@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Source and destination of a build: handles, types, memory, size; and the limits of its counts. */
+#include "case.h"
+
+/* ---- limits ---- */
+
+static void limit_counts(struct null_driver_config *config)
+{
+    config->as_properties.maxGeometryCount = 3;
+    config->as_properties.maxPrimitiveCount = 10;
+    config->as_properties.maxInstanceCount = 10;
+    config->sizes.structure.per_primitive = 0;
+    config->sizes.build_scratch.per_primitive = 0;
+    config->sizes.update_scratch.per_primitive = 0;
+}
+
+static const struct setup with_limits = {.configure = limit_counts};
+
+static void repeat_first_geometry(struct scene *scene, uint32_t build, uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        scene->geometries[build][i] = scene->geometries[build][0];
+        scene->ranges[build][i] = scene->ranges[build][0];
+    }
+    scene->infos[build].geometryCount = count;
+}
+
+static void give_3_geometries(struct scene *scene)
+{
+    repeat_first_geometry(scene, INDEXED, 3);
+}
+
+static void give_4_geometries(struct scene *scene)
+{
+    repeat_first_geometry(scene, INDEXED, 4);
+}
+
+/* Each build stays within a limit that all of them together exceed. */
+static void add_builds_of_many_primitives(struct scene *scene)
+{
+    for (int i = 0; i < 6; i++) {
+        scene->ranges[scene_add_build(scene, INDEXED)][0].primitiveCount = 10;
+        scene->ranges[scene_add_build(scene, AABBS)][0].primitiveCount = 7;
+    }
+}
+
+/* ---- handles ---- */
+
+static void destroy_dst(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->infos[AABBS].dstAccelerationStructure);
+}
+
+static void destroy_update_src(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->infos[UPDATE].srcAccelerationStructure);
+}
+
+static void use_destroyed_src(struct scene *scene)
+{
+    const VkAccelerationStructureKHR src = scene_accel_for(scene, INDEXED);
+    scene_destroy(scene, (uint64_t)src);
+    scene->infos[INDEXED].srcAccelerationStructure = src;
+}
+
+static void use_live_src(struct scene *scene)
+{
+    scene->infos[INDEXED].srcAccelerationStructure = scene_accel_for(scene, INDEXED);
+}
+
+static void use_buffer_as_dst(struct scene *scene)
+{
+    scene->infos[INDEXED].dstAccelerationStructure =
+        (VkAccelerationStructureKHR)(uint64_t)scene->vertices.handle;
+}
+
+static void destroy_another(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene_accel_for(scene, INDEXED));
+}
+
+static void use_dst_of_other_device(struct scene *scene)
+{
+    scene->infos[AABBS].dstAccelerationStructure = scene_accel_of_other_device(scene, AABBS);
+}
+
+static void use_src_of_other_device(struct scene *scene)
+{
+    scene->infos[UPDATE].srcAccelerationStructure = scene_accel_of_other_device(scene, UPDATE);
+}
+
+static void use_ignored_src_of_other_device(struct scene *scene)
+{
+    scene->infos[INDEXED].srcAccelerationStructure = scene_accel_of_other_device(scene, INDEXED);
+}
+
+static void make_one_on_other_device(struct scene *scene)
+{
+    scene_accel_of_other_device(scene, AABBS);
+}
+
+/* ---- types ---- */
+
+static void change_dst_type(struct scene *scene, uint32_t build,
+                            VkAccelerationStructureTypeKHR type)
+{
+    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    const struct test_buffer buffer = scene_buffer(scene, size, ACCEL_USAGE);
+    scene->infos[build].dstAccelerationStructure = scene_accel_in(scene, &buffer, 0, size, type);
+}
+
+static void build_tlas_into_blas(struct scene *scene)
+{
+    change_dst_type(scene, TLAS, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void build_tlas_into_generic(struct scene *scene)
+{
+    change_dst_type(scene, TLAS, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+static void build_blas_into_tlas(struct scene *scene)
+{
+    change_dst_type(scene, UNINDEXED, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+}
+
+static void build_blas_into_generic(struct scene *scene)
+{
+    change_dst_type(scene, UNINDEXED, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+/* ---- memory ---- */
+
+static VkAccelerationStructureKHR make_unbound(struct scene *scene, uint32_t build,
+                                               struct test_buffer *buffer)
+{
+    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    *buffer = scene_create_buffer(scene, size, ACCEL_USAGE);
+    return scene_accel_in(scene, buffer, 0, size, scene->infos[build].type);
+}
+
+static void leave_dst_unbound(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[AABBS].dstAccelerationStructure = make_unbound(scene, AABBS, &buffer);
+}
+
+static void bind_dst_late(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[AABBS].dstAccelerationStructure = make_unbound(scene, AABBS, &buffer);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+}
+
+static void free_dst_memory(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->dst_buffers[AABBS].memory);
+}
+
+static void destroy_dst_buffer(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->dst_buffers[AABBS].handle);
+}
+
+static void leave_update_src_unbound(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[UPDATE].srcAccelerationStructure = make_unbound(scene, UPDATE, &buffer);
+}
+
+static void leave_ignored_src_unbound(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[INDEXED].srcAccelerationStructure = make_unbound(scene, INDEXED, &buffer);
+}
+
+static void free_refit_memory(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->dst_buffers[REFIT].memory);
+}
+
+/* ---- sizes ---- */
+
+static void resize_dst(struct scene *scene, uint32_t build, VkDeviceSize less)
+{
+    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    const struct test_buffer buffer = scene_buffer(scene, size + 256, ACCEL_USAGE);
+    scene->infos[build].dstAccelerationStructure =
+        scene_accel_in(scene, &buffer, 256, size - less, scene->infos[build].type);
+}
+
+static void make_dst_a_byte_too_small(struct scene *scene)
+{
+    resize_dst(scene, UNINDEXED, 1);
+}
+
+static void make_dst_just_large_enough(struct scene *scene)
+{
+    resize_dst(scene, UNINDEXED, 0);
+}
+
+static void make_tlas_a_byte_too_small(struct scene *scene)
+{
+    resize_dst(scene, TLAS, 1);
+}
+
+enum { MANY_GEOMETRIES = 40 };
+
+/* INDEXED, of so many geometries that each is alike; its dst and scratch as they were. */
+static void give_many_geometries(struct scene *scene)
+{
+    static VkAccelerationStructureGeometryKHR geometries[MANY_GEOMETRIES];
+    static VkAccelerationStructureBuildRangeInfoKHR ranges[MANY_GEOMETRIES];
+
+    for (uint32_t i = 0; i < MANY_GEOMETRIES; i++) {
+        geometries[i] = scene->geometries[INDEXED][0];
+        ranges[i] = scene->ranges[INDEXED][0];
+    }
+    scene->infos[INDEXED].geometryCount = MANY_GEOMETRIES;
+    scene->infos[INDEXED].pGeometries = geometries;
+    scene->range_pointers[INDEXED] = ranges;
+    const struct test_buffer scratch = scene_buffer(scene, 1 << 20, SCRATCH_USAGE);
+    scene->infos[INDEXED].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
+}
+
+static void give_many_geometries_and_room(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 1 << 20, ACCEL_USAGE);
+    give_many_geometries(scene);
+    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_in(
+        scene, &buffer, 0, buffer.size, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+/* A dst made for fewer primitives. */
+static void grow_build(struct scene *scene)
+{
+    scene->ranges[AABBS][0].primitiveCount = 30;
+    const VkDeviceSize size = scene_scratch_size(scene, AABBS);
+    const struct test_buffer scratch = scene_buffer(scene, size, SCRATCH_USAGE);
+    scene->infos[AABBS].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
+}
+
+static void grow_build_and_dst(struct scene *scene)
+{
+    grow_build(scene);
+    scene->infos[AABBS].dstAccelerationStructure = scene_accel_for(scene, AABBS);
+}
+
+static const struct test_case cases[] = {
+    {.name = "geometries_over_limit",
+     RULES(RULE_blas_geometry_count_is_within_limit),
+     .setup = &with_limits,
+     .mutate = give_4_geometries,
+     .mutate_twin = give_3_geometries,
+     .path = "pInfos[0].geometryCount"},
+    {.name = "aabbs_over_limit",
+     RULES(RULE_blas_aabb_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 8)),
+     .twin_edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 7)),
+     .path = "pInfos[2]"},
+    {.name = "aabbs_over_limit_by_overflow",
+     RULES(RULE_blas_aabb_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 0xffffffff),
+                    SET(ranges[AABBS][1].primitiveCount, 1))},
+    {.name = "triangles_over_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 11)),
+     .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 10)),
+     .path = "pInfos[0]"},
+    {.name = "triangles_over_limit_together",
+     RULES(RULE_blas_triangle_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 9)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 8))},
+    {.name = "primitives_of_all_builds_over_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit, RULE_blas_aabb_count_is_within_limit),
+     .silent = true,
+     .setup = &with_limits,
+     .mutate = add_builds_of_many_primitives},
+    {.name = "dst_null",
+     RULES(RULE_dst_is_a_valid_handle),
+     .edits = EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
+     .path = "pInfos[0].dstAccelerationStructure"},
+    {.name = "dst_garbage",
+     RULES(RULE_dst_is_a_valid_handle),
+     .edits = EDITS(SET(infos[AABBS].dstAccelerationStructure, 0xdeadbeef))},
+    {.name = "dst_destroyed",
+     RULES(RULE_dst_is_a_valid_handle),
+     .mutate = destroy_dst,
+     .mutate_twin = destroy_another,
+     .path = "pInfos[2].dstAccelerationStructure"},
+    {.name = "dst_is_a_buffer",
+     RULES(RULE_dst_is_a_valid_handle),
+     .mutate = use_buffer_as_dst,
+     .needs_null_driver = true},
+    {.name = "src_garbage",
+     RULES(RULE_src_is_a_valid_handle),
+     .edits = EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0xdeadbeef)),
+     .path = "pInfos[4].srcAccelerationStructure"},
+    {.name = "src_garbage_though_not_an_update",
+     RULES(RULE_src_is_a_valid_handle),
+     .edits = EDITS(SET(infos[TLAS].srcAccelerationStructure, 0xdeadbeef))},
+    {.name = "src_destroyed",
+     RULES(RULE_src_is_a_valid_handle),
+     .mutate = destroy_update_src,
+     .mutate_twin = destroy_another},
+    {.name = "src_destroyed_though_not_an_update",
+     RULES(RULE_src_is_a_valid_handle),
+     .mutate = use_destroyed_src,
+     .mutate_twin = use_live_src},
+    {.name = "dst_of_other_device",
+     RULES(RULE_dst_and_src_share_the_device),
+     .mutate = use_dst_of_other_device,
+     .mutate_twin = make_one_on_other_device,
+     .path = "pInfos[2]"},
+    {.name = "src_of_other_device",
+     RULES(RULE_dst_and_src_share_the_device),
+     .mutate = use_src_of_other_device,
+     .path = "pInfos[4]"},
+    {.name = "src_of_other_device_though_not_an_update",
+     RULES(RULE_dst_and_src_share_the_device),
+     .mutate = use_ignored_src_of_other_device},
+    {.name = "tlas_into_blas",
+     RULES(RULE_tlas_dst_is_top_level_or_generic),
+     .mutate = build_tlas_into_blas,
+     .mutate_twin = build_tlas_into_generic,
+     .path = "pInfos[3]"},
+    {.name = "blas_into_tlas",
+     RULES(RULE_blas_dst_is_bottom_level_or_generic),
+     .mutate = build_blas_into_tlas,
+     .mutate_twin = build_blas_into_generic,
+     .path = "pInfos[1]"},
+    {.name = "dst_unbound",
+     RULES(RULE_dst_is_backed_by_memory),
+     .mutate = leave_dst_unbound,
+     .mutate_twin = bind_dst_late,
+     .path = "pInfos[2].dstAccelerationStructure"},
+    {.name = "dst_memory_freed", RULES(RULE_dst_is_backed_by_memory), .mutate = free_dst_memory},
+    {.name = "dst_buffer_destroyed",
+     RULES(RULE_dst_is_backed_by_memory),
+     .mutate = destroy_dst_buffer},
+    {.name = "update_src_unbound",
+     RULES(RULE_update_src_is_backed_by_memory),
+     .mutate = leave_update_src_unbound,
+     .mutate_twin = leave_ignored_src_unbound,
+     .path = "pInfos[4].srcAccelerationStructure"},
+    {.name = "refit_memory_freed",
+     RULES(RULE_dst_is_backed_by_memory, RULE_update_src_is_backed_by_memory),
+     .mutate = free_refit_memory,
+     .path = "pInfos[5]"},
+    {.name = "dst_a_byte_too_small",
+     RULES(RULE_dst_is_large_enough),
+     .mutate = make_dst_a_byte_too_small,
+     .mutate_twin = make_dst_just_large_enough,
+     .path = "pInfos[1].dstAccelerationStructure"},
+    {.name = "tlas_a_byte_too_small",
+     RULES(RULE_dst_is_large_enough),
+     .mutate = make_tlas_a_byte_too_small},
+    {.name = "dst_made_for_fewer_geometries",
+     RULES(RULE_dst_is_large_enough),
+     .mutate = give_many_geometries,
+     .mutate_twin = give_many_geometries_and_room},
+    {.name = "dst_made_for_fewer_primitives",
+     RULES(RULE_dst_is_large_enough),
+     .mutate = grow_build,
+     .mutate_twin = grow_build_and_dst},
+};
+
+CASE_LIST(cases_build_state, cases);

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The call as a whole: features, the command buffer's handle and pool, video coding scopes. */
+#include <vk_video/vulkan_video_codec_h264std_decode.h>
+
+#include "case.h"
+
+/* ---- features ---- */
+
+static const struct setup without_acceleration_structure = {.disable =
+                                                                DISABLE_ACCELERATION_STRUCTURE};
+static const struct setup without_acceleration_structure_2 = {
+    .disable = DISABLE_ACCELERATION_STRUCTURE, .route = ROUTE_FEATURES2};
+static const struct setup without_indirect = {.disable = DISABLE_INDIRECT_BUILD};
+static const struct setup without_host = {.disable = DISABLE_HOST_COMMANDS};
+static const struct setup with_features2 = {.route = ROUTE_FEATURES2};
+static const struct setup with_defaults = {0};
+
+/* ---- command buffer handles ---- */
+
+static void record_on_a_queue(struct scene *scene)
+{
+    VkQueue queue;
+    scene->vk->GetDeviceQueue(scene->world->device, 0, 0, &queue);
+    scene->command_buffer = (VkCommandBuffer)(void *)queue;
+}
+
+static void record_on_the_device(struct scene *scene)
+{
+    scene->command_buffer = (VkCommandBuffer)(void *)scene->world->device;
+}
+
+/* Looks like a handle of this device to the loader, and is none. */
+static void record_on_a_forgery(struct scene *scene)
+{
+    static void *forged[64];
+    forged[0] = *(void **)scene->command_buffer;
+    scene->command_buffer = (VkCommandBuffer)(void *)forged;
+}
+
+static void record_on_another_command_buffer(struct scene *scene)
+{
+    scene_record_in_family(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0), 0);
+}
+
+static void record_on_a_secondary(struct scene *scene)
+{
+    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    scene->command_buffer = scene_allocate_command_buffer(scene, scene_pool(scene, family, 0),
+                                                          VK_COMMAND_BUFFER_LEVEL_SECONDARY);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+/* ---- queue families ---- */
+
+static void record_without_compute(struct scene *scene)
+{
+    scene_record_in_family(scene,
+                           world_find_family(scene->world, VK_QUEUE_TRANSFER_BIT,
+                                             VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR),
+                           0);
+}
+
+static void record_with_compute_only(struct scene *scene)
+{
+    scene_record_in_family(
+        scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT), 0);
+}
+
+static void make_first_family_graphics_only(struct null_driver_config *config)
+{
+    config->queue_families[2].queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_TRANSFER_BIT;
+}
+
+static void record_with_graphics_only(struct scene *scene)
+{
+    scene_record_in_family(
+        scene, world_find_family(scene->world, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT), 0);
+}
+
+static const struct setup graphics_only_family = {.configure = make_first_family_graphics_only};
+
+/* ---- protected ---- */
+
+static const struct setup with_protected = {.enable = ENABLE_PROTECTED};
+
+static void record_protected(struct scene *scene)
+{
+    scene_record_in_family(
+        scene, world_find_family(scene->world, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
+        VK_COMMAND_POOL_CREATE_PROTECTED_BIT);
+}
+
+static void record_unprotected_in_protected_family(struct scene *scene)
+{
+    scene_record_in_family(
+        scene, world_find_family(scene->world, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
+        0);
+}
+
+/* ---- video ---- */
+
+static void add_compute_to_video(struct null_driver_config *config)
+{
+    for (uint32_t i = 0; i < config->queue_family_count; i++)
+        if ((config->queue_families[i].queueFlags & VK_QUEUE_VIDEO_DECODE_BIT_KHR) != 0)
+            config->queue_families[i].queueFlags |= VK_QUEUE_COMPUTE_BIT;
+}
+
+static const struct setup with_video = {.configure = add_compute_to_video, .enable = ENABLE_VIDEO};
+
+static void destroy_video_session(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyVideoSessionKHR(device, (VkVideoSessionKHR)handle, NULL);
+}
+
+static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family)
+{
+    const VkVideoDecodeH264ProfileInfoKHR h264 = {
+        .sType = VK_STRUCTURE_TYPE_VIDEO_DECODE_H264_PROFILE_INFO_KHR,
+        .stdProfileIdc = STD_VIDEO_H264_PROFILE_IDC_BASELINE,
+    };
+    const VkVideoProfileInfoKHR profile = {
+        .sType = VK_STRUCTURE_TYPE_VIDEO_PROFILE_INFO_KHR,
+        .pNext = &h264,
+        .videoCodecOperation = VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR,
+        .chromaSubsampling = VK_VIDEO_CHROMA_SUBSAMPLING_420_BIT_KHR,
+        .lumaBitDepth = VK_VIDEO_COMPONENT_BIT_DEPTH_8_BIT_KHR,
+        .chromaBitDepth = VK_VIDEO_COMPONENT_BIT_DEPTH_8_BIT_KHR,
+    };
+    const VkExtensionProperties header = {
+        .extensionName = VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_EXTENSION_NAME,
+        .specVersion = VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_SPEC_VERSION,
+    };
+    const VkVideoSessionCreateInfoKHR create_info = {
+        .sType = VK_STRUCTURE_TYPE_VIDEO_SESSION_CREATE_INFO_KHR,
+        .queueFamilyIndex = family,
+        .pVideoProfile = &profile,
+        .pictureFormat = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM,
+        .maxCodedExtent = {64, 64},
+        .referencePictureFormat = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM,
+        .maxDpbSlots = 1,
+        .maxActiveReferencePictures = 1,
+        .pStdHeaderVersion = &header,
+    };
+    const VkDevice device = scene->world->device;
+    VkVideoSessionKHR session;
+
+    expect_success(scene->vk->CreateVideoSessionKHR(device, &create_info, NULL, &session),
+                   "vkCreateVideoSessionKHR");
+    scene_defer(scene, device, (uint64_t)session, destroy_video_session);
+    return session;
+}
+
+static void begin_video_coding(struct scene *scene)
+{
+    const uint32_t family =
+        world_find_family(scene->world, VK_QUEUE_VIDEO_DECODE_BIT_KHR | VK_QUEUE_COMPUTE_BIT, 0);
+    scene_record_in_family(scene, family, 0);
+    if (scene->skip != NULL)
+        return;
+    const VkVideoBeginCodingInfoKHR begin_info = {
+        .sType = VK_STRUCTURE_TYPE_VIDEO_BEGIN_CODING_INFO_KHR,
+        .videoSession = make_video_session(scene, family),
+    };
+    scene->vk->CmdBeginVideoCodingKHR(scene->command_buffer, &begin_info);
+}
+
+static void end_video_coding(struct scene *scene)
+{
+    const VkVideoEndCodingInfoKHR end_info = {.sType = VK_STRUCTURE_TYPE_VIDEO_END_CODING_INFO_KHR};
+    begin_video_coding(scene);
+    scene->vk->CmdEndVideoCodingKHR(scene->command_buffer, &end_info);
+}
+
+static void begin_again_in_video_coding(struct scene *scene)
+{
+    begin_video_coding(scene);
+    scene->vk->ResetCommandBuffer(scene->command_buffer, 0);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+static const struct test_case cases[] = {
+    {.name = "feature_acceleration_structure_off",
+     RULES(RULE_acceleration_structure_feature_is_enabled),
+     .setup = &without_acceleration_structure,
+     .twin_setup = &with_defaults},
+    {.name = "feature_acceleration_structure_off_in_features2",
+     RULES(RULE_acceleration_structure_feature_is_enabled),
+     .setup = &without_acceleration_structure_2,
+     .twin_setup = &with_features2},
+    {.name = "feature_indirect_build_off",
+     RULES(RULE_indirect_build_feature_is_enabled),
+     .setup = &without_indirect,
+     .twin_setup = &with_defaults},
+    {.name = "feature_host_commands_off",
+     RULES(RULE_host_commands_feature_is_enabled),
+     .setup = &without_host,
+     .twin_setup = &with_defaults},
+    {.name = "feature_host_commands_off_is_no_matter_to_devices",
+     RULES(RULE_host_commands_feature_is_enabled),
+     .silent = true,
+     .setup = &without_host,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "feature_indirect_build_off_is_no_matter_to_direct_builds",
+     RULES(RULE_indirect_build_feature_is_enabled),
+     .silent = true,
+     .setup = &without_indirect,
+     .commands = ON_WITH_RANGES},
+    {.name = "command_buffer_is_a_queue",
+     RULES(RULE_command_buffer_is_valid),
+     .mutate = record_on_a_queue,
+     .mutate_twin = record_on_another_command_buffer},
+    {.name = "command_buffer_is_the_device",
+     RULES(RULE_command_buffer_is_valid),
+     .mutate = record_on_the_device,
+     .mutate_twin = record_on_a_secondary},
+    {.name = "command_buffer_is_a_forgery",
+     RULES(RULE_command_buffer_is_valid),
+     .mutate = record_on_a_forgery},
+    {.name = "pool_without_compute",
+     RULES(RULE_command_pool_supports_compute),
+     .mutate = record_without_compute,
+     .mutate_twin = record_with_compute_only,
+     .needs_null_driver = true,
+     .forwards = true},
+    {.name = "pool_with_graphics_but_no_compute",
+     RULES(RULE_command_pool_supports_compute),
+     .setup = &graphics_only_family,
+     .mutate = record_with_graphics_only},
+    {.name = "protected_command_buffer",
+     RULES(RULE_command_buffer_is_not_protected),
+     .setup = &with_protected,
+     .mutate = record_protected,
+     .mutate_twin = record_unprotected_in_protected_family},
+    {.name = "inside_video_coding",
+     RULES(RULE_build_is_outside_video_coding),
+     .setup = &with_video,
+     .mutate = begin_video_coding,
+     .mutate_twin = end_video_coding},
+    {.name = "video_coding_ends_with_the_recording",
+     RULES(RULE_build_is_outside_video_coding),
+     .silent = true,
+     .setup = &with_video,
+     .mutate = begin_again_in_video_coding},
+    {.name = "info_count_0",
+     RULES(RULE_info_count_is_positive),
+     .edits = EDITS(SET(info_count, 0)),
+     .twin_edits = EDITS(SET(info_count, 1))},
+    {.name = "info_count_0_excuses_all_pointers",
+     RULES(RULE_info_count_is_positive),
+     .edits = EDITS(SET(info_count, 0), SET(infos_argument, 0), SET(ranges_argument, 0),
+                    SET(counts_argument, 0))},
+};
+
+CASE_LIST(cases_call, cases);

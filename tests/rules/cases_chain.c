@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* pNext chains of geometries: what may stand in them, and how often. */
+#include "case.h"
+
+/* ---- structures that may stand in a chain ---- */
+
+static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
+static const VkBaseInStructure unknown = {.sType = (VkStructureType)2000000123};
+
+static const VkAccelerationStructureGeometryMotionTrianglesDataNV motion = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV};
+static const VkAccelerationStructureGeometryMotionTrianglesDataNV motion_twice = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+    .pNext = &motion};
+static const VkAccelerationStructureTrianglesOpacityMicromapEXT micromap = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+    .indexType = VK_INDEX_TYPE_NONE_KHR};
+static const VkAccelerationStructureTrianglesOpacityMicromapEXT micromap_and_stray = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+    .pNext = (void *)&stray,
+    .indexType = VK_INDEX_TYPE_NONE_KHR};
+static const VkAccelerationStructureTrianglesOpacityMicromapKHR micromap_khr = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
+    .indexType = VK_INDEX_TYPE_NONE_KHR};
+static const VkAccelerationStructureTrianglesDisplacementMicromapNV displacement = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+    .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+    .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+    .indexType = VK_INDEX_TYPE_NONE_KHR};
+static const VkAccelerationStructureGeometrySpheresDataNV spheres = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV};
+static const VkAccelerationStructureGeometrySpheresDataNV spheres_twice = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV, .pNext = &spheres};
+/* Each of these points to itself. */
+static const VkBaseInStructure motion_loop = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+    .pNext = &motion_loop};
+
+#define ADDS_CHAIN(name, member, structure)                                                        \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        scene->member.pNext = &(structure);                                                        \
+    }
+
+ADDS_CHAIN(geometry_stray, geometries[INDEXED][0], stray)
+ADDS_CHAIN(geometry_unknown, geometries[AABBS][1], unknown)
+ADDS_CHAIN(geometry_motion, geometries[INDEXED][0], motion)
+ADDS_CHAIN(geometry_spheres, geometries[INDEXED][0], spheres)
+ADDS_CHAIN(geometry_spheres_twice, geometries[INDEXED][0], spheres_twice)
+ADDS_CHAIN(triangles_stray, TRIANGLES(INDEXED, 0), stray)
+ADDS_CHAIN(triangles_unknown, TRIANGLES(UNINDEXED, 1), unknown)
+ADDS_CHAIN(triangles_motion, TRIANGLES(INDEXED, 0), motion)
+ADDS_CHAIN(triangles_motion_twice, TRIANGLES(INDEXED, 0), motion_twice)
+ADDS_CHAIN(triangles_motion_loop, TRIANGLES(INDEXED, 0), motion_loop)
+ADDS_CHAIN(triangles_micromap, TRIANGLES(INDEXED, 0), micromap)
+ADDS_CHAIN(triangles_micromap_khr, TRIANGLES(INDEXED, 0), micromap_khr)
+ADDS_CHAIN(triangles_micromap_and_stray, TRIANGLES(INDEXED, 0), micromap_and_stray)
+ADDS_CHAIN(triangles_displacement, TRIANGLES(INDEXED, 0), displacement)
+ADDS_CHAIN(triangles_spheres, TRIANGLES(INDEXED, 0), spheres)
+ADDS_CHAIN(aabbs_stray, BOXES(AABBS, 0), stray)
+ADDS_CHAIN(aabbs_motion, BOXES(AABBS, 1), motion)
+ADDS_CHAIN(instances_stray, INSTANCES(TLAS, 0), stray)
+
+/* The motion data points to real vertices, where the address has to be good. */
+static void triangles_motion_filled(struct scene *scene)
+{
+    static VkAccelerationStructureGeometryMotionTrianglesDataNV filled;
+    filled = motion;
+    filled.vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0);
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &filled;
+}
+
+static void unreadable_chain(struct scene *scene)
+{
+    scene->geometries[INDEXED][0].pNext = unreadable_page();
+}
+
+static void unreadable_chain_of_triangles(struct scene *scene)
+{
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = unreadable_page();
+}
+
+static const struct setup with_motion = {.enable = ENABLE_MOTION};
+static const struct setup with_micromap = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
+static const struct setup with_micromap_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
+static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
+static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
+static const struct setup with_future = {.enable = ENABLE_FUTURE};
+static const struct setup with_all = {.enable = ENABLE_MOTION | ENABLE_SPHERES |
+                                                ENABLE_OPACITY_MICROMAP_EXT |
+                                                ENABLE_DISPLACEMENT_MICROMAP};
+
+static const struct test_case cases[] = {
+    {.name = "geometry_chain_stray",
+     RULES(RULE_geometry_chain_is_known),
+     .mutate = geometry_stray,
+     .path = "pInfos[0].pGeometries[0].pNext"},
+    {.name = "geometry_chain_unknown",
+     RULES(RULE_geometry_chain_is_known),
+     .mutate = geometry_unknown,
+     .path = "pInfos[2].pGeometries[1].pNext"},
+    {.name = "geometry_chain_unreadable",
+     RULES(RULE_geometry_chain_is_known),
+     .mutate = unreadable_chain},
+    {.name = "geometry_chain_nobody_knows",
+     RULES(RULE_geometry_chain_is_known),
+     .silent = true,
+     .setup = &with_future,
+     .mutate = geometry_unknown},
+    {.name = "geometry_chain_of_the_triangles",
+     RULES(RULE_geometry_chain_is_known),
+     .setup = &with_all,
+     .mutate = geometry_motion,
+     .mutate_twin = geometry_spheres},
+    {.name = "geometry_chain_spheres_not_enabled",
+     RULES(RULE_geometry_chain_is_known),
+     .mutate = geometry_spheres},
+    {.name = "geometry_chain_spheres_twice",
+     RULES(RULE_geometry_chain_has_no_duplicates),
+     .setup = &with_spheres,
+     .mutate = geometry_spheres_twice,
+     .mutate_twin = geometry_spheres,
+     .path = "pInfos[0].pGeometries[0].pNext"},
+
+    {.name = "triangles_chain_stray",
+     RULES(RULE_triangles_chain_is_known),
+     .mutate = triangles_stray,
+     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
+    {.name = "triangles_chain_unknown",
+     RULES(RULE_triangles_chain_is_known),
+     .mutate = triangles_unknown,
+     .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"},
+    {.name = "triangles_chain_unreadable",
+     RULES(RULE_triangles_chain_is_known),
+     .mutate = unreadable_chain_of_triangles},
+    {.name = "triangles_chain_nobody_knows",
+     RULES(RULE_triangles_chain_is_known),
+     .silent = true,
+     .setup = &with_future,
+     .mutate = triangles_unknown},
+    {.name = "triangles_chain_of_the_geometry",
+     RULES(RULE_triangles_chain_is_known),
+     .setup = &with_all,
+     .mutate = triangles_spheres,
+     .mutate_twin = triangles_motion_filled},
+    {.name = "triangles_chain_motion_not_enabled",
+     RULES(RULE_triangles_chain_is_known),
+     .mutate = triangles_motion},
+    {.name = "triangles_chain_motion",
+     RULES(RULE_triangles_chain_is_known),
+     .silent = true,
+     .setup = &with_motion,
+     .mutate = triangles_motion_filled},
+    {.name = "triangles_chain_micromap",
+     RULES(RULE_triangles_chain_is_known),
+     .silent = true,
+     .setup = &with_micromap,
+     .mutate = triangles_micromap},
+    {.name = "triangles_chain_micromap_khr",
+     RULES(RULE_triangles_chain_is_known),
+     .silent = true,
+     .setup = &with_micromap_khr,
+     .mutate = triangles_micromap_khr},
+    {.name = "triangles_chain_displacement",
+     RULES(RULE_triangles_chain_is_known),
+     .silent = true,
+     .setup = &with_displacement,
+     .mutate = triangles_displacement},
+    {.name = "triangles_chain_stray_behind_micromap",
+     RULES(RULE_triangles_chain_is_known),
+     .setup = &with_micromap,
+     .mutate = triangles_micromap_and_stray,
+     .mutate_twin = triangles_micromap},
+    {.name = "triangles_chain_motion_twice",
+     RULES(RULE_triangles_chain_has_no_duplicates),
+     .setup = &with_motion,
+     .mutate = triangles_motion_twice,
+     .mutate_twin = triangles_motion_filled,
+     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
+    {.name = "triangles_chain_loop",
+     RULES(RULE_triangles_chain_has_no_duplicates),
+     .setup = &with_motion,
+     .mutate = triangles_motion_loop},
+
+    {.name = "aabbs_chain",
+     RULES(RULE_aabbs_have_no_chain),
+     .mutate = aabbs_stray,
+     .path = "pInfos[2].pGeometries[0].geometry.aabbs.pNext"},
+    {.name = "aabbs_chain_of_triangles",
+     RULES(RULE_aabbs_have_no_chain),
+     .setup = &with_motion,
+     .mutate = aabbs_motion},
+    {.name = "aabbs_chain_unreadable",
+     RULES(RULE_aabbs_have_no_chain),
+     .edits = EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))},
+    {.name = "instances_chain",
+     RULES(RULE_instances_have_no_chain),
+     .mutate = instances_stray,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.pNext"},
+    {.name = "instances_chain_unreadable",
+     RULES(RULE_instances_have_no_chain),
+     .edits = EDITS(SET(INSTANCES(TLAS, 0).pNext, 0x10))},
+};
+
+CASE_LIST(cases_chain, cases);

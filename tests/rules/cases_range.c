@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Build ranges: offsets, and the vertices that they reach without indices. */
+#include "case.h"
+
+#define FIRST_UNINDEXED TRIANGLES(UNINDEXED, 0)
+
+static void offer_packed_format(struct null_driver_config *config)
+{
+    config->formats[config->format_count++] = (struct null_driver_format){
+        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
+        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
+}
+
+static void limit_instances(struct null_driver_config *config)
+{
+    config->as_properties.maxInstanceCount = 5;
+    config->sizes.structure.per_primitive = 0;
+    config->sizes.build_scratch.per_primitive = 0;
+}
+
+static const struct setup with_packed_format = {.configure = offer_packed_format};
+static const struct setup with_few_instances = {.configure = limit_instances};
+
+static const struct test_case cases[] = {
+    {.name = "index_offset_misaligned",
+     RULES(RULE_index_offset_is_aligned),
+     .edits = EDITS(SET(ranges[INDEXED][0].primitiveOffset, 2)),
+     .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveOffset, 4)),
+     .commands = ON_WITH_RANGES,
+     .path = "ppBuildRangeInfos[0][0].primitiveOffset"},
+    {.name = "index_offset_misaligned_to_16_bits",
+     RULES(RULE_index_offset_is_aligned),
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 3)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 6)),
+     .commands = ON_WITH_RANGES,
+     .path = "ppBuildRangeInfos[1][1].primitiveOffset"},
+    {.name = "vertex_offset_misaligned",
+     RULES(RULE_vertex_offset_is_aligned),
+     .edits = EDITS(SET(ranges[UNINDEXED][0].primitiveOffset, 6)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][0].primitiveOffset, 4)),
+     .commands = ON_WITH_RANGES,
+     .path = "ppBuildRangeInfos[1][0].primitiveOffset"},
+    {.name = "vertex_offset_misaligned_to_16_bits",
+     RULES(RULE_vertex_offset_is_aligned),
+     .edits = EDITS(SET(FIRST_UNINDEXED.vertexFormat, VK_FORMAT_R16G16_SNORM),
+                    SET(ranges[UNINDEXED][0].primitiveOffset, 5)),
+     .twin_edits = EDITS(SET(FIRST_UNINDEXED.vertexFormat, VK_FORMAT_R16G16_SNORM),
+                         SET(ranges[UNINDEXED][0].primitiveOffset, 6)),
+     .commands = ON_WITH_RANGES},
+    {.name = "vertex_offset_misaligned_to_pack",
+     RULES(RULE_vertex_offset_is_aligned),
+     .setup = &with_packed_format,
+     .edits = EDITS(SET(FIRST_UNINDEXED.vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32),
+                    SET(ranges[UNINDEXED][0].primitiveOffset, 2)),
+     .twin_edits = EDITS(SET(FIRST_UNINDEXED.vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32),
+                         SET(ranges[UNINDEXED][0].primitiveOffset, 8)),
+     .commands = ON_WITH_RANGES},
+    {.name = "transform_offset_misaligned",
+     RULES(RULE_transform_offset_is_aligned),
+     .edits = EDITS(SET(ranges[INDEXED][0].transformOffset, 24)),
+     .twin_edits = EDITS(SET(ranges[INDEXED][0].transformOffset, SCENE_TRANSFORM_OFFSET)),
+     .commands = ON_WITH_RANGES,
+     .path = "ppBuildRangeInfos[0][0].transformOffset"},
+    {.name = "transform_offset_ignored_for_boxes",
+     RULES(RULE_transform_offset_is_aligned),
+     .silent = true,
+     .edits = EDITS(SET(ranges[AABBS][0].transformOffset, 3)),
+     .commands = ON_WITH_RANGES},
+    {.name = "aabb_offset_misaligned",
+     RULES(RULE_aabb_offset_is_aligned),
+     .edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 4)),
+     .twin_edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 8)),
+     .commands = ON_WITH_RANGES,
+     .path = "ppBuildRangeInfos[2][1].primitiveOffset"},
+    {.name = "instance_offset_misaligned",
+     RULES(RULE_instance_offset_is_aligned),
+     .edits = EDITS(SET(ranges[TLAS][0].primitiveOffset, 8)),
+     .twin_edits = EDITS(SET(ranges[TLAS][0].primitiveOffset, 64)),
+     .commands = ON_WITH_RANGES,
+     .path = "ppBuildRangeInfos[3][0].primitiveOffset"},
+    {.name = "instance_offset_misaligned_in_array_of_pointers",
+     RULES(RULE_instance_offset_is_aligned),
+     .edits = EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE),
+                    SET(ranges[TLAS][0].primitiveOffset, 8)),
+     .commands = ON_DEVICE},
+    {.name = "max_vertex_too_low",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex),
+     .edits = EDITS(SET(FIRST_UNINDEXED.maxVertex, 4)),
+     .twin_edits = EDITS(SET(FIRST_UNINDEXED.maxVertex, 6)),
+     .commands = ON_WITH_RANGES,
+     .path = "[1]"},
+    {.name = "max_vertex_too_low_for_first_vertex",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex),
+     .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1)),
+     .twin_edits =
+         EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1), SET(FIRST_UNINDEXED.maxVertex, 6)),
+     .commands = ON_WITH_RANGES},
+    {.name = "max_vertex_too_low_by_overflow",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex),
+     .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 0xffffffff)),
+     .commands = ON_WITH_RANGES},
+    {.name = "max_vertex_without_primitives",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex),
+     .silent = true,
+     .edits = EDITS(SET(ranges[UNINDEXED][0].primitiveCount, 0), SET(FIRST_UNINDEXED.maxVertex, 0)),
+     .commands = ON_WITH_RANGES},
+    {.name = "max_vertex_with_indices",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex),
+     .silent = true,
+     .edits = EDITS(SET(TRIANGLES(INDEXED, 0).maxVertex, 3)),
+     .commands = ON_WITH_RANGES},
+    {.name = "instances_over_limit",
+     RULES(RULE_instance_count_is_within_limit),
+     .setup = &with_few_instances,
+     .edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 6)),
+     .twin_edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 5)),
+     .path = "[3]"},
+};
+
+CASE_LIST(cases_range, cases);

@@ -1,0 +1,322 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the command buffer is in the middle of: its state, and render pass instances. */
+#include "case.h"
+
+static uint32_t compute_family(const struct scene *scene)
+{
+    return world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT, 0);
+}
+
+/* ---- states ---- */
+
+static void never_begin(struct scene *scene)
+{
+    scene->command_buffer = scene_command_buffer(scene, compute_family(scene));
+}
+
+static void end(struct scene *scene)
+{
+    scene_end(scene, scene->command_buffer);
+}
+
+static void begin_again(struct scene *scene)
+{
+    scene_end(scene, scene->command_buffer);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+static void reset(struct scene *scene)
+{
+    scene->vk->ResetCommandBuffer(scene->command_buffer, 0);
+}
+
+static void reset_and_begin(struct scene *scene)
+{
+    reset(scene);
+    scene_begin(scene, scene->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+}
+
+static VkCommandPool record_in_new_pool(struct scene *scene)
+{
+    const VkCommandPool pool = scene_pool(scene, compute_family(scene), 0);
+    scene->command_buffer =
+        scene_allocate_command_buffer(scene, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    scene_begin(scene, scene->command_buffer, 0);
+    return pool;
+}
+
+static void reset_pool(struct scene *scene)
+{
+    const VkCommandPool pool = record_in_new_pool(scene);
+    expect_success(scene->vk->ResetCommandPool(scene->world->device, pool, 0),
+                   "vkResetCommandPool");
+}
+
+static void reset_pool_and_begin(struct scene *scene)
+{
+    reset_pool(scene);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+static void submit_once(struct scene *scene)
+{
+    record_in_new_pool(scene);
+    scene_begin(scene, scene->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    scene_end(scene, scene->command_buffer);
+    scene_submit(scene, compute_family(scene), scene->command_buffer);
+}
+
+static void submit_once_and_begin(struct scene *scene)
+{
+    submit_once(scene);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+static VkCommandBuffer record_secondary(struct scene *scene)
+{
+    const VkCommandBuffer secondary = scene_allocate_command_buffer(
+        scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
+    scene_begin(scene, secondary, 0);
+    return secondary;
+}
+
+static void reset_executed_secondary(struct scene *scene)
+{
+    const VkCommandBuffer secondary = record_secondary(scene);
+    scene_end(scene, secondary);
+    scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &secondary);
+    scene->vk->ResetCommandBuffer(secondary, 0);
+}
+
+static void reset_secondary_before_execution(struct scene *scene)
+{
+    const VkCommandBuffer secondary = record_secondary(scene);
+    scene_end(scene, secondary);
+    scene->vk->ResetCommandBuffer(secondary, 0);
+    scene_begin(scene, secondary, 0);
+    scene_end(scene, secondary);
+    scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &secondary);
+}
+
+/* ---- render pass instances ---- */
+
+static void begin_render_pass(struct scene *scene)
+{
+    scene_begin_render_pass(scene, scene->command_buffer);
+}
+
+static void end_render_pass(struct scene *scene)
+{
+    begin_render_pass(scene);
+    scene->vk->CmdEndRenderPass(scene->command_buffer);
+}
+
+static void begin_render_pass2(struct scene *scene)
+{
+    scene_begin_render_pass2(scene, scene->command_buffer);
+}
+
+static void end_render_pass2(struct scene *scene)
+{
+    const VkSubpassEndInfo end_info = {.sType = VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
+    begin_render_pass2(scene);
+    if (scene->world->setup.route == ROUTE_KHR)
+        scene->vk->CmdEndRenderPass2KHR(scene->command_buffer, &end_info);
+    else
+        scene->vk->CmdEndRenderPass2(scene->command_buffer, &end_info);
+}
+
+static void begin_rendering(struct scene *scene)
+{
+    scene_begin_rendering(scene, scene->command_buffer, 0);
+}
+
+static void end_rendering(struct scene *scene)
+{
+    begin_rendering(scene);
+    scene_end_rendering(scene, scene->command_buffer);
+}
+
+static void reset_in_render_pass(struct scene *scene)
+{
+    begin_render_pass(scene);
+    reset_and_begin(scene);
+}
+
+static void continue_render_pass(struct scene *scene)
+{
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO,
+        .renderPass = scene_render_pass(scene),
+    };
+    const VkCommandBufferBeginInfo begin_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT,
+        .pInheritanceInfo = &inheritance,
+    };
+    scene->command_buffer = scene_allocate_command_buffer(
+        scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
+    expect_success(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info),
+                   "vkBeginCommandBuffer");
+}
+
+static void begin_secondary(struct scene *scene)
+{
+    scene->command_buffer = record_secondary(scene);
+}
+
+/* A primary command buffer ignores that flag. */
+static void begin_primary_with_continue_flag(struct scene *scene)
+{
+    scene_end(scene, scene->command_buffer);
+    scene_begin(scene, scene->command_buffer, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT);
+}
+
+/* ---- suspension ---- */
+
+static void suspend(struct scene *scene)
+{
+    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_SUSPENDING_BIT);
+    scene_end_rendering(scene, scene->command_buffer);
+}
+
+static void suspend_and_resume(struct scene *scene)
+{
+    suspend(scene);
+    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_RESUMING_BIT);
+    scene_end_rendering(scene, scene->command_buffer);
+}
+
+static void suspend_twice(struct scene *scene)
+{
+    suspend(scene);
+    scene_begin_rendering(scene, scene->command_buffer,
+                          VK_RENDERING_RESUMING_BIT | VK_RENDERING_SUSPENDING_BIT);
+    scene_end_rendering(scene, scene->command_buffer);
+}
+
+static void suspend_and_begin_again(struct scene *scene)
+{
+    suspend(scene);
+    reset_and_begin(scene);
+}
+
+static void begin_suspending(struct scene *scene)
+{
+    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_SUSPENDING_BIT);
+}
+
+static void resume_without_ending(struct scene *scene)
+{
+    suspend(scene);
+    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_RESUMING_BIT);
+}
+
+static void execute_suspending_secondary(struct scene *scene)
+{
+    const VkCommandBuffer secondary = record_secondary(scene);
+    scene_begin_rendering(scene, secondary, VK_RENDERING_SUSPENDING_BIT);
+    scene_end_rendering(scene, secondary);
+    scene_end(scene, secondary);
+    scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &secondary);
+}
+
+static void execute_resuming_secondary(struct scene *scene)
+{
+    const VkCommandBuffer secondary = record_secondary(scene);
+    scene_begin_rendering(scene, secondary, VK_RENDERING_RESUMING_BIT);
+    scene_end_rendering(scene, secondary);
+    scene_end(scene, secondary);
+    suspend(scene);
+    scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &secondary);
+}
+
+static const struct setup by_extensions = {.route = ROUTE_KHR};
+
+static const struct test_case cases[] = {
+    {.name = "state_initial", RULES(RULE_command_buffer_is_recording), .mutate = never_begin},
+    {.name = "state_executable",
+     RULES(RULE_command_buffer_is_recording),
+     .mutate = end,
+     .mutate_twin = begin_again},
+    {.name = "state_executable_is_forwarded_if_the_callback_wants",
+     RULES(RULE_command_buffer_is_recording),
+     .mutate = end,
+     .forwards = true,
+     .needs_null_driver = true},
+    {.name = "state_reset",
+     RULES(RULE_command_buffer_is_recording),
+     .mutate = reset,
+     .mutate_twin = reset_and_begin},
+    {.name = "state_pool_reset",
+     RULES(RULE_command_buffer_is_recording),
+     .mutate = reset_pool,
+     .mutate_twin = reset_pool_and_begin},
+    {.name = "state_submitted_once",
+     RULES(RULE_command_buffer_is_recording),
+     .mutate = submit_once,
+     .mutate_twin = submit_once_and_begin},
+    {.name = "state_invalid_by_reset_secondary",
+     RULES(RULE_command_buffer_is_recording),
+     .mutate = reset_executed_secondary,
+     .mutate_twin = reset_secondary_before_execution},
+    {.name = "render_pass",
+     RULES(RULE_build_is_outside_render_pass),
+     .mutate = begin_render_pass,
+     .mutate_twin = end_render_pass},
+    {.name = "render_pass_2",
+     RULES(RULE_build_is_outside_render_pass),
+     .mutate = begin_render_pass2,
+     .mutate_twin = end_render_pass2},
+    {.name = "render_pass_2_khr",
+     RULES(RULE_build_is_outside_render_pass),
+     .setup = &by_extensions,
+     .mutate = begin_render_pass2,
+     .mutate_twin = end_render_pass2},
+    {.name = "dynamic_rendering",
+     RULES(RULE_build_is_outside_render_pass),
+     .mutate = begin_rendering,
+     .mutate_twin = end_rendering},
+    {.name = "dynamic_rendering_khr",
+     RULES(RULE_build_is_outside_render_pass),
+     .setup = &by_extensions,
+     .mutate = begin_rendering,
+     .mutate_twin = end_rendering},
+    {.name = "render_pass_continued_by_secondary",
+     RULES(RULE_build_is_outside_render_pass),
+     .mutate = continue_render_pass,
+     .mutate_twin = begin_secondary},
+    {.name = "render_pass_forgotten_by_reset",
+     RULES(RULE_build_is_outside_render_pass),
+     .silent = true,
+     .mutate = reset_in_render_pass},
+    {.name = "render_pass_continue_flag_of_a_primary",
+     RULES(RULE_build_is_outside_render_pass),
+     .silent = true,
+     .mutate = begin_primary_with_continue_flag},
+    {.name = "render_pass_begun_to_be_suspended",
+     RULES(RULE_build_is_outside_render_pass),
+     .mutate = begin_suspending},
+    {.name = "render_pass_resumed",
+     RULES(RULE_build_is_outside_render_pass),
+     .mutate = resume_without_ending},
+    {.name = "suspended",
+     RULES(RULE_build_is_not_between_suspended_render_passes),
+     .mutate = suspend,
+     .mutate_twin = suspend_and_resume},
+    {.name = "suspended_twice",
+     RULES(RULE_build_is_not_between_suspended_render_passes),
+     .mutate = suspend_twice,
+     .mutate_twin = suspend_and_begin_again},
+    {.name = "suspended_khr",
+     RULES(RULE_build_is_not_between_suspended_render_passes),
+     .setup = &by_extensions,
+     .mutate = suspend,
+     .mutate_twin = suspend_and_resume},
+    {.name = "suspended_by_secondary",
+     RULES(RULE_build_is_not_between_suspended_render_passes),
+     .mutate = execute_suspending_secondary,
+     .mutate_twin = execute_resuming_secondary},
+};
+
+CASE_LIST(cases_recording, cases);

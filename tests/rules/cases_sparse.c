@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Structures in sparse buffers: pages that they share, and pages that are missing. */
+#include "case.h"
+#include "placing.h"
+
+static const struct setup with_sparse = {.enable = ENABLE_SPARSE};
+
+enum { PAGES = 4 };
+
+struct sparse_pair {
+    struct test_buffer buffers[2];
+    struct test_memory memory; /* of 2 * PAGES pages */
+    VkDeviceSize page;
+};
+
+static struct sparse_pair make_sparse_pair(struct scene *scene)
+{
+    struct sparse_pair pair;
+    const struct test_buffer probe =
+        scene_sparse_buffer(scene, 65536, ACCEL_USAGE, VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT);
+
+    pair.page = scene_sparse_page(scene, &probe);
+    for (int i = 0; i < 2; i++)
+        pair.buffers[i] = scene_sparse_buffer(scene, PAGES * pair.page, ACCEL_USAGE,
+                                              VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
+                                                  VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
+    pair.memory = scene_allocate(scene, 2 * PAGES * pair.page);
+    return pair;
+}
+
+static void bind_page(struct scene *scene, const struct sparse_pair *pair, int buffer,
+                      VkDeviceSize page, VkDeviceSize memory_page)
+{
+    scene_bind_sparse(scene, &pair->buffers[buffer], page * pair->page, pair->page,
+                      pair->memory.handle, memory_page * pair->page);
+}
+
+/* The first page of one and the last of the other: the same memory page. */
+static void alias_sparse_pages(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 3);
+    bind_page(scene, &pair, 1, 2, 3);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    place_dst(scene, AABBS, &pair.buffers[1], 2 * pair.page);
+}
+
+static void use_sparse_pages_apart(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 3);
+    bind_page(scene, &pair, 1, 0, 4);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    place_dst(scene, AABBS, &pair.buffers[1], 0);
+}
+
+/* Structures over two pages each, bound in opposite order: they meet in one page only. */
+static void place_over_two_pages(struct scene *scene, const struct sparse_pair *pair)
+{
+    place_grow(scene, INDEXED, pair->page);
+    place_grow(scene, AABBS, pair->page);
+    place_dst(scene, INDEXED, &pair->buffers[0], 0);
+    place_dst(scene, AABBS, &pair->buffers[1], 0);
+}
+
+static void alias_second_page_with_first(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 0);
+    bind_page(scene, &pair, 0, 1, 5);
+    bind_page(scene, &pair, 1, 0, 5);
+    bind_page(scene, &pair, 1, 1, 1);
+    place_over_two_pages(scene, &pair);
+}
+
+static void interleave_pages(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 0);
+    bind_page(scene, &pair, 0, 1, 2);
+    bind_page(scene, &pair, 1, 0, 1);
+    bind_page(scene, &pair, 1, 1, 3);
+    place_over_two_pages(scene, &pair);
+}
+
+/* They were in one page, then one of them was bound elsewhere. */
+static void rebind_page(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 3);
+    bind_page(scene, &pair, 1, 0, 3);
+    bind_page(scene, &pair, 1, 0, 2);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    place_dst(scene, AABBS, &pair.buffers[1], 0);
+}
+
+static void rebind_page_onto_another(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 3);
+    bind_page(scene, &pair, 1, 0, 2);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    bind_page(scene, &pair, 1, 0, 3);
+}
+
+static void alias_pages_in_order(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    for (VkDeviceSize i = 0; i < 2; i++) {
+        bind_page(scene, &pair, 0, i, i);
+        bind_page(scene, &pair, 1, i, i + 1);
+    }
+    place_over_two_pages(scene, &pair);
+}
+
+static void use_pages_in_order(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    for (VkDeviceSize i = 0; i < 2; i++) {
+        bind_page(scene, &pair, 0, i, i);
+        bind_page(scene, &pair, 1, i, i + 2);
+    }
+    place_over_two_pages(scene, &pair);
+}
+
+static void leave_pages_unbound(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+}
+
+static void leave_second_page_unbound(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 0);
+    scene->infos[INDEXED].dstAccelerationStructure =
+        scene_accel_in(scene, &pair.buffers[0], 0, pair.page + 512,
+                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void bind_only_the_pages_needed(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 1, 0);
+    bind_page(scene, &pair, 0, 2, 1);
+    scene->infos[INDEXED].dstAccelerationStructure =
+        scene_accel_in(scene, &pair.buffers[0], pair.page, pair.page + 512,
+                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void unbind_page(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 0);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    scene_bind_sparse(scene, &pair.buffers[0], 0, pair.page, VK_NULL_HANDLE, 0);
+}
+
+static void unbind_another_page(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 0);
+    bind_page(scene, &pair, 0, 1, 1);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    scene_bind_sparse(scene, &pair.buffers[0], pair.page, pair.page, VK_NULL_HANDLE, 0);
+}
+
+static void free_memory_of_pages(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    bind_page(scene, &pair, 0, 0, 0);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    scene_destroy(scene, (uint64_t)pair.memory.handle);
+}
+
+static const struct test_case cases[] = {
+    {.name = "dsts_in_one_sparse_page",
+     RULES(RULE_dst_and_dst_are_apart),
+     .setup = &with_sparse,
+     .mutate = alias_sparse_pages,
+     .mutate_twin = use_sparse_pages_apart},
+    {.name = "dsts_meet_in_one_of_two_sparse_pages",
+     RULES(RULE_dst_and_dst_are_apart),
+     .setup = &with_sparse,
+     .mutate = alias_second_page_with_first,
+     .mutate_twin = interleave_pages},
+    {.name = "dsts_over_sparse_pages_in_order",
+     RULES(RULE_dst_and_dst_are_apart),
+     .setup = &with_sparse,
+     .mutate = alias_pages_in_order,
+     .mutate_twin = use_pages_in_order},
+    {.name = "dsts_after_rebinding_a_sparse_page",
+     RULES(RULE_dst_and_dst_are_apart),
+     .setup = &with_sparse,
+     .mutate = rebind_page_onto_another,
+     .mutate_twin = rebind_page},
+    /* Pages may still be bound before the command buffer is submitted. */
+    {.name = "dst_in_sparse_buffer_without_pages",
+     RULES(RULE_dst_is_backed_by_memory),
+     .silent = true,
+     .setup = &with_sparse,
+     .mutate = leave_pages_unbound,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dst_in_sparse_buffer_with_one_page_of_two",
+     RULES(RULE_dst_is_backed_by_memory),
+     .silent = true,
+     .setup = &with_sparse,
+     .mutate = leave_second_page_unbound,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dst_in_sparse_page_of_freed_memory",
+     RULES(RULE_dst_is_backed_by_memory),
+     .silent = true,
+     .setup = &with_sparse,
+     .mutate = free_memory_of_pages,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "host_dst_in_sparse_buffer_with_one_page_of_two",
+     RULES(RULE_dst_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = leave_second_page_unbound,
+     .mutate_twin = bind_only_the_pages_needed,
+     .commands = ON_HOST,
+     .gap = "missing sparse pages are not told"},
+    {.name = "host_dst_in_sparse_page_unbound_again",
+     RULES(RULE_dst_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = unbind_page,
+     .mutate_twin = unbind_another_page,
+     .commands = ON_HOST,
+     .gap = "missing sparse pages are not told"},
+};
+
+CASE_LIST(cases_sparse, cases);

@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Updates that differ from what their source was built with earlier in the same command buffer. */
+#include "case.h"
+#include "placing.h"
+
+#define T_UPDATE TRIANGLES(UPDATE, 0)
+
+/* A build like INDEXED that is not part of the call; to be changed, then recorded before it. */
+static uint32_t begin_source(struct scene *scene)
+{
+    const uint32_t build = scene_add_build(scene, INDEXED);
+    scene->info_count--;
+    return build;
+}
+
+/* Records it and makes its dst the source of `update`. */
+static void record_source(struct scene *scene, uint32_t build, uint32_t update)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+    };
+    scene_give_objects(scene, build);
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
+                                                 &scene->range_pointers[build]);
+    scene->vk->CmdPipelineBarrier(
+        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene->infos[update].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
+}
+
+static void build_source_like_the_update(struct scene *scene)
+{
+    record_source(scene, begin_source(scene), UPDATE);
+}
+
+static void build_source_without_allow_update(struct scene *scene)
+{
+    const uint32_t build = begin_source(scene);
+    scene->infos[build].flags = 0;
+    record_source(scene, build, UPDATE);
+}
+
+/* What counts is the last build of the source. */
+static void build_source_twice(struct scene *scene)
+{
+    uint32_t build = begin_source(scene);
+    scene->infos[build].flags = 0;
+    scene->geometries[build][0].geometry.triangles.maxVertex = 20;
+    record_source(scene, build, UPDATE);
+    const VkAccelerationStructureKHR dst = scene->infos[build].dstAccelerationStructure;
+
+    build = begin_source(scene);
+    scene->infos[build].dstAccelerationStructure = dst;
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
+                                                 &scene->range_pointers[build]);
+}
+
+static void build_source_of_two_geometries(struct scene *scene)
+{
+    const uint32_t build = begin_source(scene);
+    scene->geometries[build][1] = scene->geometries[build][0];
+    scene->ranges[build][1] = scene->ranges[build][0];
+    scene->infos[build].geometryCount = 2;
+    record_source(scene, build, UPDATE);
+}
+
+static void build_source_without_transform(struct scene *scene)
+{
+    const uint32_t build = begin_source(scene);
+    scene->geometries[build][0].geometry.triangles.transformData.deviceAddress = 0;
+    record_source(scene, build, UPDATE);
+}
+
+/* A source that both a bottom and a top level can be built into. */
+static void update_tlas_from_blas(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    const VkAccelerationStructureKHR accel =
+        scene_accel_in(scene, &buffer, 0, PLACE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+
+    scene->infos[INDEXED].dstAccelerationStructure = accel;
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[INDEXED],
+                                                 scene->range_pointers);
+    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_for(scene, INDEXED);
+    scene->infos[TLAS].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    scene->infos[TLAS].srcAccelerationStructure = accel;
+    scene->infos[TLAS].dstAccelerationStructure = accel;
+    scene->ranges[TLAS][0].primitiveCount = scene->ranges[INDEXED][0].primitiveCount;
+}
+
+static void update_with_boxes(struct scene *scene)
+{
+    scene->geometries[UPDATE][0] = scene->geometries[AABBS][0];
+    scene->geometries[UPDATE][0].flags = 0;
+    scene_give_objects(scene, UPDATE);
+}
+
+/* A compacting copy carries what it copied. */
+static void update_compacted_copy(struct scene *scene)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = scene->infos[UPDATE].srcAccelerationStructure,
+        .dst = scene_accel_for(scene, UPDATE),
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
+    };
+    scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
+    scene->infos[UPDATE].srcAccelerationStructure = info.dst;
+}
+
+static const struct test_case cases[] = {
+    {.name = "source_without_allow_update",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .mutate = build_source_without_allow_update,
+     .mutate_twin = build_source_like_the_update,
+     .path = "pInfos[4].srcAccelerationStructure"},
+    {.name = "source_built_again",
+     RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
+     .silent = true,
+     .mutate = build_source_twice,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "source_of_two_geometries",
+     RULES(RULE_geometry_count_matches_source),
+     .mutate = build_source_of_two_geometries,
+     .path = "pInfos[4].geometryCount"},
+    {.name = "flags_of_update",
+     RULES(RULE_build_flags_match_source),
+     .edits = EDITS(
+         SET(infos[REFIT].flags, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                                     VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR)),
+     .path = "pInfos[5].flags"},
+    {.name = "type_of_update",
+     RULES(RULE_build_type_matches_source, RULE_geometry_type_matches_source),
+     .mutate = update_tlas_from_blas,
+     .path = "pInfos[3]"},
+    {.name = "geometry_type_of_update",
+     RULES(RULE_geometry_type_matches_source),
+     .mutate = update_with_boxes,
+     .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 2)),
+     .path = "pInfos[4].pGeometries[0].geometryType",
+     .keep_arrays = true},
+    {.name = "geometry_flags_of_update",
+     RULES(RULE_geometry_flags_match_source),
+     .edits = EDITS(SET(geometries[UPDATE][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
+     .path = "pInfos[4].pGeometries[0].flags"},
+    {.name = "vertex_format_of_update",
+     RULES(RULE_vertex_format_matches_source),
+     .edits = EDITS(SET(T_UPDATE.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
+     .twin_edits = EDITS(ADD(T_UPDATE.vertexData.deviceAddress, 4), SET(T_UPDATE.vertexStride, 16)),
+     .path = "pInfos[4].pGeometries[0].geometry.triangles.vertexFormat"},
+    {.name = "max_vertex_of_update",
+     RULES(RULE_max_vertex_matches_source),
+     .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
+     .twin_edits = EDITS(SET(ranges[UPDATE][0].firstVertex, 1)),
+     .path = "pInfos[4].pGeometries[0].geometry.triangles.maxVertex"},
+    {.name = "max_vertex_of_update_of_compacted_copy",
+     RULES(RULE_max_vertex_matches_source),
+     .mutate = update_compacted_copy,
+     .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
+     .mutate_twin = update_compacted_copy},
+    {.name = "index_type_of_update",
+     RULES(RULE_index_type_matches_source),
+     .edits = EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
+     .twin_edits = EDITS(ADD(T_UPDATE.indexData.deviceAddress, 4)),
+     .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType"},
+    {.name = "transform_of_update_of_source_without",
+     RULES(RULE_transform_is_absent_where_source_had_none),
+     .mutate = build_source_without_transform,
+     .mutate_twin = build_source_without_transform,
+     .twin_edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
+     .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"},
+    {.name = "transform_of_update_missing",
+     RULES(RULE_transform_is_given_where_source_had_one),
+     .edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
+     .twin_edits = EDITS(ADD(T_UPDATE.transformData.deviceAddress, SCENE_TRANSFORM_OFFSET)),
+     .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"},
+    {.name = "primitive_count_of_update",
+     RULES(RULE_primitive_count_matches_source),
+     .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 1)),
+     .twin_edits = EDITS(SET(ranges[UPDATE][0].primitiveOffset, 12)),
+     .keep_arrays = true},
+};
+
+CASE_LIST(cases_update, cases);

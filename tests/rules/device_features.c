@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Asking for extensions and features. */
+#include "device_features.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define FUTURE_EXTENSION "VK_TEST_not_yet_invented"
+
+/* The extensions that a bit of enum setup_enable stands for. */
+static const struct {
+    uint32_t enable;
+    const char *extension;
+} extensions_of_setup[] = {
+    {ENABLE_UINT8_KHR, VK_KHR_INDEX_TYPE_UINT8_EXTENSION_NAME},
+    {ENABLE_UINT8_EXT, VK_EXT_INDEX_TYPE_UINT8_EXTENSION_NAME},
+    {ENABLE_OPACITY_MICROMAP_EXT, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME},
+    {ENABLE_OPACITY_MICROMAP_KHR, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME},
+    {ENABLE_OPACITY_MICROMAP_KHR, VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME},
+    {ENABLE_DISPLACEMENT_MICROMAP, VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME},
+    {ENABLE_DISPLACEMENT_MICROMAP, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME},
+    {ENABLE_MOTION, VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME},
+    {ENABLE_MOTION, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME},
+    {ENABLE_SPHERES, VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME},
+    {ENABLE_SPHERES, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME},
+    {ENABLE_VIDEO, VK_KHR_VIDEO_QUEUE_EXTENSION_NAME},
+    {ENABLE_VIDEO, VK_KHR_VIDEO_DECODE_QUEUE_EXTENSION_NAME},
+    {ENABLE_VIDEO, VK_KHR_VIDEO_DECODE_H264_EXTENSION_NAME},
+    {ENABLE_MAINTENANCE5, VK_KHR_MAINTENANCE_5_EXTENSION_NAME},
+    {ENABLE_FUTURE, FUTURE_EXTENSION},
+    {ENABLE_RAY_TRACING_NV, VK_NV_RAY_TRACING_EXTENSION_NAME},
+};
+
+static const char *const extensions_of_1_1[] = {
+    VK_KHR_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME, VK_EXT_DESCRIPTOR_INDEXING_EXTENSION_NAME,
+    VK_KHR_CREATE_RENDERPASS_2_EXTENSION_NAME,   VK_KHR_DEPTH_STENCIL_RESOLVE_EXTENSION_NAME,
+    VK_KHR_DYNAMIC_RENDERING_EXTENSION_NAME,     VK_KHR_SPIRV_1_4_EXTENSION_NAME,
+    VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME,
+};
+
+static void add_extension(struct features *features, const char *name)
+{
+    for (uint32_t i = 0; i < features->extension_count; i++)
+        if (strcmp(features->extensions[i], name) == 0)
+            return;
+    if (features->extension_count == FEATURES_EXTENSIONS)
+        abort();
+    features->extensions[features->extension_count++] = name;
+}
+
+static void list_extensions(struct features *features, const struct setup *setup)
+{
+    features->extension_count = 0;
+    add_extension(features, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    add_extension(features, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    if (setup->route == ROUTE_EXT) {
+        add_extension(features, VK_EXT_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME);
+        add_extension(features, VK_KHR_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME);
+    }
+    for (size_t i = 0;
+         setup->route == ROUTE_KHR && i < sizeof(extensions_of_1_1) / sizeof(*extensions_of_1_1);
+         i++)
+        add_extension(features, extensions_of_1_1[i]);
+    for (size_t i = 0; i < sizeof(extensions_of_setup) / sizeof(*extensions_of_setup); i++)
+        if ((setup->enable & extensions_of_setup[i].enable) != 0)
+            add_extension(features, extensions_of_setup[i].extension);
+}
+
+/* Prepends a structure to a chain. */
+static void chain(const void **head, void *structure, VkStructureType type)
+{
+    VkBaseOutStructure *base = structure;
+    base->sType = type;
+    base->pNext = (VkBaseOutStructure *)*head;
+    *head = structure;
+}
+
+static void chain_core(struct features *features, const struct setup *setup, const void **head)
+{
+    if (setup->route == ROUTE_KHR) {
+        chain(head, &features->address_khr,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
+        features->address_khr.bufferDeviceAddress = VK_TRUE;
+        chain(head, &features->dynamic_rendering,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DYNAMIC_RENDERING_FEATURES);
+        features->dynamic_rendering.dynamicRendering = VK_TRUE;
+        return;
+    }
+    if (setup->route == ROUTE_EXT) {
+        chain(head, &features->address_ext,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES_EXT);
+        features->address_ext.bufferDeviceAddress = VK_TRUE;
+    } else {
+        chain(head, &features->vulkan12, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+        features->vulkan12.bufferDeviceAddress = VK_TRUE;
+        features->vulkan12.timelineSemaphore = VK_TRUE;
+    }
+    chain(head, &features->vulkan13, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
+    features->vulkan13.dynamicRendering = VK_TRUE;
+    features->vulkan13.synchronization2 = VK_TRUE;
+    if ((setup->enable & ENABLE_UINT8_CORE) != 0) {
+        chain(head, &features->vulkan14, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_FEATURES);
+        features->vulkan14.indexTypeUint8 = VK_TRUE;
+    }
+}
+
+static void chain_of_setup(struct features *features, const struct setup *setup, const void **head)
+{
+    if ((setup->enable & (ENABLE_UINT8_KHR | ENABLE_UINT8_EXT)) != 0) {
+        chain(head, &features->uint8, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_INDEX_TYPE_UINT8_FEATURES);
+        features->uint8.indexTypeUint8 = VK_TRUE;
+    }
+    if ((setup->enable & (ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP)) != 0) {
+        chain(head, &features->micromap_ext,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
+        features->micromap_ext.micromap = VK_TRUE;
+    }
+    if ((setup->enable & ENABLE_OPACITY_MICROMAP_KHR) != 0) {
+        chain(head, &features->micromap_khr,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
+        features->micromap_khr.micromap = VK_TRUE;
+    }
+    if ((setup->enable & ENABLE_DISPLACEMENT_MICROMAP) != 0) {
+        chain(head, &features->displacement,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV);
+        features->displacement.displacementMicromap = VK_TRUE;
+    }
+    if ((setup->enable & ENABLE_MOTION) != 0) {
+        chain(head, &features->motion,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV);
+        features->motion.rayTracingMotionBlur = VK_TRUE;
+    }
+    if ((setup->enable & ENABLE_SPHERES) != 0) {
+        chain(head, &features->spheres,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
+        features->spheres.spheres = VK_TRUE;
+        features->spheres.linearSweptSpheres = VK_TRUE;
+    }
+    if ((setup->enable & ENABLE_MAINTENANCE5) != 0) {
+        chain(head, &features->maintenance5,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_5_FEATURES);
+        features->maintenance5.maintenance5 = VK_TRUE;
+    }
+    if ((setup->enable & ENABLE_PROTECTED) != 0) {
+        chain(head, &features->protected_memory,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_FEATURES);
+        features->protected_memory.protectedMemory = VK_TRUE;
+    }
+}
+
+void features_fill(struct features *features, const struct world *world,
+                   VkDeviceCreateInfo *create_info)
+{
+    const struct setup *setup = &world->setup;
+    const void **head = &create_info->pNext;
+
+    memset(features, 0, sizeof(*features));
+    list_extensions(features, setup);
+    create_info->enabledExtensionCount = features->extension_count;
+    create_info->ppEnabledExtensionNames = features->extensions;
+
+    chain_core(features, setup, head);
+    chain_of_setup(features, setup, head);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR *as = &features->acceleration_structure;
+    chain(head, as, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
+    as->accelerationStructure = (setup->disable & DISABLE_ACCELERATION_STRUCTURE) == 0;
+    as->accelerationStructureIndirectBuild =
+        world->has_indirect && (setup->disable & DISABLE_INDIRECT_BUILD) == 0;
+    as->accelerationStructureHostCommands =
+        world->has_host && (setup->disable & DISABLE_HOST_COMMANDS) == 0;
+
+    VkPhysicalDeviceFeatures *core = &features->core.features;
+    if ((setup->enable & ENABLE_SPARSE) != 0)
+        core->sparseBinding = core->sparseResidencyBuffer = core->sparseResidencyAliased = VK_TRUE;
+    if (setup->route == ROUTE_FEATURES2)
+        chain(head, &features->core, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
+    else
+        create_info->pEnabledFeatures = core;
+}
+
+static bool has_extension(const VkExtensionProperties *offered, uint32_t count, const char *name)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(offered[i].extensionName, name) == 0)
+            return true;
+    return false;
+}
+
+static const char *core_missing(const struct world *world)
+{
+    VkPhysicalDeviceProtectedMemoryFeatures protected_memory = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_FEATURES};
+    VkPhysicalDeviceFeatures2 core = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                      .pNext = &protected_memory};
+    VkPhysicalDeviceProperties properties;
+    const uint32_t enable = world->setup.enable;
+
+    world->vki.GetPhysicalDeviceFeatures2(world->physical_device, &core);
+    world->vki.GetPhysicalDeviceProperties(world->physical_device, &properties);
+    if ((enable & ENABLE_PROTECTED) != 0 && !protected_memory.protectedMemory)
+        return "no protected memory";
+    if ((enable & ENABLE_SPARSE) != 0 && !core.features.sparseResidencyAliased)
+        return "no sparse buffers that alias";
+    if ((enable & ENABLE_UINT8_CORE) != 0 && properties.apiVersion < VK_API_VERSION_1_4)
+        return "no Vulkan 1.4";
+    if ((enable & ENABLE_GROUP) != 0) {
+        uint32_t count = 0;
+        world->vki.EnumeratePhysicalDevices(world->instance, &count, NULL);
+        if (count < 2)
+            return "no group of two physical devices";
+    }
+    return NULL;
+}
+
+const char *features_missing(const struct world *world)
+{
+    struct features wanted;
+    const char *missing = core_missing(world);
+    uint32_t count = 0;
+    VkExtensionProperties *offered;
+
+    if (missing != NULL)
+        return missing;
+    list_extensions(&wanted, &world->setup);
+    world->vki.EnumerateDeviceExtensionProperties(world->physical_device, NULL, &count, NULL);
+    offered = calloc(count + 1, sizeof(*offered));
+    if (offered == NULL)
+        abort();
+    world->vki.EnumerateDeviceExtensionProperties(world->physical_device, NULL, &count, offered);
+    for (uint32_t i = 0; missing == NULL && i < wanted.extension_count; i++)
+        if (!has_extension(offered, count, wanted.extensions[i]))
+            missing = wanted.extensions[i];
+    free(offered);
+    return missing;
+}
+
+void features_configure(struct null_driver_config *config, const struct setup *setup)
+{
+    if ((setup->enable & ENABLE_FUTURE) != 0)
+        config->extra_extensions[config->extra_extension_count++] = FUTURE_EXTENSION;
+    if (setup->api_version > config->api_version)
+        config->api_version = setup->api_version;
+}

@@ -1,0 +1,361 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE]
+ *
+ * Plays every case on every command that it fits, and writes what fired and what stayed silent as
+ * lines of tab-separated values: platform, case, command, id, fired|silent|failed. */
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "play.h"
+
+static const struct case_list *const lists[] = {
+    &cases_call,    &cases_recording, &cases_pointers, &cases_build,   &cases_build_state,
+    &cases_scratch, &cases_geometry,  &cases_chain,    &cases_address, &cases_range,
+    &cases_overlap, &cases_pairs,     &cases_memory,   &cases_sparse,  &cases_silent,
+    &cases_update,
+};
+enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]), REASONS_MAX = 64 };
+
+struct run {
+    struct platform platform;
+    const char *filter;
+    bool list, verbose;
+    FILE *results;
+    struct world world;
+    struct report report;
+    uint32_t passed, failed, skipped;
+    struct {
+        char text[128];
+        uint32_t count;
+    } reasons[REASONS_MAX];
+    bool fired[VUID_COUNT];
+};
+
+static char current_name[256];
+
+static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
+
+/* ---- pages for bad pointers ---- */
+
+void *unreadable_page(void)
+{
+    static void *page;
+    if (page == NULL)
+        page = mmap(NULL, (size_t)sysconf(_SC_PAGESIZE), PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1,
+                    0);
+    if (page == MAP_FAILED)
+        abort();
+    return page;
+}
+
+void *bytes_before_unreadable_page(size_t size)
+{
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    const size_t readable = (size + page - 1) / page * page;
+    unsigned char *pages =
+        mmap(NULL, readable + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (pages == MAP_FAILED || mprotect(pages + readable, page, PROT_NONE) != 0)
+        abort();
+    return pages + readable - size;
+}
+
+/* ---- output ---- */
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/* A finding that the layer misses may crash the driver: say in which case. */
+static void crash(int number)
+{
+    static const char text[] = "[  FAILED  ] crashed in ";
+    ssize_t written = write(STDOUT_FILENO, text, sizeof(text) - 1);
+    written += write(STDOUT_FILENO, current_name, strlen(current_name));
+    written += write(STDOUT_FILENO, "\n", 1);
+    (void)written;
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+static void catch_crashes(void)
+{
+    signal(SIGSEGV, crash);
+    signal(SIGBUS, crash);
+    signal(SIGFPE, crash);
+}
+#else
+static void catch_crashes(void) {}
+#endif
+
+static void count_reason(struct run *run, const char *text)
+{
+    for (uint32_t i = 0; i < REASONS_MAX; i++) {
+        if (run->reasons[i].count != 0 && strncmp(run->reasons[i].text, text, 100) != 0)
+            continue;
+        snprintf(run->reasons[i].text, sizeof(run->reasons[i].text), "%.100s", text);
+        run->reasons[i].count++;
+        return;
+    }
+}
+
+static void tell(struct run *run)
+{
+    switch (run->report.outcome) {
+    case OUTCOME_PASSED:
+        run->passed++;
+        if (run->verbose)
+            printf("[       OK ] %s\n", current_name);
+        break;
+    case OUTCOME_FAILED:
+        run->failed++;
+        printf("%s[  FAILED  ] %s\n", run->report.text, current_name);
+        break;
+    case OUTCOME_SKIPPED:
+        run->skipped++;
+        count_reason(run, run->report.text);
+        if (run->verbose)
+            printf("[  SKIPPED ] %s: %s\n", current_name, run->report.text);
+        break;
+    }
+}
+
+static void write_result(struct run *run, const struct play *play, const char *id, bool good,
+                         const char *word)
+{
+    fprintf(run->results, "%s\t%s%s\t%s\t%s\t%s\n", run->platform.name, play->test_case->name,
+            play->geometry_pointers ? "+ppGeometries" : "", command_words[play->command], id,
+            good ? word : "failed");
+}
+
+static void write_results(struct run *run, const struct play *play)
+{
+    const struct test_case *test_case = play->test_case;
+
+    if (play->level != NULL || run->report.outcome == OUTCOME_SKIPPED)
+        return;
+    for (uint32_t i = 0; i < test_case->rule_count; i++) {
+        const char *id = rule_id(test_case->rules[i], play->command);
+        if (id == NULL)
+            continue;
+        if (!test_case->silent && run->report.fired)
+            run->fired[rule_infos[test_case->rules[i]].vuid[play->command]] = true;
+        if (run->results == NULL)
+            continue;
+        if (test_case->silent) {
+            write_result(run, play, id, run->report.outcome == OUTCOME_PASSED, "silent");
+        } else {
+            write_result(run, play, id, run->report.fired, "fired");
+            write_result(run, play, id, run->report.stayed_silent, "silent");
+        }
+    }
+}
+
+/* ---- which plays ---- */
+
+static bool fits_command(const struct test_case *test_case, enum build_command command)
+{
+    if (test_case->commands != 0)
+        return (test_case->commands & 1u << command) != 0;
+    for (uint32_t i = 0; i < test_case->rule_count; i++) {
+        const struct rule_info *info = &rule_infos[test_case->rules[i]];
+        if (info->vuid[command] == VUID_NONE)
+            return false;
+        if (command == COMMAND_NV && (info->subject == NULL || strcmp(info->subject, "call") != 0))
+            return false;
+    }
+    return command != COMMAND_NV || test_case->rule_count > 0;
+}
+
+/* Rules about geometries are asked of both arrays. */
+static bool wants_pointers(const struct test_case *test_case)
+{
+    for (uint32_t i = 0; i < test_case->rule_count && !test_case->keep_arrays; i++) {
+        const char *subject = rule_infos[test_case->rules[i]].subject;
+        if (subject != NULL && (strcmp(subject, "geometry") == 0 || strcmp(subject, "range") == 0))
+            return true;
+    }
+    return false;
+}
+
+/* A known gap is no failure, but its end has to be noticed. */
+static void judge_gap(const struct test_case *test_case, struct report *report)
+{
+    if (test_case->gap == NULL)
+        return;
+    if (report->outcome == OUTCOME_PASSED) {
+        report->outcome = OUTCOME_FAILED;
+        snprintf(report->text, sizeof(report->text), "passes now: this is no gap any more\n");
+    } else if (report->outcome == OUTCOME_FAILED && report->stayed_silent) {
+        report->outcome = OUTCOME_SKIPPED;
+        snprintf(report->text, sizeof(report->text), "gap: %s", test_case->gap);
+    }
+}
+
+static void play_one(struct run *run, const struct case_list *list, const struct play *play)
+{
+    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name,
+             play->test_case->name, command_words[play->command],
+             play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
+             play->level != NULL ? play->level : "");
+    if (run->filter != NULL && strstr(current_name, run->filter) == NULL)
+        return;
+    if (run->list) {
+        puts(current_name);
+        return;
+    }
+    if (run->verbose)
+        printf("[ RUN      ] %s\n", current_name);
+    play_case(play, &run->world, &run->report);
+    judge_gap(play->test_case, &run->report);
+    write_results(run, play);
+    tell(run);
+}
+
+static void play_all_forms(struct run *run, const struct case_list *list,
+                           const struct test_case *test_case)
+{
+    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
+        struct play play = {&run->platform, test_case, command, false, NULL};
+        if (!fits_command(test_case, command))
+            continue;
+        play_one(run, list, &play);
+        if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
+            play.geometry_pointers = true;
+            play_one(run, list, &play);
+        }
+    }
+}
+
+/* At a level, the rules of it and of those below speak, and all others are silent. */
+static void play_at_level(struct run *run, const struct case_list *list,
+                          const struct test_case *test_case, const char *level)
+{
+    const struct play play = {&run->platform, test_case, COMMAND_DEVICE, false, level};
+    if (fits_command(test_case, COMMAND_DEVICE) && test_case->gap == NULL &&
+        (test_case->setup == NULL || test_case->setup->level == NULL))
+        play_one(run, list, &play);
+}
+
+static void play_at_lower_levels(struct run *run, const struct case_list *list,
+                                 const struct test_case *test_case)
+{
+    play_at_level(run, list, test_case, "parameters");
+    play_at_level(run, list, test_case, "state");
+}
+
+static void for_all_cases(struct run *run,
+                          void (*play)(struct run *run, const struct case_list *list,
+                                       const struct test_case *test_case))
+{
+    for (size_t i = 0; i < LIST_COUNT; i++)
+        for (size_t j = 0; j < lists[i]->count; j++)
+            play(run, lists[i], &lists[i]->cases[j]);
+}
+
+/* ---- every rule has a case ---- */
+
+static bool has_firing_case(enum rule rule)
+{
+    for (size_t i = 0; i < LIST_COUNT; i++)
+        for (size_t j = 0; j < lists[i]->count; j++)
+            for (uint32_t k = 0; k < lists[i]->cases[j].rule_count; k++)
+                if (lists[i]->cases[j].rules[k] == rule && !lists[i]->cases[j].silent)
+                    return true;
+    return false;
+}
+
+/* On the null driver every id has to have fired, too. */
+static void check_every_rule_has_a_case(struct run *run)
+{
+    struct report *report = &run->report;
+
+    *report = (struct report){.outcome = OUTCOME_PASSED};
+    snprintf(current_name, sizeof(current_name), "every_rule_has_a_case");
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *info = &rule_infos[rule];
+        if (info->subject == NULL)
+            continue;
+        if (!has_firing_case(rule)) {
+            printf("no case for %s\n", info->name);
+            report->outcome = OUTCOME_FAILED;
+            continue;
+        }
+        for (int command = 0; command < COMMAND_COUNT && run->platform.is_null; command++) {
+            const enum vuid vuid = info->vuid[command];
+            if (vuid == VUID_NONE || run->fired[vuid])
+                continue;
+            printf("never fired: %s (%s)\n", vuid_texts[vuid].id, info->name);
+            run->fired[vuid] = true; /* said once */
+            report->outcome = OUTCOME_FAILED;
+        }
+    }
+    tell(run);
+}
+
+/* ---- the program ---- */
+
+static int usage(void)
+{
+    fputs(
+        "usage: rules_test null|lavapipe [--filter NAME] [--list] [--verbose] "
+        "[--results FILE]\n",
+        stderr);
+    return 2;
+}
+
+static bool read_arguments(struct run *run, int argc, char **argv)
+{
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--list") == 0) {
+            run->list = true;
+        } else if (strcmp(argv[i], "--verbose") == 0) {
+            run->verbose = true;
+        } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {
+            run->filter = argv[++i];
+        } else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) {
+            run->results = fopen(argv[++i], "w");
+            if (run->results == NULL) {
+                perror(argv[i]);
+                return false;
+            }
+        } else {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void close_run(const struct run *run)
+{
+    for (uint32_t i = 0; i < REASONS_MAX && run->reasons[i].count != 0; i++)
+        printf("[  SKIPPED ] %u: %s\n", run->reasons[i].count, run->reasons[i].text);
+    printf("[==========] %u test(s) run.\n", run->passed + run->failed);
+    printf("%u passed, %u failed, %u skipped\n", run->passed, run->failed, run->skipped);
+}
+
+int main(int argc, char **argv)
+{
+    static struct run run;
+
+    if (argc < 2 || !read_arguments(&run, argc, argv))
+        return usage();
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    const char *missing = platform_open(&run.platform, argv[1]);
+    if (missing != NULL) {
+        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
+        return 77;
+    }
+    catch_crashes();
+    for_all_cases(&run, play_all_forms);
+    if (run.platform.is_null)
+        for_all_cases(&run, play_at_lower_levels);
+    world_close(&run.world);
+    if (run.filter == NULL && !run.list)
+        check_every_rule_has_a_case(&run);
+    if (!run.list)
+        close_run(&run);
+    if (run.results != NULL && fclose(run.results) != 0)
+        return 1;
+    return run.failed == 0 ? 0 : 1;
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Offsets in shared memory. */
+#include "placing.h"
+
+enum { ACCEL_ALIGNMENT = 256 };
+
+struct test_buffer place_buffer(struct scene *scene)
+{
+    return scene_buffer(scene, PLACE_SIZE, PLACE_USAGE);
+}
+
+VkDeviceSize place_size(const struct scene *scene, uint32_t build)
+{
+    return scene_sizes(scene, build).accelerationStructureSize;
+}
+
+VkDeviceSize place_behind(VkDeviceSize size)
+{
+    return (size + ACCEL_ALIGNMENT - 1) / ACCEL_ALIGNMENT * ACCEL_ALIGNMENT;
+}
+
+VkDeviceSize place_within(VkDeviceSize size)
+{
+    return (size - 1) / ACCEL_ALIGNMENT * ACCEL_ALIGNMENT;
+}
+
+static VkDeviceSize scratch_alignment(const struct scene *scene)
+{
+    return scene->world->limits.minAccelerationStructureScratchOffsetAlignment;
+}
+
+VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size)
+{
+    const VkDeviceSize alignment = scratch_alignment(scene);
+    return (size + alignment - 1) / alignment * alignment;
+}
+
+VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size)
+{
+    const VkDeviceSize alignment = scratch_alignment(scene);
+    return (size - 1) / alignment * alignment;
+}
+
+static VkAccelerationStructureKHR place(struct scene *scene, uint32_t build,
+                                        const struct test_buffer *buffer, VkDeviceSize offset)
+{
+    return scene_accel_in(scene, buffer, offset, place_size(scene, build),
+                          scene->infos[build].type);
+}
+
+void place_dst(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+               VkDeviceSize offset)
+{
+    scene->infos[build].dstAccelerationStructure = place(scene, build, buffer, offset);
+}
+
+void place_src(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+               VkDeviceSize offset)
+{
+    scene->infos[build].srcAccelerationStructure = place(scene, build, buffer, offset);
+}
+
+void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+                   VkDeviceSize offset)
+{
+    scene->infos[build].scratchData.deviceAddress = scene_address(scene, buffer, offset);
+}
+
+void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
+{
+    while (place_size(scene, build) <= size)
+        scene->ranges[build][0].primitiveCount *= 2;
+    const VkDeviceSize scratch_size = scene_scratch_size(scene, build);
+    const struct test_buffer scratch = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
+    place_scratch(scene, build, &scratch, 0);
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Placing structures and scratch of several builds in shared memory, for the cases about overlap.
+ */
+#ifndef RULES_PLACING_H
+#define RULES_PLACING_H
+
+#include "scene.h"
+
+enum { PLACE_SIZE = 1 << 20, PLACE_FAR = 1 << 16 };
+
+/* Usage of a buffer that can hold structures and scratch. */
+#define PLACE_USAGE (ACCEL_USAGE | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT)
+
+/* PLACE_SIZE bytes for anything. */
+struct test_buffer place_buffer(struct scene *scene);
+
+/* The size of a structure for the build: what the build uses of a larger one, too. */
+VkDeviceSize place_size(const struct scene *scene, uint32_t build);
+
+/* The first offset, a multiple of 256, behind `size` bytes; and the last one within them. */
+VkDeviceSize place_behind(VkDeviceSize size);
+VkDeviceSize place_within(VkDeviceSize size);
+/* The same for scratch, by the device's alignment. */
+VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size);
+VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size);
+
+/* Gives a build a new dst, src or scratch at an offset of a buffer. */
+void place_dst(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+               VkDeviceSize offset);
+void place_src(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+               VkDeviceSize offset);
+void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+                   VkDeviceSize offset);
+
+/* Gives a build primitives until its structure is larger than that, and scratch to match. */
+void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size);
+
+#endif

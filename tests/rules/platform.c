@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Opening the loader and pointing it to the layer and one driver. */
+#include "platform.h"
+
+#include <dlfcn.h>
+#include <glob.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *null_driver_open(struct platform *platform)
+{
+    platform->is_null = true;
+    if (null_driver_load(NULL_DRIVER_LIBRARY, &platform->null_driver) == NULL)
+        return "the null driver cannot be loaded";
+    setenv("VK_DRIVER_FILES", NULL_DRIVER_MANIFEST, 1);
+    return NULL;
+}
+
+static const char *lavapipe_find(void)
+{
+    const char *reason = "lavapipe is not installed";
+    glob_t found = {0};
+
+    if (glob("/usr/share/vulkan/icd.d/lvp_icd*.json", 0, NULL, &found) == 0) {
+        setenv("VK_DRIVER_FILES", found.gl_pathv[0], 1);
+        reason = NULL;
+    }
+    globfree(&found);
+    return reason;
+}
+
+const char *platform_open(struct platform *platform, const char *name)
+{
+    const char *reason;
+
+    *platform = (struct platform){.name = name};
+    if (strcmp(name, "null") == 0) {
+        reason = null_driver_open(platform);
+    } else if (strcmp(name, "lavapipe") == 0) {
+        reason = lavapipe_find();
+    } else {
+        fprintf(stderr, "unknown platform '%s': null or lavapipe\n", name);
+        exit(2);
+    }
+    if (reason != NULL)
+        return reason;
+
+    setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
+    setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
+    unsetenv("VK_INSTANCE_LAYERS");
+    unsetenv("VK_LOADER_LAYERS_ENABLE");
+
+    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    if (loader == NULL)
+        return "there is no libvulkan.so.1";
+    platform->get_instance_proc_addr =
+        (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
+    return platform->get_instance_proc_addr == NULL ? "libvulkan.so.1 lacks vkGetInstanceProcAddr"
+                                                    : NULL;
+}

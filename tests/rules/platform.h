@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the cases run on: the installed loader, with the layer of this build tree, over the null
+ * driver or over lavapipe. */
+#ifndef RULES_PLATFORM_H
+#define RULES_PLATFORM_H
+
+#include <stdbool.h>
+#include <vulkan/utility/vk_dispatch_table.h>
+#include <vulkan/vulkan.h>
+
+#include "../null_driver/null_driver.h"
+
+#define LAYER_NAME "VK_LAYER_ASSAY_validation"
+
+struct platform {
+    const char *name;
+    bool is_null; /* the null driver, which can be configured and asked for call counts */
+    struct null_driver_api null_driver;
+    PFN_vkGetInstanceProcAddr get_instance_proc_addr;
+};
+
+/* Opens the loader and sets the environment for it. Returns NULL, or why the platform cannot be
+ * used here. A name that is none ends the program. */
+const char *platform_open(struct platform *platform, const char *name);
+
+#endif

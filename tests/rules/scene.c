@@ -1,0 +1,367 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The valid build call and its parts. */
+#include "scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define GEOMETRY(scene, build, index) (&(scene)->geometries[build][index])
+
+uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
+                       VkDeviceSize offset)
+{
+    return scene->command == COMMAND_HOST ? (uint64_t)(uintptr_t)(buffer->host + offset)
+                                          : buffer->address + offset;
+}
+
+void scene_skip(struct scene *scene, const char *reason)
+{
+    scene->skip = reason;
+}
+
+/* ---- input data ---- */
+
+static const float identity[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+
+static void fill_transforms(struct scene *scene)
+{
+    for (uint32_t i = 0; i < 4; i++)
+        memcpy(scene->transforms.host + i * SCENE_TRANSFORM_OFFSET, identity, sizeof(identity));
+}
+
+static void fill_vertices(struct scene *scene)
+{
+    float *vertex = (float *)(void *)scene->vertices.host;
+    uint32_t *index = (uint32_t *)(void *)scene->indices.host;
+    uint16_t *short_index = (uint16_t *)(void *)(scene->indices.host + SCENE_BUFFER_SIZE / 2);
+
+    for (uint32_t i = 0; i < 64; i++, vertex += 3) {
+        vertex[0] = (float)(i % 2);
+        vertex[1] = (float)(i % 3);
+        vertex[2] = (float)i;
+    }
+    for (uint32_t i = 0; i < 6; i++) {
+        index[i] = i % 4;
+        short_index[i] = (uint16_t)(i % 4);
+    }
+}
+
+static void fill_boxes(struct scene *scene)
+{
+    float *box = (float *)(void *)scene->boxes.host;
+    for (uint32_t i = 0; i < SCENE_BUFFER_SIZE / sizeof(float); i++)
+        box[i] = i / 3 % 2 == 0 ? 0.0f : 1.0f;
+}
+
+static void fill_instances(struct scene *scene)
+{
+    VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.host;
+    for (uint32_t i = 0; i < SCENE_BUFFER_SIZE / sizeof(*instances); i++) {
+        memcpy(&instances[i].transform, identity, sizeof(identity));
+        instances[i].mask = 0xff;
+    }
+}
+
+static void make_inputs(struct scene *scene)
+{
+    struct test_buffer *const buffers[] = {&scene->vertices, &scene->indices, &scene->transforms,
+                                           &scene->boxes, &scene->instances};
+    for (size_t i = 0; i < sizeof(buffers) / sizeof(buffers[0]); i++) {
+        *buffers[i] = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+        memset(buffers[i]->host, 0, SCENE_BUFFER_SIZE);
+    }
+    fill_vertices(scene);
+    fill_transforms(scene);
+    fill_boxes(scene);
+    fill_instances(scene);
+    scene->indirect = scene_buffer(scene, sizeof(scene->ranges),
+                                   VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                                       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+}
+
+/* ---- geometries ---- */
+
+static void set_triangles(struct scene *scene, uint32_t build, uint32_t index,
+                          VkIndexType index_type, VkDeviceSize index_offset)
+{
+    *GEOMETRY(scene, build, index) = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles =
+            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
+             .vertexStride = 12,
+             .maxVertex = 5,
+             .indexType = index_type},
+    };
+    if (index_type != VK_INDEX_TYPE_NONE_KHR)
+        GEOMETRY(scene, build, index)->geometry.triangles.indexData.deviceAddress =
+            scene_address(scene, &scene->indices, index_offset);
+    scene->ranges[build][index].primitiveCount = 2;
+}
+
+static void set_boxes(struct scene *scene, uint32_t index, VkDeviceSize offset, VkDeviceSize stride)
+{
+    *GEOMETRY(scene, AABBS, index) = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+        .geometry.aabbs = {.sType =
+                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+                           .data.deviceAddress = scene_address(scene, &scene->boxes, offset),
+                           .stride = stride},
+        .flags = VK_GEOMETRY_OPAQUE_BIT_KHR,
+    };
+    scene->ranges[AABBS][index].primitiveCount = 3;
+}
+
+static void set_instances(struct scene *scene)
+{
+    *GEOMETRY(scene, TLAS, 0) = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+        .geometry.instances =
+            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+             .data.deviceAddress = scene_address(scene, &scene->instances, 0)},
+    };
+    scene->ranges[TLAS][0].primitiveCount = 3;
+}
+
+static void set_geometries(struct scene *scene)
+{
+    static const enum scene_build like_indexed[] = {INDEXED, UPDATE, REFIT};
+
+    for (size_t i = 0; i < sizeof(like_indexed) / sizeof(like_indexed[0]); i++) {
+        set_triangles(scene, like_indexed[i], 0, VK_INDEX_TYPE_UINT32, 0);
+        GEOMETRY(scene, like_indexed[i], 0)->geometry.triangles.transformData.deviceAddress =
+            scene_address(scene, &scene->transforms, 0);
+    }
+    set_triangles(scene, UNINDEXED, 0, VK_INDEX_TYPE_NONE_KHR, 0);
+    set_triangles(scene, UNINDEXED, 1, VK_INDEX_TYPE_UINT16, SCENE_BUFFER_SIZE / 2);
+    set_boxes(scene, 0, 0, 24);
+    set_boxes(scene, 1, 1024, 32);
+    set_instances(scene);
+}
+
+/* ---- builds ---- */
+
+VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, uint32_t build)
+{
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    uint32_t counts[SCENE_GEOMETRIES];
+
+    for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
+        counts[i] = scene->ranges[build][i].primitiveCount;
+    scene->vk->GetAccelerationStructureBuildSizesKHR(
+        scene->world->device,
+        scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                       : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+        &scene->infos[build], counts, &sizes);
+    return sizes;
+}
+
+VkDeviceSize scene_scratch_size(const struct scene *scene, uint32_t build)
+{
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = scene_sizes(scene, build);
+    return scene->infos[build].mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+               ? sizes.updateScratchSize
+               : sizes.buildScratchSize;
+}
+
+VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build)
+{
+    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    scene->dst_buffers[build] = scene_buffer(scene, size, ACCEL_USAGE);
+    return scene_accel_in(scene, &scene->dst_buffers[build], 0, size, scene->infos[build].type);
+}
+
+void scene_give_objects(struct scene *scene, uint32_t build)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[build];
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = scene_sizes(scene, build);
+    VkDeviceSize scratch_size = sizes.buildScratchSize;
+
+    if (scratch_size < sizes.updateScratchSize)
+        scratch_size = sizes.updateScratchSize;
+    if (scratch_size == 0)
+        scratch_size = 1;
+    info->dstAccelerationStructure = scene_accel_for(scene, build);
+    scene->scratch_buffers[build] = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
+    info->scratchData.deviceAddress = scene_address(scene, &scene->scratch_buffers[build], 0);
+}
+
+static void set_info(struct scene *scene, uint32_t build, uint32_t geometry_count)
+{
+    scene->infos[build] = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = build == TLAS ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                              : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+        .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+        .geometryCount = geometry_count,
+        .pGeometries = scene->geometries[build],
+    };
+}
+
+uint32_t scene_add_build(struct scene *scene, uint32_t model)
+{
+    const uint32_t build = scene->info_count++;
+
+    if (build >= SCENE_BUILDS)
+        abort();
+    scene->infos[build] = scene->infos[model];
+    scene->infos[build].pGeometries = scene->geometries[build];
+    memcpy(scene->geometries[build], scene->geometries[model], sizeof(scene->geometries[build]));
+    memcpy(scene->ranges[build], scene->ranges[model], sizeof(scene->ranges[build]));
+    scene_give_objects(scene, build);
+    if (scene->infos[build].mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+        scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
+    return build;
+}
+
+static void set_builds(struct scene *scene)
+{
+    static const uint32_t geometry_counts[SCENE_BASE_BUILDS] = {
+        [INDEXED] = 1, [UNINDEXED] = 2, [AABBS] = 2, [TLAS] = 1, [UPDATE] = 1, [REFIT] = 1};
+
+    for (uint32_t build = 0; build < SCENE_BASE_BUILDS; build++) {
+        set_info(scene, build, geometry_counts[build]);
+        scene_give_objects(scene, build);
+    }
+    scene->info_count = SCENE_BASE_BUILDS;
+}
+
+static void set_pointers(struct scene *scene)
+{
+    for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
+        scene->range_pointers[build] = scene->ranges[build];
+        scene->count_pointers[build] = scene->counts[build];
+        for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
+            scene->geometry_pointers[build][i] = &scene->geometries[build][i];
+    }
+    scene->infos_argument = scene->infos;
+    scene->ranges_argument = scene->range_pointers;
+    scene->counts_argument = scene->count_pointers;
+}
+
+/* The structures that the updates start from are built by an earlier call. */
+static void build_sources(struct scene *scene)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    };
+    scene->infos_argument = &scene->infos[UPDATE];
+    scene->ranges_argument = &scene->range_pointers[UPDATE];
+    scene->info_count = 2;
+    if (scene->command == COMMAND_HOST) {
+        scene_call(scene);
+    } else {
+        scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, scene->info_count,
+                                                     scene->infos_argument, scene->ranges_argument);
+        scene->vk->CmdPipelineBarrier(scene->command_buffer,
+                                      VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                                      VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
+                                      &barrier, 0, NULL, 0, NULL);
+    }
+    scene->infos_argument = scene->infos;
+    scene->ranges_argument = scene->range_pointers;
+    scene->info_count = SCENE_BASE_BUILDS;
+}
+
+static void become_updates(struct scene *scene)
+{
+    static const enum scene_build updates[] = {UPDATE, REFIT};
+
+    for (size_t i = 0; i < sizeof(updates) / sizeof(updates[0]); i++) {
+        VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[updates[i]];
+        info->mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+        info->srcAccelerationStructure = info->dstAccelerationStructure;
+    }
+    scene->infos[UPDATE].dstAccelerationStructure = scene_accel_for(scene, UPDATE);
+}
+
+struct scene *scene_open(struct world *world, enum build_command command)
+{
+    struct scene *scene = calloc(1, sizeof(*scene));
+    if (scene == NULL)
+        abort();
+    scene->world = world;
+    scene->vk = &world->vk;
+    scene->command = command;
+
+    set_pointers(scene);
+    make_inputs(scene);
+    set_geometries(scene);
+    set_builds(scene);
+    const uint32_t family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
+    scene->command_buffer = scene_command_buffer(scene, family);
+    scene_begin(scene, scene->command_buffer, 0);
+    if (world->setup.disable == 0)
+        build_sources(scene);
+    become_updates(scene);
+    return scene;
+}
+
+/* ---- the call ---- */
+
+void scene_use_geometry_pointers(struct scene *scene)
+{
+    for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
+        VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[build];
+        if (info->pGeometries == scene->geometries[build] && info->ppGeometries == NULL) {
+            info->pGeometries = NULL;
+            info->ppGeometries = scene->geometry_pointers[build];
+        }
+    }
+}
+
+static void call_indirect(struct scene *scene)
+{
+    memcpy(scene->indirect.host, scene->ranges, sizeof(scene->ranges));
+    for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
+        scene->indirect_addresses[build] =
+            scene->indirect.address + build * sizeof(scene->ranges[build]);
+        scene->indirect_strides[build] = sizeof(scene->ranges[build][0]);
+        for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
+            scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
+    }
+    scene->vk->CmdBuildAccelerationStructuresIndirectKHR(
+        scene->command_buffer, scene->info_count, scene->infos_argument, scene->indirect_addresses,
+        scene->indirect_strides, scene->counts_argument);
+}
+
+VkResult scene_call(struct scene *scene)
+{
+    switch (scene->command) {
+    case COMMAND_DEVICE:
+        scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, scene->info_count,
+                                                     scene->infos_argument, scene->ranges_argument);
+        break;
+    case COMMAND_INDIRECT:
+        call_indirect(scene);
+        break;
+    case COMMAND_HOST:
+        return scene->vk->BuildAccelerationStructuresKHR(scene->world->device, VK_NULL_HANDLE,
+                                                         scene->info_count, scene->infos_argument,
+                                                         scene->ranges_argument);
+    case COMMAND_NV:
+        scene_call_nv(scene);
+        break;
+    case COMMAND_COUNT:
+        abort();
+    }
+    return VK_SUCCESS;
+}
+
+void scene_close(struct scene *scene)
+{
+    while (scene->cleanup_count > 0) {
+        const struct scene_cleanup last = scene->cleanups[--scene->cleanup_count];
+        last.destroy(scene, last.device, last.handle);
+    }
+    free(scene);
+}

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A small valid world of objects and one build call over them, in arrays that a case edits freely
+ * before the call is made.
+ *
+ * Everything that the functions here create belongs to the scene and is destroyed with it. Several
+ * threads may each have a scene of the same world. */
+#ifndef RULES_SCENE_H
+#define RULES_SCENE_H
+
+#include "rules.h"
+#include "world.h"
+
+/* The builds of the call. */
+enum scene_build {
+    INDEXED,   /* BLAS: 2 triangles, 32-bit indices, a transform */
+    UNINDEXED, /* BLAS: 2 triangles without indices, then 2 with 16-bit ones */
+    AABBS,     /* BLAS: twice 3 boxes */
+    TLAS,      /* 3 instances, all null references */
+    UPDATE,    /* INDEXED again, from another source */
+    REFIT,     /* INDEXED again, in place */
+    SCENE_BASE_BUILDS,
+};
+
+enum {
+    SCENE_BUILDS = 40,
+    SCENE_GEOMETRIES = 8,
+    SCENE_CLEANUPS = 512,
+    SCENE_BUFFER_SIZE = 4096, /* of each input buffer, bytes */
+    SCENE_TRANSFORM_OFFSET = 48,
+};
+
+#define INPUT_USAGE                                                                                \
+    (VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |                        \
+     VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
+#define SCRATCH_USAGE                                                                              \
+    (VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
+#define ACCEL_USAGE                                                                                \
+    (VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |                                      \
+     VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
+
+struct test_memory {
+    VkDeviceMemory handle;
+    VkDeviceSize size;
+    uint8_t *host; /* NULL: not mapped */
+};
+
+struct test_buffer {
+    VkBuffer handle;
+    VkDeviceSize size;
+    VkBufferUsageFlags usage;
+    VkDeviceMemory memory;   /* null: unbound */
+    VkDeviceAddress address; /* 0 until bound, or without the usage for it */
+    uint8_t *host;
+};
+
+struct scene;
+
+struct scene_cleanup {
+    void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle);
+    VkDevice device;
+    uint64_t handle;
+};
+
+struct scene {
+    struct world *world;
+    const VkuDeviceDispatchTable *vk;
+    enum build_command command;
+    const char *skip; /* set by scene_skip */
+
+    /* The call. The pointers lead to the arrays below until a case edits them. */
+    VkCommandBuffer command_buffer;
+    uint32_t info_count;
+    const VkAccelerationStructureBuildGeometryInfoKHR *infos_argument;
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ranges_argument;
+    const uint32_t *const *counts_argument; /* COMMAND_INDIRECT */
+
+    VkAccelerationStructureBuildGeometryInfoKHR infos[SCENE_BUILDS];
+    VkAccelerationStructureGeometryKHR geometries[SCENE_BUILDS][SCENE_GEOMETRIES];
+    const VkAccelerationStructureGeometryKHR *geometry_pointers[SCENE_BUILDS][SCENE_GEOMETRIES];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[SCENE_BUILDS][SCENE_GEOMETRIES];
+    const VkAccelerationStructureBuildRangeInfoKHR *range_pointers[SCENE_BUILDS];
+
+    /* For COMMAND_INDIRECT, filled from `ranges` when the call is made. */
+    uint32_t counts[SCENE_BUILDS][SCENE_GEOMETRIES];
+    const uint32_t *count_pointers[SCENE_BUILDS];
+    VkDeviceAddress indirect_addresses[SCENE_BUILDS];
+    uint32_t indirect_strides[SCENE_BUILDS];
+    struct test_buffer indirect;
+
+    /* What the builds use. */
+    struct test_buffer vertices, indices, transforms, boxes, instances;
+    struct test_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
+    VkDevice other_device; /* made by scene_other_device */
+    VkuDeviceDispatchTable other_vk;
+
+    uint32_t cleanup_count;
+    struct scene_cleanup cleanups[SCENE_CLEANUPS];
+};
+
+/* ---- the whole (scene.c) ---- */
+
+struct scene *scene_open(struct world *world, enum build_command command);
+void scene_close(struct scene *scene);
+
+/* Makes the call. VK_SUCCESS for the commands that return nothing. */
+VkResult scene_call(struct scene *scene);
+
+/* Says that the case cannot be played here, and why. */
+void scene_skip(struct scene *scene, const char *reason);
+
+/* Turns every pGeometries of the call that leads to the scene's own array into ppGeometries. */
+void scene_use_geometry_pointers(struct scene *scene);
+
+/* Appends a build like `model`, with a dst and scratch of its own; returns its index. */
+uint32_t scene_add_build(struct scene *scene, uint32_t model);
+
+/* Gives a build a dst of the right size, and scratch that serves building and updating. */
+void scene_give_objects(struct scene *scene, uint32_t build);
+
+/* A structure of the size and type that the build needs. */
+VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build);
+
+/* What vkGetAccelerationStructureBuildSizesKHR says of a build as it stands. */
+VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, uint32_t build);
+
+/* The size of scratch that a build needs in its mode, as it stands. */
+VkDeviceSize scene_scratch_size(const struct scene *scene, uint32_t build);
+
+/* An address in a buffer, as the command of the scene wants it: of the device or the host. */
+uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
+                       VkDeviceSize offset);
+
+/* ---- memory, buffers, structures (scene_objects.c) ---- */
+
+void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
+                 void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle));
+/* Destroys one thing before its time. */
+void scene_destroy(struct scene *scene, uint64_t handle);
+
+struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size);
+struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
+                                       VkMemoryPropertyFlags properties, const void *chain);
+struct test_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
+                                       VkBufferUsageFlags usage);
+struct test_buffer scene_create_buffer_with(struct scene *scene,
+                                            const VkBufferCreateInfo *create_info);
+void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct test_memory *memory,
+                VkDeviceSize offset);
+/* Fills in address and host after a binding made by other means. */
+void scene_note_binding(struct scene *scene, struct test_buffer *buffer,
+                        const struct test_memory *memory, VkDeviceSize offset);
+VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer);
+VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer);
+
+/* A bound buffer with memory of its own. */
+struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
+
+VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
+                                          VkDeviceSize offset, VkDeviceSize size,
+                                          VkAccelerationStructureTypeKHR type);
+
+/* A sparse buffer, no page bound; and binding pages of it, in units of bytes. */
+struct test_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
+                                       VkBufferUsageFlags usage, VkBufferCreateFlags flags);
+void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
+                       VkDeviceSize resource_offset, VkDeviceSize size, VkDeviceMemory memory,
+                       VkDeviceSize memory_offset);
+VkDeviceSize scene_sparse_page(struct scene *scene, const struct test_buffer *buffer);
+
+/* An acceleration structure of another VkDevice, like the dst of `build`. */
+VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build);
+
+/* ---- VK_NV_ray_tracing (scene_nv.c) ---- */
+
+/* Records a valid build of one geometry, all of its own. */
+void scene_call_nv(struct scene *scene);
+
+/* ---- command buffers (scene_commands.c) ---- */
+
+VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags);
+VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool pool,
+                                              VkCommandBufferLevel level);
+/* Of a new resettable pool of `family`; in the initial state. */
+VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family);
+void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
+                 VkCommandBufferUsageFlags flags);
+void scene_end(struct scene *scene, VkCommandBuffer command_buffer);
+/* Submits to the family's first queue and waits. */
+void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer);
+
+/* A framebuffer without attachments and its render pass, and beginning an instance of it. */
+void scene_begin_render_pass(struct scene *scene, VkCommandBuffer command_buffer);
+void scene_begin_render_pass2(struct scene *scene, VkCommandBuffer command_buffer);
+VkRenderPass scene_render_pass(struct scene *scene);
+void scene_begin_rendering(struct scene *scene, VkCommandBuffer command_buffer,
+                           VkRenderingFlags flags);
+void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer);
+
+/* Ends the call's command buffer's life and starts another of a family; recording. */
+void scene_record_in_family(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags);
+
+#endif

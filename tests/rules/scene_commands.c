@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Command buffers of a scene, and what they record beside builds. */
+#include <stdlib.h>
+
+#include "scene.h"
+
+static void destroy_pool(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyCommandPool(device, (VkCommandPool)handle, NULL);
+}
+
+static void destroy_render_pass(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyRenderPass(device, (VkRenderPass)handle, NULL);
+}
+
+static void destroy_framebuffer(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyFramebuffer(device, (VkFramebuffer)handle, NULL);
+}
+
+VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
+{
+    const VkCommandPoolCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT | flags,
+        .queueFamilyIndex = family,
+    };
+    const VkDevice device = scene->world->device;
+    VkCommandPool pool;
+
+    expect_success(scene->vk->CreateCommandPool(device, &create_info, NULL, &pool),
+                   "vkCreateCommandPool");
+    scene_defer(scene, device, (uint64_t)pool, destroy_pool);
+    return pool;
+}
+
+VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool pool,
+                                              VkCommandBufferLevel level)
+{
+    const VkCommandBufferAllocateInfo allocate_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = pool,
+        .level = level,
+        .commandBufferCount = 1,
+    };
+    VkCommandBuffer command_buffer;
+    expect_success(
+        scene->vk->AllocateCommandBuffers(scene->world->device, &allocate_info, &command_buffer),
+        "vkAllocateCommandBuffers");
+    return command_buffer;
+}
+
+VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family)
+{
+    return scene_allocate_command_buffer(scene, scene_pool(scene, family, 0),
+                                         VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+}
+
+void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
+                 VkCommandBufferUsageFlags flags)
+{
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferBeginInfo begin_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = flags,
+        .pInheritanceInfo = &inheritance,
+    };
+    expect_success(scene->vk->BeginCommandBuffer(command_buffer, &begin_info),
+                   "vkBeginCommandBuffer");
+}
+
+void scene_end(struct scene *scene, VkCommandBuffer command_buffer)
+{
+    expect_success(scene->vk->EndCommandBuffer(command_buffer), "vkEndCommandBuffer");
+}
+
+void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
+{
+    const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                      .commandBufferCount = 1,
+                                      .pCommandBuffers = &command_buffer};
+    VkQueue queue;
+    scene->vk->GetDeviceQueue(scene->world->device, family, 0, &queue);
+    expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
+    expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
+}
+
+void scene_record_in_family(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
+{
+    if (family == UINT32_MAX) {
+        scene_skip(scene, "no queue family of that kind");
+        return;
+    }
+    scene->command_buffer = scene_allocate_command_buffer(scene, scene_pool(scene, family, flags),
+                                                          VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+/* ---- render passes ---- */
+
+VkRenderPass scene_render_pass(struct scene *scene)
+{
+    const VkSubpassDescription subpass = {.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS};
+    const VkRenderPassCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO,
+        .subpassCount = 1,
+        .pSubpasses = &subpass,
+    };
+    const VkDevice device = scene->world->device;
+    VkRenderPass render_pass;
+
+    expect_success(scene->vk->CreateRenderPass(device, &create_info, NULL, &render_pass),
+                   "vkCreateRenderPass");
+    scene_defer(scene, device, (uint64_t)render_pass, destroy_render_pass);
+    return render_pass;
+}
+
+static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
+{
+    VkRenderPassBeginInfo begin_info = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
+                                        .renderPass = scene_render_pass(scene),
+                                        .renderArea.extent = {4, 4}};
+    const VkFramebufferCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
+        .renderPass = begin_info.renderPass,
+        .width = 4,
+        .height = 4,
+        .layers = 1,
+    };
+    const VkDevice device = scene->world->device;
+
+    expect_success(
+        scene->vk->CreateFramebuffer(device, &create_info, NULL, &begin_info.framebuffer),
+        "vkCreateFramebuffer");
+    scene_defer(scene, device, (uint64_t)begin_info.framebuffer, destroy_framebuffer);
+    return begin_info;
+}
+
+void scene_begin_render_pass(struct scene *scene, VkCommandBuffer command_buffer)
+{
+    const VkRenderPassBeginInfo begin_info = begin_info_of(scene);
+    scene->vk->CmdBeginRenderPass(command_buffer, &begin_info, VK_SUBPASS_CONTENTS_INLINE);
+}
+
+void scene_begin_render_pass2(struct scene *scene, VkCommandBuffer command_buffer)
+{
+    const VkRenderPassBeginInfo begin_info = begin_info_of(scene);
+    const VkSubpassBeginInfo subpass = {.sType = VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO,
+                                        .contents = VK_SUBPASS_CONTENTS_INLINE};
+    if (scene->world->setup.route == ROUTE_KHR)
+        scene->vk->CmdBeginRenderPass2KHR(command_buffer, &begin_info, &subpass);
+    else
+        scene->vk->CmdBeginRenderPass2(command_buffer, &begin_info, &subpass);
+}
+
+void scene_begin_rendering(struct scene *scene, VkCommandBuffer command_buffer,
+                           VkRenderingFlags flags)
+{
+    const VkRenderingInfo info = {
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+        .flags = flags,
+        .renderArea.extent = {4, 4},
+        .layerCount = 1,
+    };
+    if (scene->world->setup.route == ROUTE_KHR)
+        scene->vk->CmdBeginRenderingKHR(command_buffer, &info);
+    else
+        scene->vk->CmdBeginRendering(command_buffer, &info);
+}
+
+void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
+{
+    if (scene->world->setup.route == ROUTE_KHR)
+        scene->vk->CmdEndRenderingKHR(command_buffer);
+    else
+        scene->vk->CmdEndRendering(command_buffer);
+}

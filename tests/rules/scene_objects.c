@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Memory, buffers and acceleration structures of a scene. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene.h"
+
+/* ---- ownership ---- */
+
+void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
+                 void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle))
+{
+    if (scene->cleanup_count == SCENE_CLEANUPS)
+        abort();
+    scene->cleanups[scene->cleanup_count++] = (struct scene_cleanup){destroy, device, handle};
+}
+
+void scene_destroy(struct scene *scene, uint64_t handle)
+{
+    for (uint32_t i = scene->cleanup_count; i-- > 0;) {
+        const struct scene_cleanup cleanup = scene->cleanups[i];
+        if (cleanup.handle != handle)
+            continue;
+        scene->cleanup_count--;
+        memmove(&scene->cleanups[i], &scene->cleanups[i + 1],
+                (scene->cleanup_count - i) * sizeof(cleanup));
+        cleanup.destroy(scene, cleanup.device, cleanup.handle);
+        return;
+    }
+    abort();
+}
+
+static const VkuDeviceDispatchTable *table_of(const struct scene *scene, VkDevice device)
+{
+    return device == scene->other_device ? &scene->other_vk : scene->vk;
+}
+
+static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    table_of(scene, device)->FreeMemory(device, (VkDeviceMemory)handle, NULL);
+}
+
+static void destroy_buffer(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    table_of(scene, device)->DestroyBuffer(device, (VkBuffer)handle, NULL);
+}
+
+static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    table_of(scene, device)
+        ->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
+}
+
+static void destroy_other_device(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    (void)handle;
+    scene->other_vk.DestroyDevice(device, NULL);
+    scene->other_device = VK_NULL_HANDLE;
+}
+
+/* ---- memory ---- */
+
+static uint32_t find_memory_type(const struct scene *scene, VkMemoryPropertyFlags properties)
+{
+    const VkPhysicalDeviceMemoryProperties *memory = &scene->world->memory;
+    for (uint32_t i = 0; i < memory->memoryTypeCount; i++)
+        if ((memory->memoryTypes[i].propertyFlags & properties) == properties)
+            return i;
+    return UINT32_MAX;
+}
+
+struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
+                                       VkMemoryPropertyFlags properties, const void *chain)
+{
+    struct test_memory memory = {.size = size};
+    const VkMemoryAllocateFlagsInfo flags_info = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .pNext = chain,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
+    const VkMemoryAllocateInfo allocate_info = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+        .pNext = scene->world->setup.route == ROUTE_EXT ? chain : &flags_info,
+        .allocationSize = size,
+        .memoryTypeIndex = find_memory_type(scene, properties),
+    };
+    const VkDevice device = scene->world->device;
+
+    if (allocate_info.memoryTypeIndex == UINT32_MAX) {
+        scene_skip(scene, "no memory type of the wanted kind");
+        return memory;
+    }
+    expect_success(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle),
+                   "vkAllocateMemory");
+    scene_defer(scene, device, (uint64_t)memory.handle, free_memory);
+    if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
+        expect_success(
+            scene->vk->MapMemory(device, memory.handle, 0, size, 0, (void **)&memory.host),
+            "vkMapMemory");
+    return memory;
+}
+
+struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size)
+{
+    return scene_allocate_with(
+        scene, size, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+        NULL);
+}
+
+/* ---- buffers ---- */
+
+struct test_buffer scene_create_buffer_with(struct scene *scene,
+                                            const VkBufferCreateInfo *create_info)
+{
+    struct test_buffer buffer = {.size = create_info->size, .usage = create_info->usage};
+    const VkDevice device = scene->world->device;
+
+    expect_success(scene->vk->CreateBuffer(device, create_info, NULL, &buffer.handle),
+                   "vkCreateBuffer");
+    scene_defer(scene, device, (uint64_t)buffer.handle, destroy_buffer);
+    return buffer;
+}
+
+struct test_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
+                                       VkBufferUsageFlags usage)
+{
+    const VkBufferCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
+    return scene_create_buffer_with(scene, &create_info);
+}
+
+VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer)
+{
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = buffer};
+    const VkDevice device = scene->world->device;
+
+    switch (scene->world->setup.route) {
+    case ROUTE_KHR:
+        return scene->vk->GetBufferDeviceAddressKHR(device, &info);
+    case ROUTE_EXT:
+        return scene->vk->GetBufferDeviceAddressEXT(device, &info);
+    case ROUTE_CHAIN:
+    case ROUTE_FEATURES2:
+        break;
+    }
+    return scene->vk->GetBufferDeviceAddress(device, &info);
+}
+
+VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer)
+{
+    VkMemoryRequirements requirements;
+    scene->vk->GetBufferMemoryRequirements(scene->world->device, buffer->handle, &requirements);
+    return requirements.size;
+}
+
+void scene_note_binding(struct scene *scene, struct test_buffer *buffer,
+                        const struct test_memory *memory, VkDeviceSize offset)
+{
+    buffer->memory = memory->handle;
+    buffer->host = memory->host != NULL ? memory->host + offset : NULL;
+    if ((buffer->usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0)
+        buffer->address = scene_buffer_address(scene, buffer->handle);
+}
+
+void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct test_memory *memory,
+                VkDeviceSize offset)
+{
+    if (memory->handle == VK_NULL_HANDLE)
+        return;
+    expect_success(
+        scene->vk->BindBufferMemory(scene->world->device, buffer->handle, memory->handle, offset),
+        "vkBindBufferMemory");
+    scene_note_binding(scene, buffer, memory, offset);
+}
+
+struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage)
+{
+    struct test_buffer buffer = scene_create_buffer(scene, size, usage);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer;
+}
+
+/* ---- acceleration structures ---- */
+
+VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
+                                          VkDeviceSize offset, VkDeviceSize size,
+                                          VkAccelerationStructureTypeKHR type)
+{
+    const VkAccelerationStructureCreateInfoKHR create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = buffer->handle,
+        .offset = offset,
+        .size = size,
+        .type = type,
+    };
+    const VkDevice device = scene->world->device;
+    VkAccelerationStructureKHR accel;
+
+    expect_success(scene->vk->CreateAccelerationStructureKHR(device, &create_info, NULL, &accel),
+                   "vkCreateAccelerationStructureKHR");
+    scene_defer(scene, device, (uint64_t)accel, destroy_accel);
+    return accel;
+}
+
+VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build)
+{
+    struct world *world = scene->world;
+    const VkDevice device = world->device;
+    const struct test_buffer dst_buffer = scene->dst_buffers[build];
+
+    if (scene->other_device == VK_NULL_HANDLE) {
+        scene->other_device = world_create_device(world);
+        vkuInitDeviceDispatchTable(scene->other_device, &scene->other_vk,
+                                   world->get_device_proc_addr);
+        scene_defer(scene, scene->other_device, (uint64_t)(uintptr_t)scene->other_device,
+                    destroy_other_device);
+    }
+    world->device = scene->other_device;
+    scene->vk = &scene->other_vk;
+    const VkAccelerationStructureKHR accel = scene_accel_for(scene, build);
+    world->device = device;
+    scene->vk = &world->vk;
+    scene->dst_buffers[build] = dst_buffer;
+    return accel;
+}
+
+/* ---- sparse ---- */
+
+struct test_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
+                                       VkBufferUsageFlags usage, VkBufferCreateFlags flags)
+{
+    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                            .flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | flags,
+                                            .size = size,
+                                            .usage = usage};
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    buffer.address = scene_buffer_address(scene, buffer.handle);
+    return buffer;
+}
+
+VkDeviceSize scene_sparse_page(struct scene *scene, const struct test_buffer *buffer)
+{
+    VkMemoryRequirements requirements;
+    scene->vk->GetBufferMemoryRequirements(scene->world->device, buffer->handle, &requirements);
+    return requirements.alignment;
+}
+
+void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
+                       VkDeviceSize resource_offset, VkDeviceSize size, VkDeviceMemory memory,
+                       VkDeviceSize memory_offset)
+{
+    const VkSparseMemoryBind bind = {.resourceOffset = resource_offset,
+                                     .size = size,
+                                     .memory = memory,
+                                     .memoryOffset = memory_offset};
+    const VkSparseBufferMemoryBindInfo buffer_bind = {
+        .buffer = buffer->handle, .bindCount = 1, .pBinds = &bind};
+    const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
+                                   .bufferBindCount = 1,
+                                   .pBufferBinds = &buffer_bind};
+    const uint32_t family = world_find_family(scene->world, VK_QUEUE_SPARSE_BINDING_BIT, 0);
+    VkQueue queue;
+
+    scene->vk->GetDeviceQueue(scene->world->device, family, 0, &queue);
+    expect_success(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE),
+                   "vkQueueBindSparse");
+    expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
+}
