@@ -229,21 +229,22 @@ static struct build_call start_call(struct layer_device *device, enum build_comm
     };
 }
 
-/* Large calls want memory, and are often followed by others; what very large ones want is not worth
- * keeping: they take long enough to allocate it anew. */
-enum { LARGE_CALL = 16, VERY_LARGE_CALL = 2048 };
+/* Large calls want memory, and are often followed by others: the device keeps that of one. */
+enum { LARGE_CALL = 16 };
 
-static struct sweep *sweep_of(const struct build_call *call)
+static struct sweep *take_sweep(const struct build_call *call)
 {
-    struct command_buffer *command_buffer = call->command_buffer;
-    if (!command_buffer || call->view.info_count <= LARGE_CALL ||
-        call->view.info_count > VERY_LARGE_CALL)
+    if (call->view.info_count <= LARGE_CALL)
         return NULL;
-    if (!command_buffer->check_memory) {
-        command_buffer->check_memory = check_make_sweep();
-        command_buffer->free_check_memory = check_free_sweep;
-    }
-    return command_buffer->check_memory;
+    struct sweep *spare = atomic_exchange(&call->device->spare_sweep, NULL);
+    return spare ? spare : check_make_sweep();
+}
+
+static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
+{
+    struct sweep *other = sweep ? atomic_exchange(&call->device->spare_sweep, sweep) : NULL;
+    if (other)
+        check_free_sweep(other);
 }
 
 static void run_checks(struct build_call *call)
@@ -254,7 +255,7 @@ static void run_checks(struct build_call *call)
         .active = call->device->active_rules[call->view.command],
         .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
         .resources = call->device->resources,
-        .sweep = sweep_of(call),
+        .sweep = take_sweep(call),
         .found = found,
         .find_sizes = find_sizes,
         .vertex_format_supported = vertex_format_supported,
@@ -262,7 +263,7 @@ static void run_checks(struct build_call *call)
         .user = call,
     };
     if (call->view.command == COMMAND_NV) {
-        check_call(&context, &call->view);
+        check_call(&context, &call->view); /* takes no large call */
         return;
     }
     if (call->device->level >= LEVEL_EXECUTION && call->command_buffer &&
@@ -274,6 +275,7 @@ static void run_checks(struct build_call *call)
     if (call->view.command == COMMAND_HOST && call->device->level >= LEVEL_EXECUTION)
         context.see_build = see_host_build;
     check_builds(&context, &call->view);
+    give_back_sweep(call, context.sweep);
     if (context.see_input)
         settle_journal(call);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Devices: creation and destruction. */
+#include <stdatomic.h>
 #include <stdlib.h>
 
 #include "intercepts.h"
@@ -34,6 +35,7 @@ static void free_device(struct layer_device *device)
     command_buffers_destroy(device->command_buffers);
     size_cache_destroy(device->sizes);
     object_names_destroy(device->names);
+    check_free_sweep(atomic_load(&device->spare_sweep));
     free(device->queue_families);
     free(device);
 }

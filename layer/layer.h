@@ -64,6 +64,9 @@ struct layer_device {
     struct submissions *submissions;
     struct execution_order *order;
 
+    /* Memory that checks of large calls leave to each other; NULL while one uses it. */
+    struct sweep *_Atomic spare_sweep;
+
     /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices. */
     _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE];
 };

@@ -2,6 +2,8 @@
 /* Exact arithmetic by floating-point expansions, after Shewchuk 1997. */
 #include "build/expansion.h"
 
+#include <string.h>
+
 #include "build/build.h"
 
 /* Knuth's two-sum (Shewchuk, theorem 7): sum + error = a + b exactly. */
@@ -113,8 +115,7 @@ int expansion_product(int m, const double *e, int n, const double *f, double *to
         count = expansion_sum(count, sums[now], terms, multiple, sums[1 - now]);
         now = 1 - now;
     }
-    for (int i = 0; i < count; i++)
-        to[i] = sums[now][i];
+    memcpy(to, sums[now], (size_t)count * sizeof(*to));
     return count;
 }
 
@@ -147,8 +148,7 @@ static int determinant(const VkTransformMatrixKHR *transform, double to[12])
         count = expansion_sum(count, sums[now], terms, term, sums[1 - now]);
         now = 1 - now;
     }
-    for (int i = 0; i < count; i++)
-        to[i] = sums[now][i];
+    memcpy(to, sums[now], (size_t)count * sizeof(*to));
     return count;
 }
 

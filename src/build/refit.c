@@ -21,12 +21,31 @@ static bool shape_is_same(const struct builder_input *input, const struct struct
     return true;
 }
 
+/* How many records ahead indices and vertices are asked for. */
+#define AHEAD_INDICES 32
+#define AHEAD_VERTICES 16
+
+static void prefetch(const struct structure_header *header, const struct source *sources,
+                     uint32_t index)
+{
+    const struct triangle_record *records = structure_records(header);
+    if (index + AHEAD_INDICES < header->record_count) {
+        const struct triangle_record *record = &records[index + AHEAD_INDICES];
+        source_prefetch_indices(&sources[record->geometry], record->primitive);
+    }
+    if (index + AHEAD_VERTICES < header->record_count) {
+        const struct triangle_record *record = &records[index + AHEAD_VERTICES];
+        source_prefetch_vertices(&sources[record->geometry], record->primitive);
+    }
+}
+
 /* A primitive that isn't active any more, or can't be read, keeps what it had. */
 static void refit_triangles(const struct structure_header *header, const struct source *sources,
                             struct builder_report *report)
 {
     struct triangle_record *records = structure_records(header);
     for (uint32_t i = 0; i < header->record_count; i++) {
+        prefetch(header, sources, i);
         struct triangle_record *record = &records[i], fresh = *record;
         enum source_state found =
             source_triangle(&sources[record->geometry], record->primitive, &fresh);

@@ -208,6 +208,18 @@ enum source_state source_triangle(const struct source *source, uint32_t primitiv
     return state;
 }
 
+/* Only what read_plain() reads; an index out of range asks for nothing. */
+void source_prefetch_vertices(const struct source *source, uint32_t primitive)
+{
+    if (!source->is_plain)
+        return;
+    uint32_t index[3];
+    memcpy(index, source->indices + (uint64_t)primitive * sizeof(index), sizeof(index));
+    for (int i = 0; i < 3; i++)
+        if (index[i] < source->index_limit)
+            __builtin_prefetch(source->vertices + source->stride * index[i]);
+}
+
 enum source_state source_aabb(const struct source *source, uint32_t primitive,
                               struct aabb_record *record)
 {

@@ -34,25 +34,37 @@ static void see_inputs(struct check_context *context, const struct geometry_view
 }
 
 /* One geometry of a build, at each level. */
-static void check_geometry(struct walk *walk, const struct build_view *build, uint32_t index,
-                           bool with_state)
+static void check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    struct geometry_view geometry;
-    view_geometry(walk->context, build, index, &geometry);
-    struct range_view range = {.geometry = &geometry,
-                               .range = build->ranges ? &build->ranges[index] : NULL};
-    bool has_count = view_primitive_count(build, index, &range.primitive_count);
-    walk_geometry(walk, &geometry, LEVEL_PARAMETERS);
+    const struct build_view *build = geometry->build;
+    struct range_view range = {.geometry = geometry,
+                               .range = build->ranges ? &build->ranges[geometry->index] : NULL};
+    bool has_count = view_primitive_count(build, geometry->index, &range.primitive_count);
+    walk_geometry(walk, geometry, LEVEL_PARAMETERS);
     if (has_count)
         walk_range(walk, &range, LEVEL_PARAMETERS);
     if (!with_state)
         return;
-    view_geometry_state(walk->context, &geometry);
-    walk_geometry(walk, &geometry, LEVEL_STATE);
+    view_geometry_state(walk->context, geometry);
+    walk_geometry(walk, geometry, LEVEL_STATE);
     if (has_count)
         walk_range(walk, &range, LEVEL_STATE);
     if (walk->context->see_input)
-        see_inputs(walk->context, &geometry);
+        see_inputs(walk->context, geometry);
+}
+
+static void check_geometries(struct walk *walk, const struct build_view *build,
+                             struct geometry_view *first, bool with_state)
+{
+    if (build->geometry_count)
+        check_geometry(walk, first, with_state);
+    for (uint32_t i = 1; i < build->geometry_count; i++) {
+        struct geometry_view geometry;
+        view_geometry(walk->context, build, i, &geometry);
+        if (with_state)
+            view_geometry_found(walk->context, &geometry);
+        check_geometry(walk, &geometry, with_state);
+    }
 }
 
 static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
@@ -133,25 +145,40 @@ static void collect_ranges(struct check_context *context, struct sweep *sweep,
                   scratch->in_pieces, scratch->buffer, scratch->buffer_offset);
 }
 
-static void check_build(struct walk *walk, struct sweep *sweep, const struct call_view *call,
-                        uint32_t index)
+static void check_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
+                        struct geometry_view *first)
 {
     struct check_context *context = walk->context;
-    struct build_view build;
     bool with_state = context->level >= LEVEL_STATE;
     uint32_t findings_before = walk->findings;
-    view_build(context, call, index, &build);
-    walk_build(walk, &build, LEVEL_PARAMETERS);
-    for (uint32_t i = 0; i < build.geometry_count; i++)
-        check_geometry(walk, &build, i, with_state);
+    walk_build(walk, build, LEVEL_PARAMETERS);
+    check_geometries(walk, build, first, with_state);
     if (with_state) {
         /* The driver is asked for sizes of sound parameters only. */
-        view_build_state(context, &build, walk->findings == findings_before);
-        walk_build(walk, &build, LEVEL_STATE);
+        view_build_state(context, build, walk->findings == findings_before);
+        walk_build(walk, build, LEVEL_STATE);
     }
-    collect_ranges(context, sweep, &build);
+    collect_ranges(context, sweep, build);
     if (context->see_build)
-        context->see_build(context->user, &build);
+        context->see_build(context->user, build);
+}
+
+/* Checks `count` builds, VIEWS_MAX at most, from `begin` on. */
+static void check_some_builds(struct walk *walk, struct sweep *sweep, const struct call_view *call,
+                              uint32_t begin, uint32_t count)
+{
+    struct check_context *context = walk->context;
+    struct build_view builds[VIEWS_MAX];
+    struct geometry_view first_geometries[VIEWS_MAX];
+    for (uint32_t i = 0; i < count; i++) {
+        view_build(context, call, begin + i, &builds[i]);
+        if (builds[i].geometry_count)
+            view_geometry(context, &builds[i], 0, &first_geometries[i]);
+    }
+    if (context->level >= LEVEL_STATE)
+        view_builds_found(context, builds, first_geometries, count);
+    for (uint32_t i = 0; i < count; i++)
+        check_build(walk, sweep, &builds[i], &first_geometries[i]);
 }
 
 /* Whether any rule about two ranges of these roles still wants findings. */
@@ -219,8 +246,9 @@ void check_builds(struct check_context *context, struct call_view *call)
         sweep_init(&own);
     else
         sweep_empty(sweep);
-    for (uint32_t i = 0; i < call->info_count; i++)
-        check_build(&walk, sweep, call, i);
+    for (uint32_t i = 0; i < call->info_count; i += VIEWS_MAX)
+        check_some_builds(&walk, sweep, call, i,
+                          call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
     sweep_equal_handles(sweep, visit_pair, &pairs);
     if (context->level >= LEVEL_STATE)
         sweep_shared_memory(sweep, visit_pair, &pairs);
@@ -236,8 +264,10 @@ struct sweep *check_make_sweep(void)
     return sweep;
 }
 
-void check_free_sweep(void *sweep)
+void check_free_sweep(struct sweep *sweep)
 {
+    if (!sweep)
+        return;
     sweep_release(sweep);
     free(sweep);
 }

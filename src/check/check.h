@@ -46,7 +46,7 @@ void check_select(enum build_command command, enum level level, const bool muted
 
 /* Memory for large calls, to be kept by who checks several; NULL without memory. */
 struct sweep *check_make_sweep(void);
-void check_free_sweep(void *sweep);
+void check_free_sweep(struct sweep *sweep);
 
 /* Checks one call of COMMAND_DEVICE, _INDIRECT or _HOST. The caller fills command, device,
  * command_buffer, info_count, infos and the arrays of the call; the rest of the view is filled

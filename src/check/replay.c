@@ -201,12 +201,18 @@ static const struct built *live(struct replay *replay, const struct journal_entr
 /* Two writes without an order between them leave open for good which came last. */
 static void write_state(struct replay *replay, uint64_t id, const struct built *built)
 {
-    const struct build_state *before = build_states_find(replay->states, id);
+    struct build_state *before = build_states_find(replay->states, id);
     bool contested = before && !is_settled(replay, before->written);
-    if (id && replay->undo && !build_undo_note(replay->undo, replay->states, id))
+    struct moment written = contested ? moment_never() : replay->now;
+    if (contested)
+        built = &nothing;
+    if (!id)
+        return;
+    if (replay->undo && !build_undo_note(replay->undo, id, before))
         replay->out_of_memory = true;
-    if (id && !build_states_set(replay->states, id, contested ? &nothing : built,
-                                contested ? moment_never() : replay->now))
+    if (before)
+        build_state_replace(before, built, written);
+    else if (!build_states_set(replay->states, id, built, written))
         replay->out_of_memory = true;
 }
 

@@ -258,58 +258,93 @@ static void look_elsewhere(struct check_context *context, struct accel_facts *ac
 
 void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
-    unsigned token = resources_begin_reading(context->resources);
-    resources_find_accel(context->resources, info->dstAccelerationStructure, &build->dst);
-    resources_find_accel(context->resources, info->srcAccelerationStructure, &build->src);
-    if (build->call->command != COMMAND_HOST)
-        resources_find_address(context->resources, info->scratchData.deviceAddress,
-                               &build->scratch);
-    resources_end_reading(context->resources, token);
     look_elsewhere(context, &build->dst);
     look_elsewhere(context, &build->src);
     if (with_sizes)
         find_sizes(context, build);
 }
 
-static void
-find_triangle_addresses(struct check_context *context, struct geometry_view *geometry,
-                        const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+void view_geometry_state(struct check_context *context, struct geometry_view *geometry)
 {
-    resources_find_address(context->resources, triangles->vertexData.deviceAddress,
-                           &geometry->vertex);
-    if (index_type_size(triangles->indexType))
-        resources_find_address(context->resources, triangles->indexData.deviceAddress,
-                               &geometry->index_data);
-    if (triangles->transformData.deviceAddress)
-        resources_find_address(context->resources, triangles->transformData.deviceAddress,
-                               &geometry->transform);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    if (triangles)
+        geometry->vertex_format_supported =
+            context->vertex_format_supported(context->user, triangles->vertexFormat);
 }
 
-static void find_addresses(struct check_context *context, struct geometry_view *geometry)
+/* Look-ups. */
+
+struct query_list {
+    struct resource_query items[RESOURCE_QUERIES_MAX];
+    unsigned count;
+};
+
+enum { QUERIES_OF_BUILD = 3, QUERIES_OF_GEOMETRY = 3 };
+_Static_assert(VIEWS_MAX *(QUERIES_OF_BUILD + QUERIES_OF_GEOMETRY) <= RESOURCE_QUERIES_MAX,
+               "all of the views fit in one list");
+
+static void ask_for_accel(struct query_list *queries, VkAccelerationStructureKHR accel,
+                          struct accel_facts *facts)
+{
+    queries->items[queries->count++] =
+        (struct resource_query){.accel = accel, .accel_facts = facts};
+}
+
+static void ask_for_address(struct query_list *queries, VkDeviceAddress address,
+                            struct address_facts *facts)
+{
+    queries->items[queries->count++] =
+        (struct resource_query){.address = address, .address_facts = facts};
+}
+
+static void ask_for_build(struct query_list *queries, struct build_view *build)
+{
+    ask_for_accel(queries, build->info->dstAccelerationStructure, &build->dst);
+    ask_for_accel(queries, build->info->srcAccelerationStructure, &build->src);
+    if (build->call->command != COMMAND_HOST)
+        ask_for_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
+}
+
+static void ask_for_geometry(struct query_list *queries, struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances =
         instances_in(geometry->geometry);
-    unsigned token = resources_begin_reading(context->resources);
-    if (triangles)
-        find_triangle_addresses(context, geometry, triangles);
+    if (geometry->build->call->command == COMMAND_HOST)
+        return;
+    if (triangles) {
+        ask_for_address(queries, triangles->vertexData.deviceAddress, &geometry->vertex);
+        if (index_type_size(triangles->indexType))
+            ask_for_address(queries, triangles->indexData.deviceAddress, &geometry->index_data);
+        if (triangles->transformData.deviceAddress)
+            ask_for_address(queries, triangles->transformData.deviceAddress, &geometry->transform);
+    }
     if (aabbs)
-        resources_find_address(context->resources, aabbs->data.deviceAddress, &geometry->data);
+        ask_for_address(queries, aabbs->data.deviceAddress, &geometry->data);
     if (instances)
-        resources_find_address(context->resources, instances->data.deviceAddress, &geometry->data);
-    resources_end_reading(context->resources, token);
+        ask_for_address(queries, instances->data.deviceAddress, &geometry->data);
 }
 
-void view_geometry_state(struct check_context *context, struct geometry_view *geometry)
+void view_builds_found(struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, unsigned count)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    if (geometry->build->call->command != COMMAND_HOST)
-        find_addresses(context, geometry);
-    if (triangles)
-        geometry->vertex_format_supported =
-            context->vertex_format_supported(context->user, triangles->vertexFormat);
+    struct query_list queries;
+    queries.count = 0;
+    for (unsigned i = 0; i < count; i++) {
+        ask_for_build(&queries, &builds[i]);
+        if (builds[i].geometry_count)
+            ask_for_geometry(&queries, &first_geometries[i]);
+    }
+    resources_find_all(context->resources, queries.items, queries.count);
+}
+
+void view_geometry_found(struct check_context *context, struct geometry_view *geometry)
+{
+    struct query_list queries;
+    queries.count = 0;
+    ask_for_geometry(&queries, geometry);
+    resources_find_all(context->resources, queries.items, queries.count);
 }

@@ -18,7 +18,14 @@ void view_geometry(struct check_context *context, const struct build_view *build
 /* The primitive count that the call gives for a geometry; false if it can't be read. */
 bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count);
 
-/* Adds what the state knows. Sizes are asked for by `with_sizes` only. */
+/* Adds what the state knows of handles and addresses: of up to VIEWS_MAX builds and the first
+ * geometry of each that has one, together; of one geometry. */
+enum { VIEWS_MAX = 8 };
+void view_builds_found(struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, unsigned count);
+void view_geometry_found(struct check_context *context, struct geometry_view *geometry);
+
+/* Adds the rest. Sizes are asked for by `with_sizes` only. */
 void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes);
 void view_geometry_state(struct check_context *context, struct geometry_view *geometry);
 

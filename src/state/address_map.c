@@ -5,28 +5,30 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_ENTRIES = 64, FIRST_CHUNKS = 8 };
+enum { CHUNK_ENTRIES = 32, FIRST_CHUNKS = 8, CACHE_LINE = 64 };
 
-/* Entries as arrays of their members: a search reads only `begins`. */
+/* A search reads `begins` alone, and one of the others for what it finds. */
 struct address_chunk {
     uint64_t reach_before; /* the largest end in all chunks before this one */
     size_t count;          /* never 0 between calls */
-    uint64_t begins[CHUNK_ENTRIES], ends[CHUNK_ENTRIES];
-    uint64_t reaches[CHUNK_ENTRIES]; /* the largest end of this chunk's entries up to each */
-    void *records[CHUNK_ENTRIES];
+    uint64_t begins[CHUNK_ENTRIES];
+    struct address_entry {
+        uint64_t end, reach; /* the largest end of this chunk's entries up to this one */
+        void *record;
+    } entries[CHUNK_ENTRIES];
 };
 
-/* The number of values, in ascending order, that are at most `limit`. */
+/* The number of values, in ascending order, that are at most `limit`. Without branches on them,
+ * which no processor could predict. */
 static size_t count_up_to(const uint64_t *values, size_t count, uint64_t limit)
 {
     size_t low = 0;
-    while (count) {
+    while (count > 1) {
         size_t half = count / 2;
-        bool is_up_to = values[low + half] <= limit;
-        low = is_up_to ? low + half + 1 : low;
-        count = is_up_to ? count - half - 1 : half;
+        low += half & -(size_t)(values[low + half - 1] <= limit);
+        count -= half;
     }
-    return low;
+    return low + (count && values[low] <= limit);
 }
 
 /* The last chunk whose first entry begins at or before `address`; chunk 0 if none does. */
@@ -43,16 +45,18 @@ static uint64_t larger_of(uint64_t a, uint64_t b)
 
 static uint64_t reach_of(const struct address_chunk *chunk)
 {
-    return larger_of(chunk->reach_before, chunk->count ? chunk->reaches[chunk->count - 1] : 0);
+    return larger_of(chunk->reach_before,
+                     chunk->count ? chunk->entries[chunk->count - 1].reach : 0);
 }
 
-/* Restores `reaches` from entry `from` of chunk `c` on, and `reach_before` of the chunks from
+/* Restores the reaches from entry `from` of chunk `c` on, and `reach_before` of the chunks from
  * `c` + 1 on, up to the first where it is right already. */
 static void restore_reach(struct address_map *map, size_t c, size_t from)
 {
     struct address_chunk *chunk = map->chunks[c];
     for (size_t i = from; i < chunk->count; i++)
-        chunk->reaches[i] = larger_of(chunk->ends[i], i ? chunk->reaches[i - 1] : 0);
+        chunk->entries[i].reach =
+            larger_of(chunk->entries[i].end, i ? chunk->entries[i - 1].reach : 0);
     map->firsts[c] = chunk->begins[0];
 
     for (c++; c < map->chunk_count; c++) {
@@ -108,12 +112,11 @@ static void remove_chunk(struct address_map *map, size_t c)
 }
 
 /* Moves `count` entries from `from` of one chunk to `to` of another, or of the same. */
-static void move_entries(struct address_chunk *target, size_t to, const struct address_chunk *source,
-                         size_t from, size_t count)
+static void move_entries(struct address_chunk *target, size_t to,
+                         const struct address_chunk *source, size_t from, size_t count)
 {
     memmove(&target->begins[to], &source->begins[from], count * sizeof(source->begins[0]));
-    memmove(&target->ends[to], &source->ends[from], count * sizeof(source->ends[0]));
-    memmove(&target->records[to], &source->records[from], count * sizeof(source->records[0]));
+    memmove(&target->entries[to], &source->entries[from], count * sizeof(source->entries[0]));
 }
 
 /* Moves the upper half of a full chunk into a new one behind it. */
@@ -147,8 +150,7 @@ bool address_map_add(struct address_map *map, uint64_t begin, uint64_t size, voi
     size_t at = count_up_to(chunk->begins, chunk->count, begin);
     move_entries(chunk, at + 1, chunk, at, chunk->count - at);
     chunk->begins[at] = begin;
-    chunk->ends[at] = begin + size;
-    chunk->records[at] = record;
+    chunk->entries[at] = (struct address_entry){.end = begin + size, .record = record};
     chunk->count++;
     restore_reach(map, c, at);
     return true;
@@ -181,7 +183,7 @@ void address_map_remove(struct address_map *map, uint64_t begin, const void *rec
         for (size_t i = count_up_to(chunk->begins, chunk->count, begin); i-- > 0;) {
             if (chunk->begins[i] != begin)
                 return;
-            if (chunk->records[i] == record) {
+            if (chunk->entries[i].record == record) {
                 remove_entry(map, c, i);
                 return;
             }
@@ -189,22 +191,62 @@ void address_map_remove(struct address_map *map, uint64_t begin, const void *rec
     }
 }
 
-void address_map_find(const struct address_map *map, uint64_t address,
-                      void (*visit)(void *record, void *context), void *context)
+struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address)
+{
+    if (!map->chunk_count)
+        return (struct address_position){0};
+    struct address_position position = {.chunk = chunk_of(map, address)};
+    const char *chunk = (const char *)map->chunks[position.chunk];
+    for (size_t i = 0; i < offsetof(struct address_chunk, entries); i += CACHE_LINE)
+        __builtin_prefetch(chunk + i);
+    return position;
+}
+
+void address_map_find_entry(const struct address_map *map, uint64_t address,
+                            struct address_position *position)
 {
     if (!map->chunk_count)
         return;
-    for (size_t c = chunk_of(map, address) + 1; c-- > 0;) {
+    const struct address_chunk *chunk = map->chunks[position->chunk];
+    position->entry = count_up_to(chunk->begins, chunk->count, address);
+    if (position->entry)
+        __builtin_prefetch(&chunk->entries[position->entry - 1]);
+}
+
+void address_map_fetch(const struct address_map *map, struct address_position position)
+{
+    if (!position.entry)
+        return;
+    const char *record = map->chunks[position.chunk]->entries[position.entry - 1].record;
+    __builtin_prefetch(record);
+    __builtin_prefetch(record + CACHE_LINE - 1);
+}
+
+/* In the chunks before its own every range begins before the address. */
+void address_map_visit(const struct address_map *map, struct address_position position,
+                       uint64_t address, void (*visit)(void *record, void *context), void *context)
+{
+    if (!map->chunk_count)
+        return;
+    for (size_t c = position.chunk, end = position.entry;; end = map->chunks[--c]->count) {
         const struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = count_up_to(chunk->begins, chunk->count, address); i-- > 0;) {
-            if (chunk->reaches[i] <= address)
+        for (size_t i = end; i-- > 0;) {
+            if (chunk->entries[i].reach <= address)
                 break;
-            if (chunk->ends[i] > address)
-                visit(chunk->records[i], context);
+            if (chunk->entries[i].end > address)
+                visit(chunk->entries[i].record, context);
         }
-        if (chunk->reach_before <= address)
+        if (chunk->reach_before <= address || c == 0)
             return;
     }
+}
+
+void address_map_find(const struct address_map *map, uint64_t address,
+                      void (*visit)(void *record, void *context), void *context)
+{
+    struct address_position position = address_map_find_chunk(map, address);
+    address_map_find_entry(map, address, &position);
+    address_map_visit(map, position, address, visit, context);
 }
 
 void address_map_release(struct address_map *map)

@@ -26,7 +26,24 @@ bool address_map_add(struct address_map *map, uint64_t begin, uint64_t size, voi
 /* Removes the range of that record which begins there; nothing happens if there is none. */
 void address_map_remove(struct address_map *map, uint64_t begin, const void *record);
 
-/* Calls `visit` for every record whose range holds `address`. */
+/* Where the ranges that hold an address may be: behind the last that begins at or before it. Good
+ * until the map changes. */
+struct address_position {
+    size_t chunk, entry;
+};
+
+/* A search in three steps, each of which fetches what the next needs into the processor's cache, so
+ * that several searches can wait together; the last fetches the record. */
+struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address);
+void address_map_find_entry(const struct address_map *map, uint64_t address,
+                            struct address_position *position);
+void address_map_fetch(const struct address_map *map, struct address_position position);
+
+/* Calls `visit` for every record whose range holds `address`, which is at that position. */
+void address_map_visit(const struct address_map *map, struct address_position position,
+                       uint64_t address, void (*visit)(void *record, void *context), void *context);
+
+/* Both at once. */
 void address_map_find(const struct address_map *map, uint64_t address,
                       void (*visit)(void *record, void *context), void *context);
 

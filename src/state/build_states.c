@@ -32,14 +32,20 @@ bool build_states_set(struct build_states *states, uint64_t id, const struct bui
     struct build_state *state = id ? find_or_add(states, id) : NULL;
     if (!state)
         return false;
+    build_state_replace(state, built, written);
+    return true;
+}
+
+void build_state_replace(struct build_state *state, const struct built *built,
+                         struct moment written)
+{
     struct built shared = built_share(built); /* `built` may be the state's own */
     built_release(&state->built);
     state->built = shared;
     state->written = written;
-    return true;
 }
 
-bool build_undo_note(struct build_undo *undo, const struct build_states *states, uint64_t id)
+bool build_undo_note(struct build_undo *undo, uint64_t id, const struct build_state *state)
 {
     if (undo->count == undo->capacity) {
         size_t capacity = undo->capacity ? undo->capacity * 2 : 64;
@@ -49,7 +55,6 @@ bool build_undo_note(struct build_undo *undo, const struct build_states *states,
         undo->before = before;
         undo->capacity = capacity;
     }
-    const struct build_state *state = build_states_find(states, id);
     struct build_state *before = &undo->before[undo->count++];
     *before = (struct build_state){.id = id, .built.state = BUILT_NEVER};
     if (state) {

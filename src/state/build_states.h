@@ -34,6 +34,10 @@ struct build_state *build_states_find(const struct build_states *states, uint64_
 bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
                       struct moment written);
 
+/* The same for a state that was found. */
+void build_state_replace(struct build_state *state, const struct built *built,
+                         struct moment written);
+
 /* What states were before they were set, so that it can be undone: for calls that are judged before
  * they happen, and then may not happen. Zero-initialized is empty. */
 struct build_undo {
@@ -41,8 +45,9 @@ struct build_undo {
     size_t count, capacity;
 };
 
-/* Notes what is known of a structure now. False without memory. */
-bool build_undo_note(struct build_undo *undo, const struct build_states *states, uint64_t id);
+/* Notes what is known of a structure before it is set: `state`, or NULL where nothing is. False
+ * without memory. */
+bool build_undo_note(struct build_undo *undo, uint64_t id, const struct build_state *state);
 void build_undo_carry_out(struct build_undo *undo, struct build_states *states);
 void build_undo_forget(struct build_undo *undo); /* keeps its memory, unless that is much */
 void build_undo_release(struct build_undo *undo);

@@ -29,8 +29,6 @@ static void free_command_buffer(struct command_buffer *command_buffer)
     free(command_buffer->executed);
     build_states_release(&command_buffer->known);
     journal_release(command_buffer->journal);
-    if (command_buffer->check_memory)
-        command_buffer->free_check_memory(command_buffer->check_memory);
     free(command_buffer);
 }
 

@@ -49,9 +49,6 @@ struct command_buffer {
     /* What the journal alone tells of structures; made when first asked for. */
     struct build_states known;
     bool knows;
-    /* What checks keep between calls, to be spared the allocation; theirs alone to know. */
-    void *check_memory;
-    void (*free_check_memory)(void *memory);
     struct label_stack labels;
     struct readable_cache readable; /* pages found readable since recording began */
 };

@@ -67,9 +67,6 @@ void command_buffer_reset(struct command_buffer *command_buffer, bool releases, 
         return;
     journal_release(command_buffer->journal);
     command_buffer->journal = NULL;
-    if (command_buffer->check_memory)
-        command_buffer->free_check_memory(command_buffer->check_memory);
-    command_buffer->check_memory = NULL;
 }
 
 void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags)

@@ -117,23 +117,23 @@ void submission_finish(struct submission *submission, VkResult result);
 /* ---- semaphores and fences */
 
 /* `foreign`: it may also be signalled by what the layer doesn't see. */
-void execution_order_add_semaphore(struct execution_order *order, VkSemaphore semaphore,
+void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
                                    VkSemaphoreType type, uint64_t initial_value, bool foreign);
-void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore semaphore);
-void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore semaphore);
+void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle);
+void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle);
 /* A binary semaphore was waited for by presentation, or is signalled by acquisition. */
-void execution_order_forget_signal(struct execution_order *order, VkSemaphore semaphore);
+void execution_order_forget_signal(struct execution_order *order, VkSemaphore handle);
 
-void execution_order_add_fence(struct execution_order *order, VkFence fence, bool foreign);
-void execution_order_remove_fence(struct execution_order *order, VkFence fence);
-void execution_order_set_fence_foreign(struct execution_order *order, VkFence fence);
-void execution_order_reset_fence(struct execution_order *order, VkFence fence);
+void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign);
+void execution_order_remove_fence(struct execution_order *order, VkFence handle);
+void execution_order_set_fence_foreign(struct execution_order *order, VkFence handle);
+void execution_order_reset_fence(struct execution_order *order, VkFence handle);
 
 /* ---- what the host has seen */
 
-void execution_order_see_fence(struct execution_order *order, VkFence fence);
+void execution_order_see_fence(struct execution_order *order, VkFence handle);
 /* Its value is that (`exact`), or at least that. */
-void execution_order_see_semaphore(struct execution_order *order, VkSemaphore semaphore,
+void execution_order_see_semaphore(struct execution_order *order, VkSemaphore handle,
                                    uint64_t value, bool exact);
 
 /* What has been submitted before a wait for idle; the wait may overlap other submissions. */
@@ -142,7 +142,7 @@ struct idle_wait {
     uint64_t serial;
     VkQueue queue; /* VK_NULL_HANDLE: all */
 };
-void execution_order_start_idle(struct execution_order *order, VkQueue queue,
+void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait);
 void execution_order_see_idle(struct execution_order *order, const struct idle_wait *wait);
 

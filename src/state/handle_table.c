@@ -21,6 +21,12 @@ static struct handle_slot *find_slot(const struct handle_table *table, uint64_t 
     return &table->slots[i];
 }
 
+void handle_table_prefetch(const struct handle_table *table, uint64_t handle)
+{
+    if (table->slots)
+        __builtin_prefetch(&table->slots[home_slot(table, handle)]);
+}
+
 void *handle_table_find(const struct handle_table *table, uint64_t handle)
 {
     return table->slots && handle ? find_slot(table, handle)->record : NULL;

@@ -19,6 +19,9 @@ struct handle_table {
 };
 
 /* NULL where the handle isn't known. */
+/* Fetches the slot where a look-up will begin into the processor's cache. */
+void handle_table_prefetch(const struct handle_table *table, uint64_t handle);
+
 void *handle_table_find(const struct handle_table *table, uint64_t handle);
 
 /* False without memory; then the table is as before. An existing record is replaced. */

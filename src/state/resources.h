@@ -60,6 +60,21 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,
                             struct address_facts *facts);
 
+/* A look-up of one of both. */
+struct resource_query {
+    VkAccelerationStructureKHR accel;
+    struct accel_facts *accel_facts; /* or NULL, then */
+    VkDeviceAddress address;
+    struct address_facts *address_facts;
+};
+
+enum { RESOURCE_QUERIES_MAX = 64 };
+
+/* Answers up to RESOURCE_QUERIES_MAX queries, faster than one by one: records that are not in the
+ * processor's cache are fetched together. Takes the lock itself. */
+void resources_find_all(struct resources *resources, const struct resource_query *queries,
+                        unsigned count);
+
 /* Where bytes [begin, end) of a sparse buffer lie, piece by piece, as far as they are bound. Takes
  * the lock itself; `visit` must not call back. */
 void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDeviceSize begin,

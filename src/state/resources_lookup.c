@@ -66,14 +66,12 @@ static struct memory_span span_from(VkDeviceMemory memory, VkDeviceSize begin, V
     return memory ? (struct memory_span){memory, begin, begin + size} : (struct memory_span){0};
 }
 
-void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
-                          struct accel_facts *facts)
+static void describe_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
+                           const struct accel_record *accel, struct accel_facts *facts)
 {
     *facts = (struct accel_facts){.handle = handle};
     if (!handle)
         return;
-    const struct accel_record *accel =
-        handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
     if (!accel) {
         facts->alive = resources->incomplete ? UNKNOWN : NO;
         return;
@@ -92,6 +90,13 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
     if (accel->in_pieces)
         facts->backed =
             buffer_record_sparse_backing(accel->buffer, accel->offset, accel->offset + accel->size);
+}
+
+void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
+                          struct accel_facts *facts)
+{
+    describe_accel(resources, handle,
+                   handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle), facts);
 }
 
 void resources_find_pieces(struct resources *resources, VkBuffer handle, VkDeviceSize begin,
@@ -162,13 +167,73 @@ static void add_buffer_facts(void *record, void *context)
     facts->in_pieces = buffer->where.is_sparse;
 }
 
-void resources_find_address(const struct resources *resources, VkDeviceAddress address,
-                            struct address_facts *facts)
+static void describe_address(const struct resources *resources, VkDeviceAddress address,
+                             struct address_position position, struct address_facts *facts)
 {
     *facts = (struct address_facts){.address = address, .status = ADDRESS_NULL};
     if (!address)
         return;
     facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
     if (!resources->incomplete)
-        address_map_find(&resources->addresses, address, add_buffer_facts, facts);
+        address_map_visit(&resources->addresses, position, address, add_buffer_facts, facts);
+}
+
+void resources_find_address(const struct resources *resources, VkDeviceAddress address,
+                            struct address_facts *facts)
+{
+    struct address_position position = address_map_find_chunk(&resources->addresses, address);
+    address_map_find_entry(&resources->addresses, address, &position);
+    describe_address(resources, address, position, facts);
+}
+
+static const struct accel_record *fetch_accel(const struct resources *resources,
+                                              VkAccelerationStructureKHR handle)
+{
+    const struct accel_record *accel =
+        handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    if (accel) {
+        __builtin_prefetch(accel);
+        __builtin_prefetch(&accel->in_pieces);
+    }
+    return accel;
+}
+
+/* What a query has found before it is answered. */
+union found {
+    const struct accel_record *accel;
+    struct address_position position;
+};
+
+/* In steps, each of which needs what the one before has fetched. */
+static void locate_all(const struct resources *resources, const struct resource_query *queries,
+                       unsigned count, union found *found)
+{
+    for (unsigned i = 0; i < count; i++)
+        if (queries[i].accel_facts)
+            handle_table_prefetch(&resources->accels, (uint64_t)(uintptr_t)queries[i].accel);
+        else
+            found[i].position = address_map_find_chunk(&resources->addresses, queries[i].address);
+    for (unsigned i = 0; i < count; i++)
+        if (!queries[i].accel_facts)
+            address_map_find_entry(&resources->addresses, queries[i].address, &found[i].position);
+    for (unsigned i = 0; i < count; i++)
+        if (queries[i].accel_facts)
+            found[i].accel = fetch_accel(resources, queries[i].accel);
+        else
+            address_map_fetch(&resources->addresses, found[i].position);
+}
+
+void resources_find_all(struct resources *resources, const struct resource_query *queries,
+                        unsigned count)
+{
+    union found found[RESOURCE_QUERIES_MAX];
+    unsigned token = resources_begin_reading(resources);
+    locate_all(resources, queries, count, found);
+    for (unsigned i = 0; i < count; i++)
+        if (queries[i].accel_facts)
+            describe_accel(resources, queries[i].accel, found[i].accel, queries[i].accel_facts);
+        else
+            describe_address(resources, queries[i].address, found[i].position,
+                             queries[i].address_facts);
+    resources_end_reading(resources, token);
 }

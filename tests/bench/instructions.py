@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Counts what the layer adds to recording a build: instructions, with callgrind, and system calls
+that probe memory, which callgrind doesn't see. Compares both with the counts in a file, so that a
+slow-down shows on a machine whose clock says little."""
+
+import argparse
+import csv
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+from collections import namedtuple
+
+CASES = [(buffers, order) for buffers in ("shared", "separate") for order in ("created", "shuffled")]
+BUILDS, TIMES = 1000, 10
+MARGIN = 0.15  # compilers and C libraries differ,
+PROBES_SLACK = 5  # and so do the pages that arrays begin in
+
+# Instructions of a build, probes of a call of BUILDS builds.
+Counts = namedtuple("Counts", "instructions probes")
+
+
+def fail(message):
+    sys.exit(f"instructions.py: {message}")
+
+
+def count(arguments, case, layer):
+    """What recording takes with the layer ("on") or without ("off")."""
+    buffers, order = case
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run(
+            [arguments.valgrind, "--tool=callgrind", f"--callgrind-out-file={folder}/out",
+             "--collect-atstart=no", "--toggle-collect=profiled_recording",
+             arguments.record, "--profile", layer, "--driver", "null", "--buffers", buffers,
+             "--order", order, "--sizes", str(BUILDS), "--times", str(TIMES)],
+            capture_output=True, text=True)
+    collected = re.search(r"Collected : (\d+)", run.stderr)
+    recorded = re.search(r"recorded (\d+) builds, (\d+) probes", run.stdout)
+    if run.returncode or not collected or not recorded or not int(collected[1]):
+        fail(f"the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
+    return Counts(int(collected[1]) / int(recorded[1]), int(recorded[2]) / TIMES)
+
+
+def read_expected(path):
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            return {(row["buffers"], row["order"]):
+                    Counts(int(row["instructions"]), int(row["probes"]))
+                    for row in csv.DictReader(file)}
+    except (OSError, KeyError, ValueError) as error:
+        fail(f"{path}: {error}")
+
+
+def write_expected(path, added):
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(("buffers", "order", *Counts._fields))
+        rows.writerows((*case, *map(round, counts)) for case, counts in added.items())
+
+
+def is_more(counted, expected):
+    return (counted.instructions > expected.instructions * (1 + MARGIN)
+            or counted.probes > expected.probes * (1 + MARGIN) + PROBES_SLACK)
+
+
+def verdict(counted, expected):
+    if is_more(counted, expected):
+        return "MORE"
+    return "fewer: update the file" if is_more(expected, counted) else "as expected"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--record", type=pathlib.Path, required=True, help="the program")
+    parser.add_argument("--expected", type=pathlib.Path, required=True, help="the file of counts")
+    parser.add_argument("--valgrind", default="valgrind")
+    parser.add_argument("--update", action="store_true", help="write the counts to the file")
+    arguments = parser.parse_args()
+
+    expected = {} if arguments.update else read_expected(arguments.expected)
+    added = {}
+    worse = False
+    print(f"Null driver, {BUILDS} builds a call: instructions a build, probes of memory a call\n")
+    print(f"{'buffers':10}{'order':10}{'without':>9}{'with':>9}{'overhead':>10}{'expected':>10}"
+          f"{'probes':>8}{'expected':>10}")
+    for case in CASES:
+        without, with_layer = (count(arguments, case, layer) for layer in ("off", "on"))
+        added[case] = Counts(with_layer.instructions - without.instructions, with_layer.probes)
+        wanted = added[case] if arguments.update else expected.get(case)
+        if not wanted:
+            fail(f"{arguments.expected} has no row for {', '.join(case)}")
+        told = verdict(added[case], wanted)
+        worse = worse or told == "MORE"
+        print(f"{case[0]:10}{case[1]:10}{without.instructions:9.0f}{with_layer.instructions:9.0f}"
+              f"{added[case].instructions:10.0f}{wanted.instructions:10.0f}"
+              f"{added[case].probes:8.0f}{wanted.probes:10.0f}  {told}", flush=True)
+    if arguments.update:
+        write_expected(arguments.expected, added)
+    if worse:
+        fail(f"more than expected by over {MARGIN:.0%}; if that is meant, run "
+             "scripts/bench instructions --update")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Medians of samples. */
+#include "statistics.h"
+
+#include <stdlib.h>
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double quantile(double *values, uint32_t count, double share)
+{
+    qsort(values, count, sizeof(*values), compare);
+    double position = share * (count - 1);
+    uint32_t below = (uint32_t)position;
+    uint32_t above = below + 1 < count ? below + 1 : below;
+    return values[below] + (position - below) * (values[above] - values[below]);
+}

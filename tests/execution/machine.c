@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The machine's objects, and which part of it takes a step. */
+#include "machine.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const char *machine_name(uint32_t command_buffer)
+{
+    static const char *const names[COMMAND_BUFFERS] = {"A", "B", "C", "D", "P", "R", "S", "T"};
+    return names[command_buffer];
+}
+
+static bool is_secondary(uint32_t command_buffer)
+{
+    return command_buffer == S || command_buffer == T;
+}
+
+/* ---- objects */
+
+uint32_t machine_family(const struct world *world, uint32_t queue)
+{
+    const uint32_t first = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
+    for (uint32_t i = first + 1; i < world->family_count && queue == 1; i++)
+        if ((world->families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0)
+            return i;
+    return queue == 0 ? first : UINT32_MAX;
+}
+
+static void create_structure(struct machine *machine, uint32_t index,
+                             VkAccelerationStructureTypeKHR type)
+{
+    machine->structures[index].handle = scene_accel_in(
+        machine->scene, &machine->structures[index].buffer, 0, MACHINE_ACCEL_SIZE, type);
+}
+
+void machine_allocate(struct machine *machine, uint32_t index)
+{
+    machine->command_buffers[index] = scene_allocate_command_buffer(
+        machine->scene, machine->pools[index],
+        is_secondary(index) ? VK_COMMAND_BUFFER_LEVEL_SECONDARY : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    const VkDebugUtilsObjectNameInfoEXT name = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+        .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[index],
+        .pObjectName = machine_name(index),
+    };
+    expect_success(machine->vk->SetDebugUtilsObjectNameEXT(machine->device, &name),
+                   "vkSetDebugUtilsObjectNameEXT");
+}
+
+static void create_command_buffer(struct machine *machine, uint32_t index)
+{
+    const uint32_t family = machine_family(machine->scene->world, QUEUE_OF(index));
+    if (family == UINT32_MAX)
+        return;
+    machine->pools[index] = scene_pool(machine->scene, family, 0);
+    machine_allocate(machine, index);
+}
+
+static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyFence(device, (VkFence)handle, NULL);
+}
+
+static void create_fence(struct machine *machine)
+{
+    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    expect_success(machine->vk->CreateFence(machine->device, &info, NULL, &machine->fence),
+                   "vkCreateFence");
+    scene_defer(machine->scene, machine->device, (uint64_t)machine->fence, destroy_fence);
+}
+
+static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroySemaphore(device, (VkSemaphore)handle, NULL);
+}
+
+static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType type, bool is_shared)
+{
+    const VkExportSemaphoreCreateInfo export_info = {
+        .sType = VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO,
+        .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT,
+    };
+    const VkSemaphoreTypeCreateInfo type_info = {
+        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+        .pNext = is_shared ? &export_info : NULL,
+        .semaphoreType = type,
+    };
+    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                        .pNext = &type_info};
+    VkSemaphore semaphore;
+    expect_success(machine->vk->CreateSemaphore(machine->device, &info, NULL, &semaphore),
+                   "vkCreateSemaphore");
+    scene_defer(machine->scene, machine->device, (uint64_t)semaphore, destroy_semaphore);
+    return semaphore;
+}
+
+void machine_open(struct machine *machine, struct world *world, VkAccelerationStructureTypeKHR type)
+{
+    memset(machine, 0, sizeof(*machine));
+    machine->scene = scene_open(world, COMMAND_DEVICE);
+    machine->vk = &world->vk;
+    machine->device = world->device;
+    machine->type = type;
+    machine->last_update.command_buffer = COMMAND_BUFFERS;
+    for (uint32_t i = 0; i < STRUCTURES; i++) {
+        machine->structures[i].buffer =
+            scene_buffer(machine->scene, MACHINE_ACCEL_SIZE, ACCEL_USAGE);
+        create_structure(machine, i, type);
+    }
+    machine->scratch = scene_buffer(
+        machine->scene, (VkDeviceSize)COMMAND_BUFFERS * 2 * MACHINE_ACCEL_SIZE, SCRATCH_USAGE);
+    machine->blob = scene_buffer(machine->scene, MACHINE_ACCEL_SIZE, SCRATCH_USAGE);
+    for (uint32_t i = 0; i < QUEUES; i++) {
+        const uint32_t family = machine_family(world, i);
+        if (family != UINT32_MAX)
+            machine->vk->GetDeviceQueue(machine->device, family, 0, &machine->queues[i]);
+    }
+    for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
+        create_command_buffer(machine, i);
+    create_fence(machine);
+    for (uint32_t i = 0; i < SEMAPHORES; i++) {
+        machine->binaries[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_BINARY, false);
+        machine->timelines[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, false);
+    }
+    if (world->platform->is_null)
+        machine->timelines[FOREIGN] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, true);
+}
+
+void machine_close(struct machine *machine)
+{
+    expect_success(machine->vk->DeviceWaitIdle(machine->device), "vkDeviceWaitIdle");
+    scene_close(machine->scene);
+}
+
+static struct test_buffer *find_input(struct machine *machine, enum input input)
+{
+    struct scene *scene = machine->scene;
+    switch (input) {
+    case VERTICES:
+        return &scene->vertices;
+    case INDICES:
+        return &scene->indices;
+    case TRANSFORMS:
+        return &scene->transforms;
+    case BOXES:
+        return &scene->boxes;
+    case INSTANCES_INPUT:
+        return &scene->instances;
+    case SCRATCH:
+        return &machine->scratch;
+    case INPUTS:
+        break;
+    }
+    abort();
+}
+
+static void change_input(struct machine *machine, const struct step *step)
+{
+    struct test_buffer *input = find_input(machine, (enum input)step->detail);
+    if (step->action != ACTION_FREE_INPUT)
+        scene_destroy(machine->scene, (uint64_t)input->handle);
+    if (step->action != ACTION_DESTROY_INPUT)
+        scene_destroy(machine->scene, (uint64_t)input->memory);
+    if (step->action == ACTION_RENEW_INPUT)
+        *input = scene_buffer(machine->scene, input->size, input->usage);
+}
+
+static void change_structure(struct machine *machine, const struct step *step)
+{
+    struct scene *scene = machine->scene;
+    const struct test_buffer *buffer = &machine->structures[step->object].buffer;
+    if (step->action == ACTION_DESTROY)
+        scene_destroy(scene, (uint64_t)machine->structures[step->object].handle);
+    else if (step->action == ACTION_DESTROY_BUFFER)
+        scene_destroy(scene, (uint64_t)buffer->handle);
+    else if (step->action == ACTION_FREE_MEMORY)
+        scene_destroy(scene, (uint64_t)buffer->memory);
+    else
+        create_structure(machine, step->object,
+                         step->action == ACTION_CREATE
+                             ? machine->type
+                             : VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+void machine_step(struct machine *machine, const struct step *step)
+{
+    if (step->action < ACTION_BATCH)
+        machine_record(machine, step);
+    else if (step->action < ACTION_CREATE)
+        machine_submit(machine, step);
+    else if (step->action < ACTION_DESTROY_INPUT)
+        change_structure(machine, step);
+    else
+        change_input(machine, step);
+}

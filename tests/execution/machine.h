@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What plays the steps of a program: structures, command buffers, queues and semaphores. */
+#ifndef EXECUTION_MACHINE_H
+#define EXECUTION_MACHINE_H
+
+#include "program.h"
+
+enum { MACHINE_BATCHES = 4, MACHINE_MEMBERS = 4, MACHINE_ACCEL_SIZE = 65536 };
+
+/* Where a build was recorded. */
+struct place {
+    uint32_t command_buffer, position;
+};
+
+/* A submission that is being put together. */
+struct machine_batch {
+    uint32_t commands[MACHINE_MEMBERS], command_count;
+    struct {
+        VkSemaphore handle;
+        uint64_t value;  /* of a timeline */
+        uint64_t stages; /* 0: all */
+    } waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
+    uint32_t wait_count, signal_count;
+};
+
+struct machine {
+    struct scene *scene;
+    const VkuDeviceDispatchTable *vk;
+    VkDevice device;
+    enum build_command build_command, update_command;
+    VkAccelerationStructureTypeKHR type; /* of structures */
+    struct shape good, bad;
+
+    struct {
+        VkAccelerationStructureKHR handle;
+        struct test_buffer buffer;
+    } structures[STRUCTURES];
+    struct test_buffer scratch, blob;
+    VkCommandPool pools[COMMAND_BUFFERS];
+    VkCommandBuffer command_buffers[COMMAND_BUFFERS];
+    VkQueue queues[QUEUES]; /* null where there is no second */
+    VkSemaphore binaries[SEMAPHORES], timelines[SEMAPHORES + 1];
+    VkFence fence;
+
+    struct machine_batch batches[MACHINE_BATCHES];
+    uint32_t batch_count;
+    uint32_t positions[COMMAND_BUFFERS]; /* builds recorded so far */
+    /* As recorded last; command_buffer is COMMAND_BUFFERS where there was none. */
+    struct place last_build, last_bad, last_update;
+    VkResult result; /* of the last submission */
+};
+
+/* `type` is that of the structures. */
+void machine_open(struct machine *machine, struct world *world,
+                  VkAccelerationStructureTypeKHR type);
+void machine_close(struct machine *machine);
+
+/* Neither ACTION_REPORTS nor the end. */
+void machine_step(struct machine *machine, const struct step *step);
+
+/* The family of a queue, UINT32_MAX if there is none. */
+uint32_t machine_family(const struct world *world, uint32_t queue);
+
+/* The name that a command buffer has in messages. */
+const char *machine_name(uint32_t command_buffer);
+
+/* Gives a command buffer its place, which is empty, and its name. */
+void machine_allocate(struct machine *machine, uint32_t command_buffer);
+
+/* machine_record.c */
+void machine_record(struct machine *machine, const struct step *step);
+
+/* machine_submit.c */
+void machine_submit(struct machine *machine, const struct step *step);
+
+#endif

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the machine's command buffers record, and what the host builds and copies itself. */
+#include <string.h>
+
+#include "machine.h"
+
+static void push_label(struct machine *machine, VkCommandBuffer command_buffer, const char *name)
+{
+    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
+                                        .pLabelName = name};
+    machine->vk->CmdBeginDebugUtilsLabelEXT(command_buffer, &label);
+}
+
+static void begin(struct machine *machine, const struct step *step)
+{
+    static const VkCommandBufferUsageFlags flags[] = {
+        [USE_AGAIN] = 0,
+        [USE_ONCE] = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
+        [USE_SIMULTANEOUS] = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT,
+    };
+    scene_begin(machine->scene, machine->command_buffers[step->object], flags[step->detail]);
+    machine->positions[step->object] = 0;
+}
+
+static void barrier(struct machine *machine, VkCommandBuffer command_buffer)
+{
+    const VkMemoryBarrier memory_barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    };
+    machine->vk->CmdPipelineBarrier(command_buffer,
+                                    VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                                    VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
+                                    &memory_barrier, 0, NULL, 0, NULL);
+}
+
+static void record_indirect(struct machine *machine, VkCommandBuffer command_buffer,
+                            const struct shape_arguments *arguments)
+{
+    const struct test_buffer *ranges = &machine->scene->indirect;
+    const uint32_t stride = sizeof(arguments->ranges[0]);
+    memcpy(ranges->host, arguments->ranges, sizeof(arguments->ranges));
+    machine->vk->CmdBuildAccelerationStructuresIndirectKHR(
+        command_buffer, 1, &arguments->info, &ranges->address, &stride, &arguments->count_pointer);
+}
+
+static void fill_build(struct machine *machine, struct shape_arguments *arguments,
+                       uint32_t command_buffer, uint32_t dst, const struct shape *shape)
+{
+    shape_fill(arguments, machine->scene, shape);
+    arguments->info.dstAccelerationStructure = machine->structures[dst].handle;
+    arguments->info.scratchData.deviceAddress =
+        machine->scratch.address + (VkDeviceSize)command_buffer * 2 * MACHINE_ACCEL_SIZE;
+}
+
+static void build(struct machine *machine, const struct step *step)
+{
+    const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
+    const bool is_update = step->action == ACTION_UPDATE;
+    const struct shape *shape = step->detail == BAD ? &machine->bad : &machine->good;
+    const struct place place = {step->object, machine->positions[step->object]++};
+    struct shape_arguments arguments;
+
+    machine->last_build = place;
+    if (is_update)
+        machine->last_update = place;
+    else if (step->detail == BAD)
+        machine->last_bad = place;
+    fill_build(machine, &arguments, step->object, step->dst, shape);
+    push_label(machine, command_buffer, "frame");
+    push_label(machine, command_buffer, is_update ? "refit" : "build");
+    if (is_update) {
+        arguments.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+        arguments.info.srcAccelerationStructure = machine->structures[step->src].handle;
+    }
+    if ((is_update ? machine->update_command : machine->build_command) == COMMAND_INDIRECT)
+        record_indirect(machine, command_buffer, &arguments);
+    else
+        machine->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &arguments.info,
+                                                       &arguments.range_pointer);
+    machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
+    machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
+    barrier(machine, command_buffer);
+}
+
+static void build_pair(struct machine *machine, const struct step *step)
+{
+    const struct shape *shape = step->detail == BAD ? &machine->bad : &machine->good;
+    struct shape_arguments arguments[2];
+    fill_build(machine, &arguments[0], step->object, step->dst, shape);
+    fill_build(machine, &arguments[1], step->object, step->src, shape);
+    arguments[1].info.scratchData.deviceAddress += MACHINE_ACCEL_SIZE;
+    const VkAccelerationStructureBuildGeometryInfoKHR infos[2] = {arguments[0].info,
+                                                                  arguments[1].info};
+    const VkAccelerationStructureBuildRangeInfoKHR *const ranges[2] = {arguments[0].ranges,
+                                                                       arguments[1].ranges};
+    if (step->detail == BAD)
+        machine->last_bad = (struct place){step->object, machine->positions[step->object] + 1};
+    machine->positions[step->object] += 2;
+    machine->vk->CmdBuildAccelerationStructuresKHR(machine->command_buffers[step->object], 2, infos,
+                                                   ranges);
+    barrier(machine, machine->command_buffers[step->object]);
+}
+
+/* Host builds want host addresses, which fit the same shape. */
+static void host_build(struct machine *machine, const struct step *step)
+{
+    struct shape_arguments arguments;
+    fill_build(machine, &arguments, 0, step->dst,
+               step->detail == BAD ? &machine->bad : &machine->good);
+    for (uint32_t i = 0; i < arguments.info.geometryCount; i++) {
+        VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+            &arguments.geometries[i].geometry.triangles;
+        triangles->vertexData.hostAddress = machine->scene->vertices.host;
+        triangles->indexData.hostAddress = machine->scene->indices.host;
+        triangles->transformData.hostAddress = machine->scene->transforms.host;
+    }
+    arguments.info.scratchData.hostAddress = machine->scratch.host;
+    expect_success(machine->vk->BuildAccelerationStructuresKHR(machine->device, VK_NULL_HANDLE, 1,
+                                                               &arguments.info,
+                                                               &arguments.range_pointer),
+                   "vkBuildAccelerationStructuresKHR");
+}
+
+static void copy(struct machine *machine, const struct step *step)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = machine->structures[step->src].handle,
+        .dst = machine->structures[step->dst].handle,
+        .mode = step->action == ACTION_COMPACT ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                               : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    if (step->action == ACTION_HOST_COPY) {
+        expect_success(
+            machine->vk->CopyAccelerationStructureKHR(machine->device, VK_NULL_HANDLE, &info),
+            "vkCopyAccelerationStructureKHR");
+        return;
+    }
+    machine->vk->CmdCopyAccelerationStructureKHR(machine->command_buffers[step->object], &info);
+    barrier(machine, machine->command_buffers[step->object]);
+}
+
+static void fill(struct machine *machine, const struct step *step)
+{
+    VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.deviceAddress = machine->blob.address,
+        .dst = machine->structures[step->dst].handle,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    if (step->action == ACTION_HOST_FILL) {
+        info.src.hostAddress = machine->blob.host;
+        expect_success(machine->vk->CopyMemoryToAccelerationStructureKHR(machine->device,
+                                                                         VK_NULL_HANDLE, &info),
+                       "vkCopyMemoryToAccelerationStructureKHR");
+        return;
+    }
+    machine->vk->CmdCopyMemoryToAccelerationStructureKHR(machine->command_buffers[step->object],
+                                                         &info);
+    barrier(machine, machine->command_buffers[step->object]);
+}
+
+void machine_record(struct machine *machine, const struct step *step)
+{
+    const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
+    switch (step->action) {
+    case ACTION_BEGIN:
+        begin(machine, step);
+        break;
+    case ACTION_END:
+        scene_end(machine->scene, command_buffer);
+        break;
+    case ACTION_BUILD_PAIR:
+        build_pair(machine, step);
+        break;
+    case ACTION_HOST_BUILD:
+        host_build(machine, step);
+        break;
+    case ACTION_CLONE:
+    case ACTION_COMPACT:
+    case ACTION_HOST_COPY:
+        copy(machine, step);
+        break;
+    case ACTION_FILL:
+    case ACTION_HOST_FILL:
+        fill(machine, step);
+        break;
+    case ACTION_EXECUTE:
+        machine->positions[step->object] += machine->positions[step->dst];
+        machine->vk->CmdExecuteCommands(command_buffer, 1, &machine->command_buffers[step->dst]);
+        break;
+    case ACTION_RESET:
+        expect_success(machine->vk->ResetCommandBuffer(command_buffer, 0), "vkResetCommandBuffer");
+        break;
+    case ACTION_RESET_POOL:
+        expect_success(
+            machine->vk->ResetCommandPool(machine->device, machine->pools[step->object], 0),
+            "vkResetCommandPool");
+        break;
+    case ACTION_REALLOCATE:
+        machine->vk->FreeCommandBuffers(machine->device, machine->pools[step->object], 1,
+                                        &command_buffer);
+        machine_allocate(machine, step->object);
+        break;
+    default:
+        build(machine, step);
+    }
+}

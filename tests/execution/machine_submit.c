@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The machine's submissions, in the form of vkQueueSubmit or of vkQueueSubmit2. */
+#include <stdlib.h>
+
+#include "machine.h"
+
+static uint64_t stages_of(uint64_t given)
+{
+    return given != 0 ? given : VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+}
+
+/* ---- putting it together */
+
+static void add_semaphore(struct machine *machine, const struct step *step)
+{
+    struct machine_batch *batch = &machine->batches[machine->batch_count - 1];
+    const bool is_timeline = step->action == ACTION_WAIT_FOR || step->action == ACTION_SIGNAL_TO;
+    const bool is_wait = step->action == ACTION_WAIT_FOR || step->action == ACTION_WAIT;
+    const VkSemaphore semaphore =
+        is_timeline ? machine->timelines[step->object] : machine->binaries[step->object];
+    const uint64_t stages = is_timeline ? 0 : step->value;
+    if (is_wait) {
+        batch->waits[batch->wait_count].handle = semaphore;
+        batch->waits[batch->wait_count].stages = stages;
+        batch->waits[batch->wait_count++].value = step->value;
+    } else {
+        batch->signals[batch->signal_count].handle = semaphore;
+        batch->signals[batch->signal_count].stages = stages;
+        batch->signals[batch->signal_count++].value = step->value;
+    }
+}
+
+static void add_commands(struct machine *machine, uint32_t command_buffer)
+{
+    struct machine_batch *batch = &machine->batches[machine->batch_count - 1];
+    batch->commands[batch->command_count++] = command_buffer;
+}
+
+/* ---- the two forms */
+
+static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
+{
+    VkCommandBuffer commands[MACHINE_BATCHES][MACHINE_MEMBERS];
+    VkSemaphore waits[MACHINE_BATCHES][MACHINE_MEMBERS], signals[MACHINE_BATCHES][MACHINE_MEMBERS];
+    uint64_t wait_values[MACHINE_BATCHES][MACHINE_MEMBERS],
+        signal_values[MACHINE_BATCHES][MACHINE_MEMBERS];
+    VkPipelineStageFlags stages[MACHINE_BATCHES][MACHINE_MEMBERS];
+    VkTimelineSemaphoreSubmitInfo values[MACHINE_BATCHES];
+    VkSubmitInfo infos[MACHINE_BATCHES];
+
+    for (uint32_t i = 0; i < machine->batch_count; i++) {
+        const struct machine_batch *batch = &machine->batches[i];
+        for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
+            commands[i][j] = machine->command_buffers[batch->commands[j]];
+            waits[i][j] = batch->waits[j].handle;
+            stages[i][j] = (VkPipelineStageFlags)stages_of(batch->waits[j].stages);
+            wait_values[i][j] = batch->waits[j].value;
+            signals[i][j] = batch->signals[j].handle;
+            signal_values[i][j] = batch->signals[j].value;
+        }
+        values[i] = (VkTimelineSemaphoreSubmitInfo){
+            .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
+            .waitSemaphoreValueCount = batch->wait_count,
+            .pWaitSemaphoreValues = wait_values[i],
+            .signalSemaphoreValueCount = batch->signal_count,
+            .pSignalSemaphoreValues = signal_values[i],
+        };
+        infos[i] = (VkSubmitInfo){
+            .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+            .pNext = &values[i],
+            .waitSemaphoreCount = batch->wait_count,
+            .pWaitSemaphores = waits[i],
+            .pWaitDstStageMask = stages[i],
+            .commandBufferCount = batch->command_count,
+            .pCommandBuffers = commands[i],
+            .signalSemaphoreCount = batch->signal_count,
+            .pSignalSemaphores = signals[i],
+        };
+    }
+    return machine->vk->QueueSubmit(queue, machine->batch_count, infos, fence);
+}
+
+static VkSemaphoreSubmitInfo semaphore_info(VkSemaphore semaphore, uint64_t value, uint64_t stages)
+{
+    return (VkSemaphoreSubmitInfo){
+        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+        .semaphore = semaphore,
+        .value = value,
+        .stageMask = stages_of(stages),
+    };
+}
+
+static VkResult submit2(struct machine *machine, VkQueue queue)
+{
+    VkCommandBufferSubmitInfo commands[MACHINE_BATCHES][MACHINE_MEMBERS];
+    VkSemaphoreSubmitInfo waits[MACHINE_BATCHES][MACHINE_MEMBERS],
+        signals[MACHINE_BATCHES][MACHINE_MEMBERS];
+    VkSubmitInfo2 infos[MACHINE_BATCHES];
+
+    for (uint32_t i = 0; i < machine->batch_count; i++) {
+        const struct machine_batch *batch = &machine->batches[i];
+        for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
+            commands[i][j] = (VkCommandBufferSubmitInfo){
+                .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
+                .commandBuffer = machine->command_buffers[batch->commands[j]],
+            };
+            waits[i][j] = semaphore_info(batch->waits[j].handle, batch->waits[j].value,
+                                         batch->waits[j].stages);
+            signals[i][j] = semaphore_info(batch->signals[j].handle, batch->signals[j].value,
+                                           batch->signals[j].stages);
+        }
+        infos[i] = (VkSubmitInfo2){
+            .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
+            .waitSemaphoreInfoCount = batch->wait_count,
+            .pWaitSemaphoreInfos = waits[i],
+            .commandBufferInfoCount = batch->command_count,
+            .pCommandBufferInfos = commands[i],
+            .signalSemaphoreInfoCount = batch->signal_count,
+            .pSignalSemaphoreInfos = signals[i],
+        };
+    }
+    return machine->vk->QueueSubmit2(queue, machine->batch_count, infos, VK_NULL_HANDLE);
+}
+
+static void signal_from_host(struct machine *machine, const struct step *step)
+{
+    const VkSemaphoreSignalInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO,
+        .semaphore = machine->timelines[step->object],
+        .value = step->value,
+    };
+    machine->result = machine->vk->SignalSemaphore(machine->device, &info);
+}
+
+static void wait_on_host(struct machine *machine, const struct step *step)
+{
+    const VkSemaphoreWaitInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+        .semaphoreCount = 1,
+        .pSemaphores = &machine->timelines[step->object],
+        .pValues = &step->value,
+    };
+    uint64_t value;
+    switch (step->action) {
+    case ACTION_QUEUE_IDLE:
+        expect_success(machine->vk->QueueWaitIdle(machine->queues[step->object]),
+                       "vkQueueWaitIdle");
+        break;
+    case ACTION_WAIT_FENCE:
+        expect_success(machine->vk->WaitForFences(machine->device, 1, &machine->fence, VK_TRUE, 0),
+                       "vkWaitForFences");
+        break;
+    case ACTION_POLL_FENCE:
+        expect_success(machine->vk->GetFenceStatus(machine->device, machine->fence),
+                       "vkGetFenceStatus");
+        break;
+    case ACTION_HOST_WAIT:
+        expect_success(machine->vk->WaitSemaphores(machine->device, &info, 0), "vkWaitSemaphores");
+        break;
+    case ACTION_HOST_READ:
+        expect_success(machine->vk->GetSemaphoreCounterValue(
+                           machine->device, machine->timelines[step->object], &value),
+                       "vkGetSemaphoreCounterValue");
+        break;
+    default:
+        expect_success(machine->vk->DeviceWaitIdle(machine->device), "vkDeviceWaitIdle");
+    }
+}
+
+void machine_submit(struct machine *machine, const struct step *step)
+{
+    const struct world *world = machine->scene->world;
+    switch (step->action) {
+    case ACTION_BATCH:
+        machine->batches[machine->batch_count++] = (struct machine_batch){0};
+        break;
+    case ACTION_WITH:
+        add_commands(machine, step->object);
+        break;
+    case ACTION_SUBMIT:
+    case ACTION_FAILED_SUBMIT:
+        machine->result = submit(machine, machine->queues[step->object],
+                                 step->value != 0 ? machine->fence : VK_NULL_HANDLE);
+        machine->batch_count = 0;
+        break;
+    case ACTION_SUBMIT2:
+        machine->result = submit2(machine, machine->queues[step->object]);
+        machine->batch_count = 0;
+        break;
+    case ACTION_FAIL_SUBMIT:
+        world->platform->null_driver.fail_next("vkQueueSubmit", VK_ERROR_OUT_OF_DEVICE_MEMORY);
+        break;
+    case ACTION_SIGNAL_FROM_HOST:
+        signal_from_host(machine, step);
+        break;
+    case ACTION_IDLE:
+    case ACTION_QUEUE_IDLE:
+    case ACTION_WAIT_FENCE:
+    case ACTION_POLL_FENCE:
+    case ACTION_HOST_WAIT:
+    case ACTION_HOST_READ:
+        wait_on_host(machine, step);
+        break;
+    default:
+        add_semaphore(machine, step);
+    }
+}

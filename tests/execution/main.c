@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* execution_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE]
+ *
+ * Plays every program, and writes what fired and what stayed silent as lines of tab-separated
+ * values: platform, case, command, id, fired|silent|failed. */
+#include <stdio.h>
+#include <string.h>
+
+#include "play.h"
+
+static const struct program_list *const lists[] = {&order_programs, &silent_programs,
+                                                   &death_programs};
+enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]), REASONS_MAX = 16 };
+
+struct run {
+    struct platform platform;
+    const char *filter;
+    bool list, verbose;
+    FILE *results;
+    struct world world;
+    struct report report;
+    uint32_t passed, failed, skipped;
+    struct {
+        char text[128];
+        uint32_t count;
+    } reasons[REASONS_MAX];
+    bool fired[VUID_COUNT], stayed_silent[VUID_COUNT];
+};
+
+static char current_name[256];
+
+static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
+
+/* ---- output */
+
+static void count_reason(struct run *run, const char *text)
+{
+    for (uint32_t i = 0; i < REASONS_MAX; i++) {
+        if (run->reasons[i].count != 0 && strncmp(run->reasons[i].text, text, 100) != 0)
+            continue;
+        snprintf(run->reasons[i].text, sizeof(run->reasons[i].text), "%.100s", text);
+        run->reasons[i].count++;
+        return;
+    }
+}
+
+static void tell(struct run *run)
+{
+    switch (run->report.outcome) {
+    case OUTCOME_PASSED:
+        run->passed++;
+        if (run->verbose)
+            printf("[       OK ] %s\n", current_name);
+        break;
+    case OUTCOME_FAILED:
+        run->failed++;
+        printf("%s[  FAILED  ] %s\n", run->report.text, current_name);
+        break;
+    case OUTCOME_SKIPPED:
+        run->skipped++;
+        count_reason(run, run->report.text);
+        if (run->verbose)
+            printf("[  SKIPPED ] %s: %s\n", current_name, run->report.text);
+        break;
+    }
+}
+
+static void write_results(struct run *run, const struct play *play, bool expects_silence)
+{
+    enum rule rules[SHAPE_RULES];
+    const uint32_t count = play_rules(play, rules);
+    const bool passed = run->report.outcome == OUTCOME_PASSED;
+
+    if (run->report.outcome == OUTCOME_SKIPPED)
+        return;
+    for (uint32_t i = 0; i < count; i++) {
+        const enum vuid vuid = rule_infos[rules[i]].vuid[play->command];
+        if (vuid == VUID_NONE)
+            continue;
+        if (passed && expects_silence)
+            run->stayed_silent[vuid] = true;
+        else if (passed)
+            run->fired[vuid] = true;
+        if (run->results != NULL)
+            fprintf(run->results, "%s\t%s\t%s\t%s\t%s\n", run->platform.name, current_name,
+                    command_words[play->command], vuid_texts[vuid].id,
+                    !passed           ? "failed"
+                    : expects_silence ? "silent"
+                                      : "fired");
+    }
+}
+
+/* ---- which plays */
+
+static void play_one(struct run *run, const struct program_list *list, const struct play *play)
+{
+    snprintf(current_name, sizeof(current_name), "%s.%s%s%s/%s%s", list->name, play->program->name,
+             play->difference != NULL ? "." : "",
+             play->difference != NULL ? play->difference->name : "", command_words[play->command],
+             play->is_twin ? "@twin" : "");
+    if (run->filter != NULL && strstr(current_name, run->filter) == NULL)
+        return;
+    if (run->list) {
+        puts(current_name);
+        return;
+    }
+    if (run->verbose)
+        printf("[ RUN      ] %s\n", current_name);
+    play_program(play, &run->world, &run->report);
+    if (play->level == NULL)
+        write_results(run, play, play->is_twin || !program_reports(play->program));
+    tell(run);
+}
+
+/* Builds are recorded with the device command, updates with each that has an id for them. */
+static bool fits_command(const struct play *play)
+{
+    enum rule rules[SHAPE_RULES];
+    const uint32_t count = play_rules(play, rules);
+    for (uint32_t i = 0; i < count; i++)
+        if (rule_infos[rules[i]].vuid[play->command] == VUID_NONE)
+            return false;
+    return true;
+}
+
+static bool has_update(const struct program *program)
+{
+    for (const struct step *step = program->steps; step->action != ACTION_END_OF_PROGRAM; step++)
+        if (step->action == ACTION_UPDATE)
+            return true;
+    return false;
+}
+
+static void play_commands(struct run *run, const struct program_list *list,
+                          const struct program *program, const struct difference *difference)
+{
+    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_INDIRECT; command++) {
+        struct play play = {&run->platform, program, difference, command, false, NULL};
+        if (!fits_command(&play) || (command != COMMAND_DEVICE && !has_update(program)))
+            continue;
+        play_one(run, list, &play);
+        play.is_twin = true;
+        if (program_reports(program))
+            play_one(run, list, &play);
+    }
+}
+
+static void play_all(struct run *run)
+{
+    for (size_t i = 0; i < LIST_COUNT; i++)
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            const struct program *program = &lists[i]->programs[j];
+            if (program->once)
+                play_commands(run, lists[i], program, NULL);
+            for (uint32_t k = 0; k < DIFFERENCES && !program->once; k++)
+                play_commands(run, lists[i], program, &differences[k]);
+        }
+}
+
+/* Below level execution nothing is said of what is executed. */
+static void play_at_level_state(struct run *run)
+{
+    for (size_t i = 0; i < order_programs.count; i++) {
+        const struct play play = {&run->platform,  &order_programs.programs[i],
+                                  &differences[0], COMMAND_DEVICE,
+                                  false,           "state"};
+        play_one(run, &order_programs, &play);
+    }
+}
+
+/* ---- every rule about what was built has fired, and stayed silent */
+
+static bool is_about_updates(enum rule rule)
+{
+    const char *subject = rule_infos[rule].subject;
+    return subject != NULL &&
+           (strcmp(subject, "update") == 0 || strcmp(subject, "updated_geometry") == 0);
+}
+
+static void check_every_rule_has_fired(struct run *run)
+{
+    run->report = (struct report){.outcome = OUTCOME_PASSED};
+    snprintf(current_name, sizeof(current_name), "every_rule_has_fired");
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *info = &rule_infos[rule];
+        if (!is_about_updates(rule))
+            continue;
+        for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_INDIRECT; command++) {
+            const enum vuid vuid = info->vuid[command];
+            if (vuid == VUID_NONE || (command == COMMAND_INDIRECT && !run->platform.is_null))
+                continue;
+            if (run->fired[vuid] && run->stayed_silent[vuid])
+                continue;
+            printf("never %s: %s (%s)\n", run->fired[vuid] ? "silent" : "fired",
+                   vuid_texts[vuid].id, info->name);
+            run->report.outcome = OUTCOME_FAILED;
+        }
+    }
+    tell(run);
+}
+
+/* ---- the program */
+
+static int usage(void)
+{
+    fputs(
+        "usage: execution_test null|lavapipe [--filter NAME] [--list] [--verbose] "
+        "[--results FILE]\n",
+        stderr);
+    return 2;
+}
+
+static bool read_arguments(struct run *run, int argc, char **argv)
+{
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--list") == 0) {
+            run->list = true;
+        } else if (strcmp(argv[i], "--verbose") == 0) {
+            run->verbose = true;
+        } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {
+            run->filter = argv[++i];
+        } else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) {
+            run->results = fopen(argv[++i], "w");
+            if (run->results == NULL) {
+                perror(argv[i]);
+                return false;
+            }
+        } else {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void close_run(const struct run *run)
+{
+    for (uint32_t i = 0; i < REASONS_MAX && run->reasons[i].count != 0; i++)
+        printf("[  SKIPPED ] %u: %s\n", run->reasons[i].count, run->reasons[i].text);
+    printf("[==========] %u test(s) run.\n", run->passed + run->failed);
+    printf("%u passed, %u failed, %u skipped\n", run->passed, run->failed, run->skipped);
+}
+
+int main(int argc, char **argv)
+{
+    static struct run run;
+
+    if (argc < 2 || !read_arguments(&run, argc, argv))
+        return usage();
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    const char *missing = platform_open(&run.platform, argv[1]);
+    if (missing != NULL) {
+        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
+        return 77;
+    }
+    differences_fill();
+    play_all(&run);
+    if (run.platform.is_null)
+        play_at_level_state(&run);
+    world_close(&run.world);
+    if (run.filter == NULL && !run.list)
+        check_every_rule_has_fired(&run);
+    if (!run.list)
+        close_run(&run);
+    if (run.results != NULL && fclose(run.results) != 0)
+        return 1;
+    return run.failed == 0 ? 0 : 1;
+}

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The model. It keeps every write of every structure, and for every batch the set of batches that
+ * certainly came before. */
+#include "model.h"
+
+#include <string.h>
+
+static const struct content not_known = {.state = NOT_KNOWN};
+
+static void judge_geometry(struct model *model, const struct content *asked,
+                           const struct content *last)
+{
+    const struct shape *now = &asked->shape, *then = &last->shape;
+    model->findings[RULE_geometry_type_matches_source] += now->geometry_type != then->geometry_type;
+    model->findings[RULE_geometry_flags_match_source] +=
+        now->geometry_flags != then->geometry_flags;
+    model->findings[RULE_primitive_count_matches_source] +=
+        asked->counted && last->counted && now->primitive_count != then->primitive_count;
+    if (now->geometry_type != VK_GEOMETRY_TYPE_TRIANGLES_KHR ||
+        then->geometry_type != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        return;
+    model->findings[RULE_vertex_format_matches_source] += now->vertex_format != then->vertex_format;
+    model->findings[RULE_max_vertex_matches_source] += now->max_vertex != then->max_vertex;
+    model->findings[RULE_index_type_matches_source] += now->index_type != then->index_type;
+    model->findings[RULE_transform_is_absent_where_source_had_none] +=
+        now->has_transform && !then->has_transform;
+    model->findings[RULE_transform_is_given_where_source_had_one] +=
+        !now->has_transform && then->has_transform;
+}
+
+/* Geometries of a source that allows no updates are not looked at. */
+static void judge(struct model *model, const struct content *asked, const struct content *last)
+{
+    const struct shape *now = &asked->shape, *then = &last->shape;
+    const bool allows = then->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    if (last->state == NOT_KNOWN)
+        return;
+    model->findings[RULE_update_source_was_built_with_allow_update] +=
+        last->state == NEVER_BUILT || !allows;
+    if (last->state == NEVER_BUILT)
+        return;
+    model->findings[RULE_geometry_count_matches_source] +=
+        now->geometry_count != then->geometry_count;
+    model->findings[RULE_build_flags_match_source] += allows && now->flags != then->flags;
+    model->findings[RULE_build_type_matches_source] += now->type != then->type;
+    for (uint32_t i = 0;
+         allows && now->geometry_count == then->geometry_count && i < now->geometry_count; i++)
+        judge_geometry(model, asked, last);
+}
+
+/* ---- recording */
+
+void model_begin(struct model *model, uint32_t command_buffer)
+{
+    memset(&model->command_buffers[command_buffer], 0, sizeof(struct recording));
+}
+
+static void learn(struct model *model, struct recording *recording,
+                  const struct operation *operation)
+{
+    const struct recording *secondary = &model->command_buffers[operation->dst];
+    switch (operation->action) {
+    case ACTION_EXECUTE:
+        for (uint32_t i = 0; i < secondary->count; i++)
+            learn(model, recording, &secondary->operations[i]);
+        return;
+    case ACTION_BUILD:
+        recording->knows[operation->dst] = true;
+        recording->known[operation->dst] = operation->asked;
+        return;
+    case ACTION_FILL:
+        recording->knows[operation->dst] = true;
+        recording->known[operation->dst] = not_known;
+        return;
+    default: /* updates and copies */
+        recording->knows[operation->dst] = recording->knows[operation->src];
+        recording->known[operation->dst] = recording->known[operation->src];
+    }
+}
+
+void model_record(struct model *model, uint32_t command_buffer, const struct operation *operation)
+{
+    struct recording *recording = &model->command_buffers[command_buffer];
+    struct operation *added = &recording->operations[recording->count++];
+    *added = *operation;
+    added->is_judged = added->action == ACTION_UPDATE && recording->knows[added->src];
+    if (added->is_judged)
+        judge(model, &added->asked, &recording->known[added->src]);
+    learn(model, recording, added);
+}
+
+/* ---- running */
+
+static bool precedes(const struct model *model, uint32_t first, uint32_t second)
+{
+    return first == second || (model->batches[second].follows >> first & 1) != 0;
+}
+
+/* What a batch reads: certain only if all writes so far have an order, and it follows the last. */
+static struct content read_structure(const struct model *model, uint32_t structure, uint32_t batch)
+{
+    const uint32_t count = model->write_count[structure];
+    if (count == 0)
+        return (struct content){.state = NEVER_BUILT};
+    for (uint32_t i = 1; i < count; i++)
+        if (!precedes(model, model->writes[structure][i - 1].batch,
+                      model->writes[structure][i].batch))
+            return not_known;
+    return precedes(model, model->writes[structure][count - 1].batch, batch)
+               ? model->writes[structure][count - 1].content
+               : not_known;
+}
+
+static void write_structure(struct model *model, uint32_t structure, uint32_t batch,
+                            const struct content *content)
+{
+    const uint32_t i = model->write_count[structure]++;
+    model->writes[structure][i].content = *content;
+    model->writes[structure][i].batch = batch;
+}
+
+static void run_recording(struct model *model, uint32_t batch, const struct recording *recording)
+{
+    for (uint32_t i = 0; i < recording->count; i++) {
+        const struct operation *operation = &recording->operations[i];
+        struct content content = operation->asked;
+        if (operation->action == ACTION_EXECUTE) {
+            run_recording(model, batch, &model->command_buffers[operation->dst]);
+            continue;
+        }
+        if (operation->action == ACTION_FILL)
+            content = not_known;
+        else if (operation->action != ACTION_BUILD)
+            content = read_structure(model, operation->src, batch);
+        if (operation->action == ACTION_UPDATE && !operation->is_judged)
+            judge(model, &operation->asked, &content);
+        if (content.state == NEVER_BUILT)
+            content = not_known;
+        write_structure(model, operation->dst, batch, &content);
+    }
+}
+
+/* The batch that signals the awaited value or more; -1: none yet. */
+static int find_signal(const struct model *model, const struct model_batch *batch)
+{
+    for (uint32_t i = 0; i < model->batch_count; i++)
+        if (model->batches[i].queue == batch->waits_for &&
+            model->batches[i].signal_value >= batch->wait_value)
+            return (int)i;
+    return -1;
+}
+
+static bool follow(const struct model *model, struct model_batch *batch, int other)
+{
+    if (other < 0 || !model->batches[other].has_run)
+        return false;
+    batch->follows |= model->batches[other].follows | (uint64_t)1 << other;
+    return true;
+}
+
+/* Whether the batch can execute; if so, `follows` is complete. */
+static bool is_ready(struct model *model, struct model_batch *batch)
+{
+    batch->follows = batch->host;
+    for (struct model_batch *other = model->batches; other < batch; other++)
+        if (other->queue == batch->queue && !follow(model, batch, (int)(other - model->batches)))
+            return false;
+    if (batch->binary_signal >= 0 && !follow(model, batch, batch->binary_signal))
+        return false;
+    return batch->wait_value == 0 || follow(model, batch, find_signal(model, batch));
+}
+
+bool model_run_queue(struct model *model, uint32_t queue)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < model->batch_count; i++) {
+        struct model_batch *batch = &model->batches[i];
+        if (batch->queue != queue || batch->has_run || !is_ready(model, batch))
+            continue;
+        batch->has_run = any = true;
+        for (uint32_t j = 0; j < batch->recording_count; j++)
+            run_recording(model, i, &batch->recordings[j]);
+    }
+    return any;
+}
+
+void model_run(struct model *model)
+{
+    bool any = true;
+    while (any) {
+        any = false;
+        for (uint32_t queue = 0; queue < QUEUES; queue++)
+            any = model_run_queue(model, queue) || any;
+    }
+}
+
+/* ---- the rest */
+
+struct model_batch *model_add_batch(struct model *model, uint32_t queue)
+{
+    struct model_batch *batch = &model->batches[model->batch_count++];
+    *batch = (struct model_batch){.queue = queue, .host = model->host, .binary_signal = -1};
+    return batch;
+}
+
+void model_idle(struct model *model)
+{
+    model->host =
+        model->batch_count == MODEL_BATCHES ? UINT64_MAX : ((uint64_t)1 << model->batch_count) - 1;
+}
+
+void model_create(struct model *model, uint32_t structure)
+{
+    model->write_count[structure] = 0;
+}

@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Programs as data: what an application records and submits, step by step, and where the layer has
+ * to speak up.
+ *
+ * A program is played for each difference between two shapes. BAD builds are of the shape that does
+ * not suit the program's updates, GOOD builds and the updates themselves of the one that does. In
+ * the twin of a program BAD builds are good, and all is silent. */
+#ifndef EXECUTION_PROGRAM_H
+#define EXECUTION_PROGRAM_H
+
+#include "shape.h"
+
+/* Command buffers: A to D are primary; P and R primary, for the second queue; S and T secondary. */
+enum { A, B, C, D, P, R, S, T, COMMAND_BUFFERS };
+/* Structures; all exist when a program starts, and are of a type that fits, or of the generic one.
+ */
+enum { W, X, Y, Z, STRUCTURES };
+/* So many binary semaphores, and so many timelines; and one timeline that is shared with others who
+ * may signal it, on the null driver. */
+enum { QUEUES = 2, SEMAPHORES = 4, FOREIGN = SEMAPHORES };
+
+enum build_shape { GOOD, BAD };
+enum use { USE_AGAIN, USE_ONCE, USE_SIMULTANEOUS };
+enum input { VERTICES, INDICES, TRANSFORMS, BOXES, INSTANCES_INPUT, SCRATCH, INPUTS };
+
+enum action {
+    ACTION_END_OF_PROGRAM,
+    ACTION_REPORTS,      /* the next build or submission breaks the rules */
+    ACTION_REPORTS_LATE, /* the next call lets a batch go that breaks them, and can't be skipped */
+    /* Recording; `object` is the command buffer. */
+    ACTION_BEGIN,
+    ACTION_END,
+    ACTION_RESET,
+    ACTION_RESET_POOL,
+    ACTION_REALLOCATE, /* freed, and another allocated in its place */
+    ACTION_BUILD,
+    ACTION_HOST_BUILD, /* no command buffer, nor do the next two have one */
+    ACTION_HOST_COPY,
+    ACTION_HOST_FILL,
+    ACTION_BUILD_PAIR, /* dst and src, in one call, of one shape */
+    ACTION_UPDATE,
+    ACTION_CLONE,
+    ACTION_COMPACT,
+    ACTION_FILL,
+    ACTION_EXECUTE, /* dst: the secondary */
+    /* Submitting. */
+    ACTION_BATCH,
+    ACTION_WITH, /* object: a command buffer */
+    ACTION_WAIT, /* object: a binary semaphore; value: stages, 0 for all */
+    ACTION_SIGNAL,
+    ACTION_WAIT_FOR, /* object: a timeline, and its value */
+    ACTION_SIGNAL_TO,
+    ACTION_SUBMIT, /* object: a queue; value: 1 with the fence */
+    ACTION_SUBMIT2,
+    ACTION_FAIL_SUBMIT,      /* the driver fails the next submission */
+    ACTION_FAILED_SUBMIT,    /* the submission that the driver fails; object: a queue */
+    ACTION_SIGNAL_FROM_HOST, /* object: a timeline, and its value */
+    ACTION_IDLE,
+    ACTION_QUEUE_IDLE, /* object: a queue */
+    ACTION_WAIT_FENCE,
+    ACTION_POLL_FENCE,
+    ACTION_HOST_WAIT, /* object: a timeline, and its value */
+    ACTION_HOST_READ, /* object: a timeline */
+    /* Objects. */
+    ACTION_CREATE, /* a structure, in its old place */
+    ACTION_CREATE_GENERIC,
+    ACTION_DESTROY,
+    ACTION_DESTROY_BUFFER, /* of a structure */
+    ACTION_FREE_MEMORY,    /* of a structure */
+    ACTION_DESTROY_INPUT,
+    ACTION_FREE_INPUT,
+    ACTION_RENEW_INPUT, /* the buffer and its memory; where addresses are recycled, at the old one
+                         */
+};
+
+struct step {
+    enum action action;
+    unsigned char object, dst, src;
+    unsigned char detail; /* enum build_shape, use, or input */
+    uint64_t value;
+};
+
+#define STEP(...)                                                                                  \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
+#define BEGIN(cb) STEP(ACTION_BEGIN, cb, 0, 0, USE_AGAIN, 0)
+#define BEGIN_ONCE(cb) STEP(ACTION_BEGIN, cb, 0, 0, USE_ONCE, 0)
+#define BEGIN_SIMULTANEOUS(cb) STEP(ACTION_BEGIN, cb, 0, 0, USE_SIMULTANEOUS, 0)
+#define END(cb) STEP(ACTION_END, cb, 0, 0, 0, 0)
+#define RESET(cb) STEP(ACTION_RESET, cb, 0, 0, 0, 0)
+#define RESET_POOL(cb) STEP(ACTION_RESET_POOL, cb, 0, 0, 0, 0)
+#define REALLOCATE(cb) STEP(ACTION_REALLOCATE, cb, 0, 0, 0, 0)
+#define BUILD(cb, dst, shape) STEP(ACTION_BUILD, cb, dst, 0, shape, 0)
+#define BUILD_PAIR(cb, first, second, shape) STEP(ACTION_BUILD_PAIR, cb, first, second, shape, 0)
+#define HOST_BUILD(dst, shape) STEP(ACTION_HOST_BUILD, 0, dst, 0, shape, 0)
+#define HOST_COPY(src, dst) STEP(ACTION_HOST_COPY, 0, dst, src, 0, 0)
+#define HOST_FILL(dst) STEP(ACTION_HOST_FILL, 0, dst, 0, 0, 0)
+#define UPDATE(cb, src, dst) STEP(ACTION_UPDATE, cb, dst, src, GOOD, 0)
+#define CLONE(cb, src, dst) STEP(ACTION_CLONE, cb, dst, src, 0, 0)
+#define COMPACT(cb, src, dst) STEP(ACTION_COMPACT, cb, dst, src, 0, 0)
+#define FILL(cb, dst) STEP(ACTION_FILL, cb, dst, 0, 0, 0)
+#define EXECUTE(cb, secondary) STEP(ACTION_EXECUTE, cb, secondary, 0, 0, 0)
+#define BATCH STEP(ACTION_BATCH, 0, 0, 0, 0, 0)
+#define WITH(cb) STEP(ACTION_WITH, cb, 0, 0, 0, 0)
+#define WAIT(semaphore) STEP(ACTION_WAIT, semaphore, 0, 0, 0, 0)
+#define WAIT_AT(semaphore, stages) STEP(ACTION_WAIT, semaphore, 0, 0, 0, stages)
+#define SIGNAL_AFTER(semaphore, stages) STEP(ACTION_SIGNAL, semaphore, 0, 0, 0, stages)
+#define SIGNAL(semaphore) STEP(ACTION_SIGNAL, semaphore, 0, 0, 0, 0)
+#define WAIT_FOR(timeline, value) STEP(ACTION_WAIT_FOR, timeline, 0, 0, 0, value)
+#define SIGNAL_TO(timeline, value) STEP(ACTION_SIGNAL_TO, timeline, 0, 0, 0, value)
+#define SUBMIT(queue) STEP(ACTION_SUBMIT, queue, 0, 0, 0, 0)
+#define SUBMIT_WITH_FENCE(queue) STEP(ACTION_SUBMIT, queue, 0, 0, 0, 1)
+#define SUBMIT2(queue) STEP(ACTION_SUBMIT2, queue, 0, 0, 0, 0)
+#define FAILED_SUBMIT(queue)                                                                       \
+    STEP(ACTION_FAIL_SUBMIT, 0, 0, 0, 0, 0), STEP(ACTION_FAILED_SUBMIT, queue, 0, 0, 0, 0)
+#define SIGNAL_FROM_HOST(timeline, value) STEP(ACTION_SIGNAL_FROM_HOST, timeline, 0, 0, 0, value)
+#define IDLE STEP(ACTION_IDLE, 0, 0, 0, 0, 0)
+#define WAIT_QUEUE(queue) STEP(ACTION_QUEUE_IDLE, queue, 0, 0, 0, 0)
+#define WAIT_FENCE STEP(ACTION_WAIT_FENCE, 0, 0, 0, 0, 0)
+#define POLL_FENCE STEP(ACTION_POLL_FENCE, 0, 0, 0, 0, 0)
+#define HOST_WAIT(timeline, value) STEP(ACTION_HOST_WAIT, timeline, 0, 0, 0, value)
+#define HOST_READ(timeline) STEP(ACTION_HOST_READ, timeline, 0, 0, 0, 0)
+#define CREATE(structure) STEP(ACTION_CREATE, structure, 0, 0, 0, 0)
+#define CREATE_GENERIC(structure) STEP(ACTION_CREATE_GENERIC, structure, 0, 0, 0, 0)
+#define DESTROY(structure) STEP(ACTION_DESTROY, structure, 0, 0, 0, 0)
+#define DESTROY_BUFFER(structure) STEP(ACTION_DESTROY_BUFFER, structure, 0, 0, 0, 0)
+#define FREE_MEMORY(structure) STEP(ACTION_FREE_MEMORY, structure, 0, 0, 0, 0)
+#define DESTROY_INPUT(input) STEP(ACTION_DESTROY_INPUT, 0, 0, 0, input, 0)
+#define FREE_INPUT(input) STEP(ACTION_FREE_INPUT, 0, 0, 0, input, 0)
+#define RENEW_INPUT(input) STEP(ACTION_RENEW_INPUT, 0, 0, 0, input, 0)
+#define REPORTS_LATE STEP(ACTION_REPORTS_LATE, 0, 0, 0, 0, 0)
+#define REPORTS STEP(ACTION_REPORTS, 0, 0, 0, 0, 0)
+
+/* Command buffers with one thing in them, and submissions of one. */
+#define RECORD_BUILD(cb, dst, shape) BEGIN(cb), BUILD(cb, dst, shape), END(cb)
+#define RECORD_UPDATE(cb, src, dst) BEGIN(cb), UPDATE(cb, src, dst), END(cb)
+#define QUEUE_OF(cb) ((cb) == P || (cb) == R)
+#define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
+#define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))
+
+#define STEPS(...) ((const struct step[]){__VA_ARGS__, {ACTION_END_OF_PROGRAM, 0, 0, 0, 0, 0}})
+
+enum needs {
+    NEEDS_NULL_DRIVER = 1 << 0,
+    NEEDS_TWO_QUEUES = 1 << 1,
+    NEEDS_RECYCLING = 1 << 2, /* of handles and addresses; null driver only */
+};
+
+struct program {
+    const char *name;
+    const struct step *steps;
+    const struct step *twin; /* NULL: the same, with good builds; unused where nothing reports */
+    uint32_t needs;          /* enum needs */
+    bool once;               /* to be played for a plain shape only, not for each difference */
+    /* Rules other than those of the difference, and where. */
+    enum rule rule;
+    bool has_rule;
+    const char *path;
+    struct shape (*shape)(void); /* of GOOD builds and updates; NULL: the difference's */
+    bool keeps_place;            /* what is reported names no earlier build */
+};
+
+#define RULE_IS(rule_) .rule = (rule_), .has_rule = true
+
+struct program_list {
+    const char *name;
+    const struct program *programs;
+    size_t count;
+};
+
+#define PROGRAM_LIST(name_, programs_)                                                             \
+    const struct program_list name_ = {#name_, (programs_),                                        \
+                                       sizeof(programs_) / sizeof((programs_)[0])}
+
+extern const struct program_list order_programs, silent_programs, death_programs;
+
+#endif

@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Shapes, and one difference for each rule about updates. */
+#include "shape.h"
+
+enum {
+    ALLOW_UPDATE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+    ALLOW_COMPACTION = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+};
+
+struct shape shape_plain(void)
+{
+    return (struct shape){
+        .flags = ALLOW_UPDATE | ALLOW_COMPACTION,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .geometry_count = 1,
+        .geometry_type = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .max_vertex = 5,
+        .index_type = VK_INDEX_TYPE_UINT32,
+        .has_transform = true,
+        .primitive_count = 2,
+    };
+}
+
+static void fill_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                           const struct scene *scene, const struct shape *shape)
+{
+    *triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+        .vertexFormat = shape->vertex_format,
+        .vertexData.deviceAddress = scene->vertices.address,
+        .vertexStride = 16,
+        .maxVertex = shape->max_vertex,
+        .indexType = shape->index_type,
+        .transformData.deviceAddress = shape->has_transform ? scene->transforms.address : 0,
+    };
+    if (shape->index_type == VK_INDEX_TYPE_UINT32)
+        triangles->indexData.deviceAddress = scene->indices.address;
+    if (shape->index_type == VK_INDEX_TYPE_UINT16)
+        triangles->indexData.deviceAddress = scene->indices.address + SCENE_BUFFER_SIZE / 2;
+}
+
+static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const struct scene *scene,
+                          const struct shape *shape)
+{
+    *geometry = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = shape->geometry_type,
+        .flags = shape->geometry_flags,
+    };
+    if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        fill_triangles(&geometry->geometry.triangles, scene, shape);
+    else if (shape->geometry_type == VK_GEOMETRY_TYPE_AABBS_KHR)
+        geometry->geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+            .data.deviceAddress = scene->boxes.address,
+            .stride = 24,
+        };
+    else
+        geometry->geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+            .data.deviceAddress = scene->instances.address,
+        };
+}
+
+void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
+                const struct shape *shape)
+{
+    for (uint32_t i = 0; i < shape->geometry_count; i++) {
+        fill_geometry(&arguments->geometries[i], scene, shape);
+        arguments->ranges[i] =
+            (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = shape->primitive_count};
+        arguments->counts[i] = shape->primitive_count;
+    }
+    arguments->range_pointer = arguments->ranges;
+    arguments->count_pointer = arguments->counts;
+    arguments->info = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = shape->type,
+        .flags = shape->flags,
+        .geometryCount = shape->geometry_count,
+        .pGeometries = arguments->geometries,
+    };
+}
+
+/* ---- differences */
+
+struct difference differences[DIFFERENCES] = {
+    {"no_allow_update",
+     {RULE_update_source_was_built_with_allow_update},
+     1,
+     ".srcAccelerationStructure",
+     {0},
+     {0}},
+    {"geometry_count", {RULE_geometry_count_matches_source}, 1, ".geometryCount", {0}, {0}},
+    {"flags", {RULE_build_flags_match_source}, 1, ".flags", {0}, {0}},
+    {"type", {RULE_build_type_matches_source, RULE_geometry_type_matches_source}, 2, "", {0}, {0}},
+    {"geometry_type",
+     {RULE_geometry_type_matches_source},
+     1,
+     ".pGeometries[0].geometryType",
+     {0},
+     {0}},
+    {"geometry_flags", {RULE_geometry_flags_match_source}, 1, ".pGeometries[0].flags", {0}, {0}},
+    {"vertex_format",
+     {RULE_vertex_format_matches_source},
+     1,
+     ".pGeometries[0].geometry.triangles.vertexFormat",
+     {0},
+     {0}},
+    {"max_vertex",
+     {RULE_max_vertex_matches_source},
+     1,
+     ".pGeometries[0].geometry.triangles.maxVertex",
+     {0},
+     {0}},
+    {"index_type",
+     {RULE_index_type_matches_source},
+     1,
+     ".pGeometries[0].geometry.triangles.indexType",
+     {0},
+     {0}},
+    {"transform_added",
+     {RULE_transform_is_absent_where_source_had_none},
+     1,
+     ".pGeometries[0].geometry.triangles.transformData",
+     {0},
+     {0}},
+    {"transform_missing",
+     {RULE_transform_is_given_where_source_had_one},
+     1,
+     ".pGeometries[0].geometry.triangles.transformData",
+     {0},
+     {0}},
+    {"primitive_count", {RULE_primitive_count_matches_source}, 1, ".pGeometries[0]", {0}, {0}},
+};
+
+void differences_fill(void)
+{
+    for (uint32_t i = 0; i < DIFFERENCES; i++)
+        differences[i].built = differences[i].asked = shape_plain();
+    differences[0].built.flags = ALLOW_COMPACTION;
+    differences[1].built.geometry_count = 2;
+    differences[2].built.flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+    differences[3].asked.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    differences[3].asked.geometry_type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    differences[4].built.geometry_type = VK_GEOMETRY_TYPE_AABBS_KHR;
+    differences[5].built.geometry_flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    differences[6].built.vertex_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    differences[7].built.max_vertex = 6;
+    differences[8].built.index_type = VK_INDEX_TYPE_UINT16;
+    differences[9].built.has_transform = false;
+    differences[10].asked.has_transform = false;
+    differences[11].built.primitive_count = 1;
+}

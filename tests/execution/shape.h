@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds reduced to what updates are judged by, and pairs of them that no update may join. */
+#ifndef EXECUTION_SHAPE_H
+#define EXECUTION_SHAPE_H
+
+#include "scene.h"
+
+/* All geometries of a build are alike. */
+struct shape {
+    VkBuildAccelerationStructureFlagsKHR flags;
+    VkAccelerationStructureTypeKHR type;
+    uint32_t geometry_count; /* up to SHAPE_GEOMETRIES */
+    VkGeometryTypeKHR geometry_type;
+    VkGeometryFlagsKHR geometry_flags;
+    VkFormat vertex_format; /* these four: triangles only */
+    uint32_t max_vertex;
+    VkIndexType index_type;
+    bool has_transform;
+    uint32_t primitive_count;
+};
+
+enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
+
+/* A build of one triangle geometry, with everything. */
+struct shape shape_plain(void);
+
+/* The arguments of a build of that shape; they refer to each other. */
+struct shape_arguments {
+    VkAccelerationStructureBuildGeometryInfoKHR info;
+    VkAccelerationStructureGeometryKHR geometries[SHAPE_GEOMETRIES];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[SHAPE_GEOMETRIES];
+    const VkAccelerationStructureBuildRangeInfoKHR *range_pointer;
+    uint32_t counts[SHAPE_GEOMETRIES];
+    const uint32_t *count_pointer;
+};
+
+/* Inputs are those of the scene; dst, src and scratch are left to the caller. */
+void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
+                const struct shape *shape);
+
+/* An update that asks for `asked` of a source that was last built as `built` breaks the rules. */
+struct difference {
+    const char *name;
+    enum rule rules[SHAPE_RULES];
+    uint32_t rule_count;
+    const char *path; /* below pInfos[0] */
+    struct shape built, asked;
+};
+
+enum { DIFFERENCES = 12 };
+
+extern struct difference differences[DIFFERENCES];
+void differences_fill(void);
+
+#endif

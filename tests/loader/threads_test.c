@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds recorded on some threads while others make and destroy what builds use; run under the
+ * thread sanitizer, too. */
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "placing.h"
+#include "scene.h"
+
+enum {
+    RECORDERS = 4,
+    MAKERS = 2,
+    SCENES = 30,   /* that a recorder opens, one after the other */
+    CALLS = 60,    /* that it makes in each */
+    MISTAKES = 20, /* one in so many calls */
+    MAKER_OBJECTS = 16,
+};
+
+static struct platform platform;
+static struct world world;
+static atomic_bool recording;
+
+static void *record(void *context)
+{
+    const enum build_command command = *(const enum build_command *)context;
+    for (int i = 0; i < SCENES; i++) {
+        struct scene *scene = scene_open(&world, command);
+        for (int call = 0; call < CALLS; call++) {
+            const uint32_t count = scene->info_count;
+            scene->info_count = call % MISTAKES == MISTAKES - 1 ? 0 : count;
+            scene_call(scene);
+            scene->info_count = count;
+        }
+        scene_close(scene);
+    }
+    return NULL;
+}
+
+/* Buffers come and go, with their addresses and structures in them. */
+static void *make(void *context)
+{
+    (void)context;
+    while (atomic_load(&recording)) {
+        struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+        for (int i = 0; i < MAKER_OBJECTS; i++) {
+            const struct test_buffer buffer = scene_buffer(scene, 65536, PLACE_USAGE);
+            const VkAccelerationStructureKHR accel = scene_accel_in(
+                scene, &buffer, 0, 4096, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+            scene_destroy(scene, (uint64_t)accel);
+            scene_destroy(scene, (uint64_t)buffer.handle);
+            scene_destroy(scene, (uint64_t)buffer.memory);
+        }
+        scene_close(scene);
+    }
+    return NULL;
+}
+
+static void *rename_objects(void *context)
+{
+    struct scene *scene = context;
+    VkDebugUtilsObjectNameInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = VK_OBJECT_TYPE_BUFFER,
+        .objectHandle = (uint64_t)scene->vertices.handle,
+    };
+    for (unsigned i = 0; atomic_load(&recording); i++) {
+        info.pObjectName = i % 2 == 0 ? "vertices of the bunny" : "vertices of the teapot";
+        scene->vk->SetDebugUtilsObjectNameEXT(world.device, &info);
+    }
+    return NULL;
+}
+
+/* Messengers that come and go while messages go out. */
+static void *listen_now_and_then(void *context)
+{
+    const VkDebugUtilsMessengerCreateInfoEXT create_info = messages_messenger(context);
+    while (atomic_load(&recording)) {
+        VkDebugUtilsMessengerEXT messenger;
+        expect_success(
+            world.vki.CreateDebugUtilsMessengerEXT(world.instance, &create_info, NULL, &messenger),
+            "vkCreateDebugUtilsMessengerEXT");
+        world.vki.DestroyDebugUtilsMessengerEXT(world.instance, messenger, NULL);
+    }
+    return NULL;
+}
+
+static pthread_t start(void *(*run)(void *context), void *context)
+{
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, run, context), 0);
+    return thread;
+}
+
+/* Every message is about a planted mistake, and every planted mistake brought one. */
+static void check_messages(void)
+{
+    const char *const ids[] = {
+        "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength",
+        "VUID-vkCmdBuildAccelerationStructuresIndirectKHR-infoCount-arraylength",
+        "VUID-vkBuildAccelerationStructuresKHR-infoCount-arraylength",
+    };
+    uint32_t expected = 0;
+    for (size_t i = 0; i < sizeof(ids) / sizeof(ids[0]); i++)
+        expected += messages_count(&world.messages, ids[i], NULL);
+    assert_int_equal(world.messages.count, RECORDERS * SCENES * CALLS / MISTAKES);
+    assert_int_equal(expected, world.messages.count);
+}
+
+static void test_record_while_objects_come_and_go(void **state)
+{
+    static const enum build_command commands[RECORDERS] = {COMMAND_DEVICE, COMMAND_DEVICE,
+                                                           COMMAND_INDIRECT, COMMAND_HOST};
+    static const struct setup plain;
+    static struct messages of_others;
+    pthread_t recorders[RECORDERS], others[MAKERS + 2];
+    (void)state;
+
+    assert_null(world_open(&world, &platform, &plain));
+    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    atomic_store(&recording, true);
+    for (int i = 0; i < MAKERS; i++)
+        others[i] = start(make, NULL);
+    others[MAKERS] = start(rename_objects, scene);
+    others[MAKERS + 1] = start(listen_now_and_then, &of_others);
+    for (int i = 0; i < RECORDERS; i++)
+        recorders[i] = start(record, (void *)&commands[i]);
+
+    for (int i = 0; i < RECORDERS; i++)
+        pthread_join(recorders[i], NULL);
+    atomic_store(&recording, false);
+    for (int i = 0; i < MAKERS + 2; i++)
+        pthread_join(others[i], NULL);
+    scene_close(scene);
+    check_messages();
+    world_close(&world);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_record_while_objects_come_and_go),
+    };
+    const char *missing = platform_open(&platform, "null");
+    if (missing != NULL) {
+        print_error("%s\n", missing);
+        return 1;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

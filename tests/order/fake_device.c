@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The fake commands, and the calls. */
+#include "fake_device.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+struct layer_device device;
+VkResult next_result;
+uint32_t calls;
+uint64_t counter;
+const char *reached;
+
+struct layer_device *layer_find_device(const void *dispatchable)
+{
+    (void)dispatchable;
+    return &device;
+}
+
+/* ---- the fake driver */
+
+static VkResult answer(const char *name)
+{
+    VkResult result = next_result;
+    next_result = VK_SUCCESS;
+    reached = name;
+    calls++;
+    return result;
+}
+
+#define FAKE(name, ...)                                                                            \
+    static VKAPI_ATTR VkResult VKAPI_CALL fake_##name(__VA_ARGS__)                                 \
+    {                                                                                              \
+        return answer(#name);                                                                      \
+    }
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+FAKE(QueueSubmit, VkQueue queue, uint32_t count, const VkSubmitInfo *submits, VkFence fence)
+FAKE(QueueSubmit2, VkQueue queue, uint32_t count, const VkSubmitInfo2 *submits, VkFence fence)
+FAKE(QueueSubmit2KHR, VkQueue queue, uint32_t count, const VkSubmitInfo2 *submits, VkFence fence)
+FAKE(QueueBindSparse, VkQueue queue, uint32_t count, const VkBindSparseInfo *info, VkFence fence)
+FAKE(QueuePresentKHR, VkQueue queue, const VkPresentInfoKHR *info)
+FAKE(QueueWaitIdle, VkQueue queue)
+FAKE(DeviceWaitIdle, VkDevice handle)
+FAKE(AcquireNextImageKHR, VkDevice handle, VkSwapchainKHR swapchain, uint64_t timeout,
+     VkSemaphore semaphore, VkFence fence, uint32_t *image)
+FAKE(AcquireNextImage2KHR, VkDevice handle, const VkAcquireNextImageInfoKHR *info, uint32_t *image)
+FAKE(SignalSemaphore, VkDevice handle, const VkSemaphoreSignalInfo *info)
+FAKE(SignalSemaphoreKHR, VkDevice handle, const VkSemaphoreSignalInfo *info)
+FAKE(WaitSemaphores, VkDevice handle, const VkSemaphoreWaitInfo *info, uint64_t timeout)
+FAKE(WaitSemaphoresKHR, VkDevice handle, const VkSemaphoreWaitInfo *info, uint64_t timeout)
+FAKE(ImportSemaphoreFdKHR, VkDevice handle, const VkImportSemaphoreFdInfoKHR *info)
+FAKE(ImportFenceFdKHR, VkDevice handle, const VkImportFenceFdInfoKHR *info)
+FAKE(ResetFences, VkDevice handle, uint32_t count, const VkFence *fences)
+FAKE(GetFenceStatus, VkDevice handle, VkFence fence)
+FAKE(WaitForFences, VkDevice handle, uint32_t count, const VkFence *fences, VkBool32 all,
+     uint64_t timeout)
+
+static VKAPI_ATTR VkResult VKAPI_CALL fake_GetSemaphoreCounterValue(VkDevice handle,
+                                                                    VkSemaphore semaphore,
+                                                                    uint64_t *value)
+{
+    *value = counter;
+    return answer("GetSemaphoreCounterValue");
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL fake_GetSemaphoreCounterValueKHR(VkDevice handle,
+                                                                       VkSemaphore semaphore,
+                                                                       uint64_t *value)
+{
+    *value = counter;
+    return answer("GetSemaphoreCounterValueKHR");
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL fake_CreateSemaphore(VkDevice handle,
+                                                           const VkSemaphoreCreateInfo *info,
+                                                           const VkAllocationCallbacks *allocator,
+                                                           VkSemaphore *semaphore)
+{
+    *semaphore = SEMAPHORE(counter);
+    return answer("CreateSemaphore");
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL fake_CreateFence(VkDevice handle,
+                                                       const VkFenceCreateInfo *info,
+                                                       const VkAllocationCallbacks *allocator,
+                                                       VkFence *fence)
+{
+    *fence = FENCE(counter);
+    return answer("CreateFence");
+}
+
+static VKAPI_ATTR void VKAPI_CALL fake_DestroySemaphore(VkDevice handle, VkSemaphore semaphore,
+                                                        const VkAllocationCallbacks *allocator)
+{
+    answer("DestroySemaphore");
+}
+
+static VKAPI_ATTR void VKAPI_CALL fake_DestroyFence(VkDevice handle, VkFence fence,
+                                                    const VkAllocationCallbacks *allocator)
+{
+    answer("DestroyFence");
+}
+#pragma GCC diagnostic warning "-Wunused-parameter"
+
+#define SET(name) device.vk.name = fake_##name
+
+static void set_commands(void)
+{
+    SET(QueueSubmit);
+    SET(QueueSubmit2);
+    SET(QueueSubmit2KHR);
+    SET(QueueBindSparse);
+    SET(QueuePresentKHR);
+    SET(QueueWaitIdle);
+    SET(DeviceWaitIdle);
+    SET(AcquireNextImageKHR);
+    SET(AcquireNextImage2KHR);
+    SET(SignalSemaphore);
+    SET(SignalSemaphoreKHR);
+    SET(WaitSemaphores);
+    SET(WaitSemaphoresKHR);
+    SET(ImportSemaphoreFdKHR);
+    SET(ImportFenceFdKHR);
+    SET(ResetFences);
+    SET(GetFenceStatus);
+    SET(WaitForFences);
+    SET(GetSemaphoreCounterValue);
+    SET(GetSemaphoreCounterValueKHR);
+    SET(CreateSemaphore);
+    SET(CreateFence);
+    SET(DestroySemaphore);
+    SET(DestroyFence);
+}
+
+void fake_device_start(struct program *program)
+{
+    program_start(program);
+    memset(&device, 0, sizeof(device));
+    device.physical_device_count = 1;
+    device.order = program->order;
+    set_commands();
+    next_result = VK_SUCCESS;
+    calls = 0;
+}
+
+/* ---- calls of the application */
+
+void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
+{
+    const VkSemaphoreTypeCreateInfo types = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+                                             .pNext = chain,
+                                             .semaphoreType = type};
+    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                        .pNext = &types};
+    VkSemaphore created;
+    counter = handle;
+    assert_int_equal(assay_CreateSemaphore(NULL, &info, NULL, &created), VK_SUCCESS);
+}
+
+void create_fence(uint32_t handle, const void *chain)
+{
+    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, .pNext = chain};
+    VkFence created;
+    counter = handle;
+    assert_int_equal(assay_CreateFence(NULL, &info, NULL, &created), VK_SUCCESS);
+}
+
+VkResult submit_plain(const struct plain *plain)
+{
+    VkCommandBuffer command_buffer = COMMAND_BUFFER(plain->name);
+    VkSemaphore wait = SEMAPHORE(plain->wait), signal = SEMAPHORE(plain->signal);
+    VkPipelineStageFlags stages =
+        plain->stages ? plain->stages : VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const VkTimelineSemaphoreSubmitInfo values = {
+        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
+        .pNext = plain->group,
+        .waitSemaphoreValueCount = plain->wait_value ? 1 : 0,
+        .pWaitSemaphoreValues = plain->wait_value ? &plain->wait_value : NULL,
+        .signalSemaphoreValueCount = 1,
+        .pSignalSemaphoreValues = &plain->signal_value};
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .pNext = &values,
+                               .waitSemaphoreCount = plain->wait ? 1 : 0,
+                               .pWaitSemaphores = &wait,
+                               .pWaitDstStageMask = &stages,
+                               .commandBufferCount = 1,
+                               .pCommandBuffers = &command_buffer,
+                               .signalSemaphoreCount = plain->signal ? 1 : 0,
+                               .pSignalSemaphores = &signal};
+    return assay_QueueSubmit(QUEUE(plain->queue), 1, &info, FENCE(plain->fence));
+}
+
+VkResult submit_second(const struct second *second, PFN_vkQueueSubmit2 call)
+{
+    const VkCommandBufferSubmitInfo commands = {.sType =
+                                                    VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
+                                                .commandBuffer = COMMAND_BUFFER(second->name),
+                                                .deviceMask = second->device_mask};
+    const VkSemaphoreSubmitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+                                        .semaphore = SEMAPHORE(second->wait),
+                                        .value = second->wait_value,
+                                        .stageMask = second->wait_stages};
+    const VkSemaphoreSubmitInfo signal = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+                                          .semaphore = SEMAPHORE(second->signal),
+                                          .value = second->signal_value,
+                                          .stageMask = second->signal_stages};
+    const VkSubmitInfo2 info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
+                                .waitSemaphoreInfoCount = second->wait ? 1 : 0,
+                                .pWaitSemaphoreInfos = &wait,
+                                .commandBufferInfoCount = 1,
+                                .pCommandBufferInfos = &commands,
+                                .signalSemaphoreInfoCount = second->signal ? 1 : 0,
+                                .pSignalSemaphoreInfos = &signal};
+    return call(QUEUE(second->queue), 1, &info, FENCE(second->fence));
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A device made of fake commands under the intercepts, and the calls of an application. */
+#ifndef ORDER_FAKE_DEVICE_H
+#define ORDER_FAKE_DEVICE_H
+
+#include "intercepts.h"
+#include "layer.h"
+#include "program.h"
+
+extern struct layer_device device;
+extern VkResult next_result; /* of the next call that reaches it */
+extern uint32_t calls;       /* that reached it */
+extern const char *reached;  /* the last of them */
+extern uint64_t counter;     /* of semaphores, and the handle of what is created next */
+
+void fake_device_start(struct program *program);
+
+void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain);
+void create_fence(uint32_t handle, const void *chain);
+
+/* A batch for vkQueueSubmit; semaphore 0: none. */
+struct plain {
+    uint32_t queue, name, wait, signal, fence;
+    uint64_t wait_value, signal_value;
+    VkPipelineStageFlags stages; /* of the wait; 0: all */
+    const VkDeviceGroupSubmitInfo *group;
+};
+
+VkResult submit_plain(const struct plain *plain);
+#define PLAIN(...) submit_plain(&(struct plain){__VA_ARGS__})
+
+/* The same for vkQueueSubmit2. */
+struct second {
+    uint32_t queue, name, wait, signal, fence;
+    uint64_t wait_value, signal_value;
+    VkPipelineStageFlags2 wait_stages, signal_stages;
+    uint32_t device_mask;
+};
+
+VkResult submit_second(const struct second *second, PFN_vkQueueSubmit2 call);
+#define SECOND(...) submit_second(&(struct second){__VA_ARGS__}, assay_QueueSubmit2)
+
+#endif

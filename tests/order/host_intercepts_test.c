@@ -1,0 +1,291 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the intercepts of layer/sync.c, and those of presentation, tell the order of others' signals
+ * and of what the host sees. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "fake_device.h"
+
+enum { S = 1, T = 2, F = 4 };
+
+static void present(void)
+{
+    VkSemaphore wait = SEMAPHORE(S);
+    const VkPresentInfoKHR info = {.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
+                                   .waitSemaphoreCount = 1,
+                                   .pWaitSemaphores = &wait};
+    assay_QueuePresentKHR(QUEUE(1), &info);
+}
+
+static void acquire(void)
+{
+    assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL);
+}
+
+static void acquire_2(void)
+{
+    const VkAcquireNextImageInfoKHR info = {.sType = VK_STRUCTURE_TYPE_ACQUIRE_NEXT_IMAGE_INFO_KHR,
+                                            .semaphore = SEMAPHORE(S)};
+    assay_AcquireNextImage2KHR(NULL, &info, NULL);
+}
+
+static void import_semaphore(void)
+{
+    const VkImportSemaphoreFdInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_IMPORT_SEMAPHORE_FD_INFO_KHR, .semaphore = SEMAPHORE(S)};
+    assay_ImportSemaphoreFdKHR(NULL, &info);
+}
+
+static void (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
+
+static void what_others_signal_brings_no_order(void **unused)
+{
+    (void)unused;
+    for (uint32_t i = 0; i < sizeof(others_signal) / sizeof(others_signal[0]); i++) {
+        struct program p;
+        fake_device_start(&p);
+        create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);
+        PLAIN(.queue = 1, .name = 10, .signal = S);
+        others_signal[i]();
+        PLAIN(.queue = 2, .name = 20, .wait = S);
+        assert_false(follows(&p, 20, 10));
+        program_stop(&p);
+    }
+}
+
+static void shared_semaphores_and_fences_bring_no_order(void **unused)
+{
+    const VkExportSemaphoreCreateInfo semaphore = {
+        .sType = VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO,
+        .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT};
+    const VkExportFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_EXPORT_FENCE_CREATE_INFO,
+                                           .handleTypes =
+                                               VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT};
+    const VkImportFenceFdInfoKHR import = {.sType = VK_STRUCTURE_TYPE_IMPORT_FENCE_FD_INFO_KHR,
+                                           .fence = FENCE(F + 1)};
+    struct program p;
+    (void)unused;
+    fake_device_start(&p);
+    create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
+    create_fence(F, &fence);
+    create_fence(F + 1, NULL);
+    assay_ImportFenceFdKHR(NULL, &import);
+    PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1, .fence = F);
+    PLAIN(.queue = 1, .name = 11, .fence = F + 1);
+    assay_GetFenceStatus(NULL, FENCE(F));
+    assay_GetFenceStatus(NULL, FENCE(F + 1));
+    PLAIN(.queue = 2, .name = 20);
+    PLAIN(.queue = 3, .name = 30, .wait = S, .wait_value = 1);
+    assert_false(follows(&p, 20, 10));
+    assert_false(follows(&p, 30, 10));
+    assert_false(find_run(&p, 30)->predecessors_known);
+    program_stop(&p);
+}
+
+/* ---- what the host sees */
+
+static VkResult wait_fence(void)
+{
+    VkFence fence = FENCE(F);
+    return assay_WaitForFences(NULL, 1, &fence, VK_FALSE, 0);
+}
+
+static VkResult wait_fences(void)
+{
+    VkFence fences[] = {FENCE(F), FENCE(F)};
+    return assay_WaitForFences(NULL, 2, fences, VK_TRUE, 0);
+}
+
+static VkResult wait_any_fence(void)
+{
+    VkFence fences[] = {FENCE(F), FENCE(F + 1)};
+    return assay_WaitForFences(NULL, 2, fences, VK_FALSE, 0);
+}
+
+static VkResult fence_status(void)
+{
+    return assay_GetFenceStatus(NULL, FENCE(F));
+}
+
+static VkResult wait_semaphore(void)
+{
+    const uint64_t value = 5;
+    VkSemaphore semaphore = SEMAPHORE(T);
+    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+                                      .flags = VK_SEMAPHORE_WAIT_ANY_BIT,
+                                      .semaphoreCount = 1,
+                                      .pSemaphores = &semaphore,
+                                      .pValues = &value};
+    return assay_WaitSemaphores(NULL, &info, 0);
+}
+
+static VkResult wait_semaphores(VkSemaphoreWaitFlags flags, PFN_vkWaitSemaphores wait)
+{
+    const uint64_t values[] = {0, 5};
+    VkSemaphore semaphores[] = {SEMAPHORE(T), SEMAPHORE(T)};
+    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+                                      .flags = flags,
+                                      .semaphoreCount = 2,
+                                      .pSemaphores = semaphores,
+                                      .pValues = values};
+    return wait(NULL, &info, 0);
+}
+
+static VkResult wait_all_semaphores(void)
+{
+    return wait_semaphores(0, assay_WaitSemaphoresKHR);
+}
+
+static VkResult wait_any_semaphore(void)
+{
+    return wait_semaphores(VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores);
+}
+
+static VkResult semaphore_counter(void)
+{
+    uint64_t value;
+    counter = 5;
+    return assay_GetSemaphoreCounterValue(NULL, SEMAPHORE(T), &value);
+}
+
+static VkResult semaphore_counter_khr(void)
+{
+    uint64_t value;
+    counter = 5;
+    return assay_GetSemaphoreCounterValueKHR(NULL, SEMAPHORE(T), &value);
+}
+
+static VkResult queue_idle(void)
+{
+    return assay_QueueWaitIdle(QUEUE(1));
+}
+
+static VkResult other_queue_idle(void)
+{
+    return assay_QueueWaitIdle(QUEUE(2));
+}
+
+static VkResult device_idle(void)
+{
+    return assay_DeviceWaitIdle(NULL);
+}
+
+static const struct {
+    VkResult (*look)(void);
+    bool sees;
+} looks[] = {
+    {wait_fence, true},          {wait_fences, true},       {wait_any_fence, false},
+    {fence_status, true},        {wait_semaphore, true},    {wait_all_semaphores, true},
+    {wait_any_semaphore, false}, {semaphore_counter, true}, {semaphore_counter_khr, true},
+    {queue_idle, true},          {other_queue_idle, false}, {device_idle, true},
+};
+
+static void submit_10(struct program *program)
+{
+    fake_device_start(program);
+    create_fence(F, NULL);
+    create_fence(F + 1, NULL);
+    create_semaphore(T, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
+    PLAIN(.queue = 1, .name = 10, .signal = T, .signal_value = 5, .fence = F);
+}
+
+static void the_host_sees_what_calls_return(void **unused)
+{
+    (void)unused;
+    for (uint32_t i = 0; i < sizeof(looks) / sizeof(looks[0]); i++) {
+        struct program p;
+        submit_10(&p);
+        next_result = VK_NOT_READY; /* or a timeout */
+        assert_int_equal(looks[i].look(), VK_NOT_READY);
+        PLAIN(.queue = 2, .name = 20);
+        assert_int_equal(looks[i].look(), VK_SUCCESS);
+        PLAIN(.queue = 3, .name = 30);
+        assert_false(follows(&p, 20, 10));
+        assert_int_equal(follows(&p, 30, 10), looks[i].sees);
+
+        next_result = VK_ERROR_DEVICE_LOST;
+        assert_int_equal(looks[i].look(), VK_ERROR_DEVICE_LOST);
+        assert_int_equal(p.losses, 1);
+        program_stop(&p);
+    }
+}
+
+static void fences_are_reset(void **unused)
+{
+    struct program p;
+    VkFence fence = FENCE(F);
+    (void)unused;
+    submit_10(&p);
+    assert_int_equal(assay_ResetFences(NULL, 1, &fence), VK_SUCCESS);
+    fence_status();
+    PLAIN(.queue = 2, .name = 20);
+    assert_false(follows(&p, 20, 10));
+    PLAIN(.queue = 1, .name = 11, .fence = F);
+    assay_DestroyFence(NULL, fence, NULL);
+    create_fence(F, NULL);
+    fence_status();
+    PLAIN(.queue = 2, .name = 21);
+    assert_false(follows(&p, 21, 11));
+    program_stop(&p);
+}
+
+static void the_host_signals(void **unused)
+{
+    const VkSemaphoreSignalInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = SEMAPHORE(S), .value = 1};
+    const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
+    (void)unused;
+    for (uint32_t i = 0; i < 2; i++) {
+        struct program p;
+        fake_device_start(&p);
+        create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
+        PLAIN(.queue = 1, .name = 10, .wait = S, .wait_value = 1);
+        next_result = VK_ERROR_OUT_OF_HOST_MEMORY;
+        assert_int_equal(signals[i](NULL, &info), VK_ERROR_OUT_OF_HOST_MEMORY);
+        assert_int_equal(p.run_count, 0);
+        assert_int_equal(signals[i](NULL, &info), VK_SUCCESS);
+        assert_int_equal(p.run_count, 1);
+        assay_DestroySemaphore(NULL, SEMAPHORE(S), NULL);
+        assert_string_equal(reached, "DestroySemaphore");
+        program_stop(&p);
+    }
+}
+
+/* Below level execution there is no order. */
+static void without_an_order_calls_are_forwarded(void **unused)
+{
+    struct program p;
+    (void)unused;
+    fake_device_start(&p);
+    device.order = NULL;
+    create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
+    create_fence(F, NULL);
+    assert_int_equal(PLAIN(.queue = 1, .name = 10, .wait = S, .wait_value = 1, .fence = F),
+                     VK_SUCCESS);
+    assert_int_equal(SECOND(.queue = 1, .name = 10), VK_SUCCESS);
+    assert_int_equal(assay_QueueSubmit(QUEUE(1), 0, NULL, FENCE(F)), VK_SUCCESS);
+    calls = 0;
+    for (uint32_t i = 0; i < sizeof(looks) / sizeof(looks[0]); i++)
+        assert_int_equal(looks[i].look(), VK_SUCCESS);
+    for (uint32_t i = 0; i < sizeof(others_signal) / sizeof(others_signal[0]); i++)
+        others_signal[i]();
+    assert_int_equal(calls, sizeof(looks) / sizeof(looks[0]) +
+                                sizeof(others_signal) / sizeof(others_signal[0]));
+    program_stop(&p);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_others_signal_brings_no_order),
+        cmocka_unit_test(shared_semaphores_and_fences_bring_no_order),
+        cmocka_unit_test(the_host_sees_what_calls_return),
+        cmocka_unit_test(fences_are_reset),
+        cmocka_unit_test(the_host_signals),
+        cmocka_unit_test(without_an_order_calls_are_forwarded),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the order costs: no allocation once warm, bounded memory, time a batch; and what happens
+ * without memory. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "program.h"
+#include "state/execution_order_records.h"
+
+enum { S = 1, T = 2, F = 4 };
+
+/* A frame as applications make them: a batch, its fence waited for and reset. */
+static void frame(struct program *program)
+{
+    SUBMIT(program, .queue = 1, .name = 10, .fence = F);
+    execution_order_see_fence(program->order, FENCE(F));
+    execution_order_reset_fence(program->order, FENCE(F));
+    program->run_count = 0;
+}
+
+static void a_warm_order_allocates_nothing(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    execution_order_add_fence(p.order, FENCE(F), false);
+    create_timeline(&p, S, 0);
+    create_binary(&p, T);
+    uint64_t value = 0;
+    for (int i = 0; i < 200; i++) {
+        if (i == 100)
+            memory_fail_after(0);
+        frame(&p);
+        SUBMIT(&p, .queue = 1, .name = 11, .signal = {{S, ++value}, {T}});
+        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, value + 1}});
+        SUBMIT(&p, .queue = 1, .name = 12, .wait = {{T}}, .signal = {{S, ++value}});
+        wait_idle(&p, 2);
+        p.run_count = 0;
+    }
+    assert_false(memory_fail_no_more());
+    assert_int_equal(p.losses, 0);
+    program_stop(&p);
+}
+
+static uint32_t signals_kept(const struct program *program, uint32_t semaphore)
+{
+    return execution_order_semaphore(program->order, SEMAPHORE(semaphore))->count;
+}
+
+/* The host sees every frame's fence, but never asks for the semaphore. */
+static void signals_that_the_host_saw_are_dropped(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    execution_order_add_fence(p.order, FENCE(F), false);
+    create_timeline(&p, S, 0);
+    for (uint64_t value = 1; value < 1000; value++) {
+        SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S, value}});
+        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, value}});
+        frame(&p);
+        assert_true(signals_kept(&p, S) <= 2);
+    }
+    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 1}});
+    assert_true(find_run(&p, 30)->predecessors_known);
+    program_stop(&p);
+}
+
+static void signals_that_nobody_sees_are_bounded(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    for (uint64_t value = 1; value <= 10000; value++) {
+        SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S, value}});
+        p.run_count = 0;
+        assert_true(signals_kept(&p, S) <= SEMAPHORE_SIGNALS);
+    }
+    SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 10000}});
+    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 1}});
+    SUBMIT(&p, .queue = 1, .name = 11);
+    const struct moment last = {find_run(&p, 11)->moment.queue, 10000};
+    assert_true(execution_clock_has(&find_run(&p, 20)->clock, last));
+    assert_false(execution_clock_has(&find_run(&p, 30)->clock, (struct moment){last.queue, 1}));
+    program_stop(&p);
+}
+
+static void binary_semaphores_without_waits_are_bounded(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_binary(&p, S);
+    for (int i = 0; i < 1000; i++) {
+        SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S}});
+        p.run_count = 0;
+    }
+    assert_true(signals_kept(&p, S) <= SEMAPHORE_SIGNALS);
+    program_stop(&p);
+}
+
+static void held_batches_are_bounded(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    for (int i = 0; i < EXECUTION_HELD_BATCHES; i++)
+        SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
+    assert_int_equal(p.losses, 0);
+    SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
+    assert_int_equal(p.losses, 1);
+    assert_int_equal(p.captured, 0);
+    program_stop(&p);
+}
+
+/* ---- without memory */
+
+static void play(struct program *program)
+{
+    execution_order_add_fence(program->order, FENCE(F), false);
+    create_timeline(program, S, 0);
+    create_binary(program, T);
+    SUBMIT(program, .queue = 2, .name = 20, .wait = {{S, 5}}, .signal = {{T}}, .fence = F);
+    SUBMIT(program, .queue = 3, .name = 30, .wait = {{T}});
+    for (uint64_t value = 1; value <= 5; value++)
+        SUBMIT(program, .queue = 1, .name = 10, .signal = {{S, value}});
+    struct submission *call = submission_begin(program->order, SUBMIT_COMMANDS, QUEUE(1));
+    for (uint32_t name = 40; name < 50; name++)
+        call_add_batch(call, &(struct call){.name = name, .wait = {{S, 1}, {S, 2}}});
+    finish_batches(call, 0, VK_SUCCESS);
+    execution_order_see_fence(program->order, FENCE(F));
+    signal_on_host(program, S, 6);
+    SUBMIT(program, .queue = 4, .name = 60);
+}
+
+static void without_memory_the_order_is_lost(void **unused)
+{
+    struct program complete, p;
+    (void)unused;
+    program_start(&complete);
+    play(&complete);
+    assert_int_equal(complete.run_count, 18);
+    program_stop(&complete);
+
+    bool failed = true;
+    for (int count = 0; failed; count++) {
+        program_start(&p);
+        memory_fail_after(count);
+        play(&p);
+        failed = memory_fail_no_more();
+        assert_int_equal(p.losses, failed);
+        assert_true(failed ? p.run_count < complete.run_count : p.run_count == complete.run_count);
+        for (uint32_t i = 0; i < p.run_count; i++)
+            assert_int_equal(p.runs[i].name, complete.runs[i].name);
+        program_stop(&p);
+    }
+    memory_fail_after(0);
+    struct execution_order *none;
+    const struct execution_hooks hooks = {0};
+    assert_int_equal(execution_order_create(&none, &hooks), VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_true(memory_fail_no_more());
+    assert_null(none);
+}
+
+/* ---- time */
+
+static double nanoseconds_now(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
+}
+
+#ifdef ORDER_TIMED
+enum { CALLS = 2000, ROUNDS = 20 };
+#else
+enum { CALLS = 100, ROUNDS = 1 };
+#endif
+
+static double time_calls(struct program *program, void (*call)(struct program *, uint64_t))
+{
+    static uint64_t value;
+    double best = 1e30;
+    for (int round = 0; round < ROUNDS; round++) {
+        double start = nanoseconds_now();
+        for (int i = 0; i < CALLS; i++) {
+            call(program, ++value);
+            program->run_count = 0;
+        }
+        double each = (nanoseconds_now() - start) / CALLS;
+        best = each < best ? each : best;
+    }
+    return best;
+}
+
+static void one_batch(struct program *program, uint64_t value)
+{
+    (void)value;
+    SUBMIT(program, .queue = 1, .name = 10, .fence = F);
+}
+
+static void with_semaphores(struct program *program, uint64_t value)
+{
+    SUBMIT(program, .queue = 1, .name = 10, .signal = {{S, value}, {T}});
+    SUBMIT(program, .queue = 2, .name = 20, .wait = {{T}, {S, value}}, .fence = F);
+}
+
+static void many_batches(struct program *program, uint64_t value)
+{
+    (void)value;
+    struct submission *call = submission_begin(program->order, SUBMIT_COMMANDS, QUEUE(1));
+    for (uint32_t i = 0; i < 100; i++)
+        call_add_batch(call, &(struct call){.name = 10});
+    finish_batches(call, F, VK_SUCCESS);
+}
+
+/* The best of many rounds, so that a busy machine doesn't fail the test; hooks included. */
+static void a_batch_costs_less_than_a_microsecond(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    execution_order_add_fence(p.order, FENCE(F), false);
+    create_timeline(&p, S, 0);
+    create_binary(&p, T);
+    double one = time_calls(&p, one_batch);
+    double semaphores = time_calls(&p, with_semaphores) / 2;
+    double many = time_calls(&p, many_batches) / 100;
+    print_message("ns a batch: %.0f alone, %.0f with semaphores, %.0f in calls of 100\n", one,
+                  semaphores, many);
+#ifdef ORDER_TIMED
+    assert_true(one < 1000 && semaphores < 1000 && many < 1000);
+#endif
+    program_stop(&p);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_warm_order_allocates_nothing),
+        cmocka_unit_test(signals_that_the_host_saw_are_dropped),
+        cmocka_unit_test(signals_that_nobody_sees_are_bounded),
+        cmocka_unit_test(binary_semaphores_without_waits_are_bounded),
+        cmocka_unit_test(held_batches_are_bounded),
+        cmocka_unit_test(without_memory_the_order_is_lost),
+        cmocka_unit_test(a_batch_costs_less_than_a_microsecond),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Calls that overlap, as those of several threads do, step by step. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "program.h"
+
+enum { S = 1, T = 2, F = 4, G = 5 }; /* semaphores and fences */
+
+static void a_call_under_way_blocks_later_ones(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    struct submission *first = PREPARE(&p, .queue = 1, .name = 10);
+    SUBMIT(&p, .queue = 2, .name = 20);
+    assert_int_equal(p.run_count, 0);
+    submission_finish(first, VK_SUCCESS);
+    EXPECT_RUNS(&p, 10, 20);
+    assert_true(p.runs[0].checked);
+    assert_false(p.runs[1].checked); /* what came before it had not run */
+    program_stop(&p);
+}
+
+static void a_call_that_fails_blocks_no_more(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    struct submission *first = PREPARE(&p, .queue = 1, .name = 10);
+    struct submission *second = PREPARE(&p, .queue = 2, .name = 20);
+    SUBMIT(&p, .queue = 3, .name = 30);
+    submission_finish(second, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(p.drops, 0); /* it was not checked */
+    submission_finish(first, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(p.drops, 1);
+    EXPECT_RUNS(&p, 30);
+    SUBMIT(&p, .queue = 1, .name = 11);
+    assert_int_equal(find_run(&p, 11)->moment.count, 1);
+    program_stop(&p);
+}
+
+/* The device may be quicker than the return of the call. */
+static void the_host_may_see_a_signal_of_a_call_under_way(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 3}});
+    execution_order_see_semaphore(p.order, SEMAPHORE(S), 2, false);
+    SUBMIT(&p, .queue = 2, .name = 20);
+    assert_int_equal(p.run_count, 0);
+    submission_finish(first, VK_SUCCESS);
+    SUBMIT(&p, .queue = 3, .name = 30);
+    EXPECT_RUNS(&p, 10, 20, 30);
+    assert_true(follows(&p, 30, 10));
+    assert_int_equal(p.losses, 0);
+    program_stop(&p);
+}
+
+static void a_wait_ends_when_the_call_has_returned(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 1}});
+    SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 1}});
+    submission_finish(first, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(p.run_count, 0);
+    SUBMIT(&p, .queue = 1, .name = 11, .signal = {{S, 1}});
+    EXPECT_RUNS(&p, 11, 20);
+    assert_true(follows(&p, 20, 11));
+    program_stop(&p);
+}
+
+/* 5 is signalled by a call under way, so 10, which is known, is not what ends a wait for 3. */
+static void an_unpublished_signal_hides_later_ones(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 5}});
+    execution_order_see_semaphore(p.order, SEMAPHORE(S), 5, true);
+    SUBMIT(&p, .queue = 2, .name = 20, .signal = {{S, 10}});
+    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 3}});
+    submission_finish(first, VK_SUCCESS);
+    EXPECT_RUNS(&p, 10, 20, 30);
+    assert_true(follows(&p, 30, 10));
+    assert_false(follows(&p, 30, 20));
+    program_stop(&p);
+}
+
+static void see_fence(struct program *program)
+{
+    execution_order_see_fence(program->order, FENCE(F));
+}
+
+static void see_idle(struct program *program)
+{
+    wait_idle(program, 2);
+}
+
+static void see_signal(struct program *program)
+{
+    execution_order_see_semaphore(program->order, SEMAPHORE(T), 1, true);
+}
+
+static void (*const seeings[])(struct program *) = {see_fence, see_idle, see_signal};
+
+/* 20 is held, but a call under way releases it. */
+static void the_host_may_see_a_batch_before_it_is_released(void **unused)
+{
+    struct program p;
+    (void)unused;
+    for (uint32_t i = 0; i < sizeof(seeings) / sizeof(seeings[0]); i++) {
+        program_start(&p);
+        execution_order_add_fence(p.order, FENCE(F), false);
+        create_timeline(&p, S, 0);
+        create_timeline(&p, T, 0);
+        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 1}}, .signal = {{T, 1}}, .fence = F);
+        struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 1}});
+        seeings[i](&p);
+        SUBMIT(&p, .queue = 3, .name = 30);
+        submission_finish(first, VK_SUCCESS);
+        SUBMIT(&p, .queue = 3, .name = 31);
+        assert_int_equal(p.losses, 0);
+        assert_false(find_run(&p, 30)->predecessors_known); /* it truly follows 20 */
+        assert_true(find_run(&p, 31)->predecessors_known);
+        assert_true(follows(&p, 31, 20) && follows(&p, 31, 10));
+        program_stop(&p);
+    }
+}
+
+static void what_the_host_sees_may_contradict_the_order(void **unused)
+{
+    struct program p;
+    (void)unused;
+    for (uint32_t i = 0; i < sizeof(seeings) / sizeof(seeings[0]); i++) {
+        program_start(&p);
+        execution_order_add_fence(p.order, FENCE(F), false);
+        create_timeline(&p, S, 0);
+        create_timeline(&p, T, 0);
+        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 1}}, .signal = {{T, 1}}, .fence = F);
+        assert_int_equal(p.captured, 1);
+        seeings[i](&p);
+        assert_int_equal(p.losses, 1);
+        assert_int_equal(p.captured, 0);
+        SUBMIT(&p, .queue = 3, .name = 30);
+        seeings[i](&p);
+        execution_order_lose(p.order);
+        assert_int_equal(p.run_count, 0);
+        assert_int_equal(p.losses, 1);
+        program_stop(&p);
+    }
+}
+
+/* ---- several threads in the hooks */
+
+static void submit_20(struct program *program)
+{
+    uint32_t runs = program->run_count;
+    SUBMIT(program, .queue = 2, .name = 20);
+    assert_int_equal(program->run_count, runs);
+}
+
+static void one_thread_runs_for_the_others(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    SUBMIT(&p, .queue = 1, .name = 10);
+    p.meanwhile = submit_20; /* inside the check of 11 */
+    SUBMIT(&p, .queue = 1, .name = 11);
+    EXPECT_RUNS(&p, 10, 11, 20);
+    assert_false(p.runs[2].checked);
+    program_stop(&p);
+
+    program_start(&p);
+    struct submission *call = PREPARE(&p, .queue = 1, .name = 10);
+    p.meanwhile = submit_20; /* inside the run of 10 */
+    submission_finish(call, VK_SUCCESS);
+    EXPECT_RUNS(&p, 10, 20);
+    assert_false(p.runs[1].checked);
+    program_stop(&p);
+}
+
+static void lose_it(struct program *program)
+{
+    execution_order_lose(program->order);
+    assert_int_equal(program->losses, 0); /* the other thread has to leave its hook first */
+}
+
+static void the_order_may_be_lost_during_a_check(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    p.meanwhile = lose_it;
+    SUBMIT(&p, .queue = 1, .name = 10);
+    assert_int_equal(p.losses, 1);
+    assert_int_equal(p.run_count, 0);
+    assert_int_equal(p.captured, 0);
+    program_stop(&p);
+}
+
+static void host_work_under_way_blocks_too(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    struct submission *work = submission_begin(p.order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    call_add_batch(work, &(struct call){.name = 90});
+    assert_false(submission_prepare(work));
+    SUBMIT(&p, .queue = 1, .name = 10);
+    submission_finish(work, VK_SUCCESS);
+    SUBMIT(&p, .queue = 1, .name = 11);
+    EXPECT_RUNS(&p, 90, 10, 11);
+    assert_false(follows(&p, 10, 90));
+    assert_true(follows(&p, 11, 90));
+    program_stop(&p);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_call_under_way_blocks_later_ones),
+        cmocka_unit_test(a_call_that_fails_blocks_no_more),
+        cmocka_unit_test(the_host_may_see_a_signal_of_a_call_under_way),
+        cmocka_unit_test(a_wait_ends_when_the_call_has_returned),
+        cmocka_unit_test(an_unpublished_signal_hides_later_ones),
+        cmocka_unit_test(the_host_may_see_a_batch_before_it_is_released),
+        cmocka_unit_test(what_the_host_sees_may_contradict_the_order),
+        cmocka_unit_test(one_thread_runs_for_the_others),
+        cmocka_unit_test(the_order_may_be_lost_during_a_check),
+        cmocka_unit_test(host_work_under_way_blocks_too),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

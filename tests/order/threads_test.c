@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Many threads, each with a queue, submit at once and wait for each other's timelines; the device
+ * is played by the hooks: a batch has executed when it has run. */
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "../state/random.h"
+#include "program.h"
+
+enum { THREADS = 4, CALLS = 1000 };
+
+struct machine {
+    struct execution_order *order;
+    atomic_uint in_hook, runs, unknown, losses;
+    atomic_int captured;
+    uint64_t counts[EXECUTION_QUEUES]; /* that have run; used in hooks only */
+    atomic_ullong executed[THREADS];   /* calls of each thread */
+    uint64_t seed;
+};
+
+struct worker {
+    struct machine *machine;
+    uint32_t index;
+};
+
+static void enter(struct machine *machine)
+{
+    assert_int_equal(atomic_fetch_add(&machine->in_hook, 1), 0);
+}
+
+static void leave(struct machine *machine)
+{
+    atomic_fetch_sub(&machine->in_hook, 1);
+}
+
+static void *capture(void *user, VkCommandBuffer command_buffer)
+{
+    atomic_fetch_add(&((struct machine *)user)->captured, 1);
+    return command_buffer;
+}
+
+static void release(void *user, void *captured)
+{
+    (void)captured;
+    atomic_fetch_sub(&((struct machine *)user)->captured, 1);
+}
+
+static void expect_predecessors(const struct machine *machine, const struct batch_run *batch)
+{
+    for (uint32_t i = 0; i < batch->clock->queues; i++)
+        if (i != batch->moment.queue)
+            assert_true(batch->clock->counts[i] <= machine->counts[i]);
+}
+
+static bool check(void *user, const struct batch_run *batch)
+{
+    struct machine *machine = user;
+    enter(machine);
+    expect_predecessors(machine, batch);
+    leave(machine);
+    return false;
+}
+
+static void run(void *user, const struct batch_run *batch)
+{
+    struct machine *machine = user;
+    enter(machine);
+    expect_predecessors(machine, batch);
+    /* Host work that overlaps is counted in the order in which it ends. */
+    uint64_t count = ++machine->counts[batch->moment.queue];
+    assert_true(batch->moment.queue == EXECUTION_HOST || count == batch->moment.count);
+    atomic_fetch_add(&machine->runs, 1);
+    if (!batch->predecessors_known)
+        atomic_fetch_add(&machine->unknown, 1);
+    if (batch->command_count)
+        atomic_fetch_add(&machine->executed[(uintptr_t)batch->commands[0].captured - 1], 1);
+    leave(machine);
+}
+
+static void drop(void *user)
+{
+    enter(user);
+    leave(user);
+}
+
+static void lost(void *user)
+{
+    atomic_fetch_add(&((struct machine *)user)->losses, 1);
+}
+
+/* Its own timeline is signalled by each call; sometimes it waits for another's next value, which
+ * may not have been submitted, but never for more than its own: so there is no deadlock. */
+static void submit_one(struct machine *machine, struct random *random, uint32_t index,
+                       uint64_t value)
+{
+    struct submission *call = submission_begin(machine->order, SUBMIT_COMMANDS, QUEUE(index + 1));
+    submission_add_batch(call);
+    uint32_t other = random_below(random, THREADS);
+    if (other != index)
+        submission_add_wait(call, SEMAPHORE(other + 1), other < index ? value : value - 1,
+                            SCOPE_ALL);
+    submission_add_commands(call, COMMAND_BUFFER(index + 1));
+    submission_add_signal(call, SEMAPHORE(index + 1), value, SCOPE_ALL);
+    submission_set_fence(call, FENCE(index + 1));
+    bool fails = random_one_in(random, 16);
+    assert_false(submission_prepare(call));
+    submission_finish(call, fails ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+    if (fails)
+        submit_one(machine, random, index, value);
+}
+
+/* What has executed can be seen. */
+static void see_one(struct machine *machine, struct random *random, uint32_t index, uint64_t value)
+{
+    uint32_t other = random_below(random, THREADS);
+    uint64_t executed = atomic_load(&machine->executed[other]);
+    execution_order_see_semaphore(machine->order, SEMAPHORE(other + 1), executed, false);
+    if (atomic_load(&machine->executed[index]) != value)
+        return;
+    execution_order_see_fence(machine->order, FENCE(index + 1));
+    struct idle_wait wait;
+    execution_order_start_idle(machine->order, QUEUE(index + 1), &wait);
+    execution_order_see_idle(machine->order, &wait);
+}
+
+static void work_on_host(struct machine *machine)
+{
+    struct submission *work = submission_begin(machine->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    submission_add_batch(work);
+    finish_batches(work, 0, VK_SUCCESS);
+}
+
+static void *submit_many(void *context)
+{
+    const struct worker *worker = context;
+    struct machine *machine = worker->machine;
+    struct random random = {machine->seed + worker->index};
+    for (uint64_t value = 1; value <= CALLS; value++) {
+        execution_order_reset_fence(machine->order, FENCE(worker->index + 1));
+        submit_one(machine, &random, worker->index, value);
+        if (random_one_in(&random, 4))
+            see_one(machine, &random, worker->index, value);
+        if (random_one_in(&random, 16))
+            work_on_host(machine);
+    }
+    return NULL;
+}
+
+static void threads_submit_at_once(void **unused)
+{
+    static struct machine machine;
+    struct worker workers[THREADS];
+    pthread_t threads[THREADS];
+    (void)unused;
+    machine.seed = random_of("order_threads").state;
+    const struct execution_hooks hooks = {&machine, capture, release, check, drop, run, lost};
+    assert_int_equal(execution_order_create(&machine.order, &hooks), VK_SUCCESS);
+    for (uint32_t i = 1; i <= THREADS; i++) {
+        execution_order_add_semaphore(machine.order, SEMAPHORE(i), VK_SEMAPHORE_TYPE_TIMELINE, 0,
+                                      false);
+        execution_order_add_fence(machine.order, FENCE(i), false);
+    }
+    for (uint32_t i = 0; i < THREADS; i++) {
+        workers[i] = (struct worker){&machine, i};
+        assert_int_equal(pthread_create(&threads[i], NULL, submit_many, &workers[i]), 0);
+    }
+    for (uint32_t i = 0; i < THREADS; i++)
+        pthread_join(threads[i], NULL);
+
+    assert_int_equal(atomic_load(&machine.losses), 0);
+    for (uint32_t i = 0; i < THREADS; i++)
+        assert_int_equal(atomic_load(&machine.executed[i]), CALLS);
+    print_message("%u runs, %u with predecessors unknown\n", atomic_load(&machine.runs),
+                  atomic_load(&machine.unknown));
+    execution_order_destroy(machine.order);
+    assert_int_equal(atomic_load(&machine.captured), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(threads_submit_at_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the table of command pools and command buffers. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "command_things.h"
+#include "random.h"
+
+/* ---- pools and handles */
+
+static void test_a_pool_resets_its_command_buffers(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, true);
+    add(all, 2, 4);
+    for (unsigned n = 1; n <= 4; n++)
+        begin(all, n);
+    command_buffers_reset_pool(all, pool(1), false);
+    for (unsigned n = 1; n <= 3; n++)
+        assert_int_equal(facts_of(all, n).state, COMMAND_BUFFER_INITIAL);
+    assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_RECORDING);
+    assert_int_equal(facts_of(all, 4).is_protected, YES);
+    assert_int_equal(facts_of(all, 4).queue_flags, VK_QUEUE_TRANSFER_BIT);
+    command_buffers_reset_pool(all, pool(2), true);
+    assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_INITIAL);
+    command_buffers_reset_pool(all, pool(9), true);
+    command_buffers_destroy(all);
+}
+
+static void note_gone(void *user, VkCommandBuffer gone)
+{
+    unsigned *seen = user;
+    for (unsigned n = 1; n <= 4; n++)
+        if (gone == handle(n))
+            *seen |= 1u << n;
+}
+
+static void test_a_pool_takes_its_command_buffers_along(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    unsigned seen = 0;
+    command_buffers_add_pool(all, pool(2), VK_QUEUE_COMPUTE_BIT, false);
+    add(all, 2, 4);
+    take_away(all, 2);
+    command_buffers_remove_pool(all, pool(1), note_gone, &seen);
+    assert_int_equal(seen, 1u << 1 | 1u << 3);
+    for (unsigned n = 1; n <= 3; n++) {
+        assert_null(command_buffers_find(all, handle(n)));
+        assert_int_equal(facts_of(all, n).alive, NO);
+        assert_null(command_buffers_labels(all, handle(n)));
+    }
+    assert_int_equal(facts_of(all, 4).alive, YES);
+    command_buffers_remove_pool(all, pool(1), note_gone, &seen);
+    command_buffers_remove_pool(all, VK_NULL_HANDLE, note_gone, &seen);
+    command_buffers_destroy(all);
+}
+
+static void test_freed_handles_come_again(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    begin(all, 1);
+    const VkCommandBuffer freed[] = {handle(1), VK_NULL_HANDLE, handle(9)};
+    command_buffers_remove(all, 3, freed);
+    assert_int_equal(facts_of(all, 1).alive, NO);
+    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false);
+    add(all, 2, 1);
+    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INITIAL);
+    assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_TRANSFER_BIT);
+    add(all, 1, 1); /* again, without having been freed: in another pool */
+    assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT);
+    command_buffers_add_pool(all, pool(1), VK_QUEUE_COMPUTE_BIT, false); /* and a pool */
+    assert_int_equal(facts_of(all, 1).alive, NO);
+    command_buffers_destroy(all);
+}
+
+static void test_what_is_not_known_changes_nothing(void **state)
+{
+    (void)state;
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    struct command_buffers *all = some_command_buffers();
+    command_buffer_begin(NULL, &info, 0, VK_SUCCESS);
+    command_buffer_end(NULL, VK_SUCCESS);
+    command_buffer_reset(NULL, true, VK_SUCCESS);
+    command_buffer_begin_rendering(NULL, 0);
+    command_buffer_end_rendering(NULL);
+    command_buffer_set_video_coding(NULL, true);
+    command_buffer_execute(NULL, begin(all, 1));
+    assert_int_equal(facts_of(all, 8).alive, NO);
+    assert_int_equal(facts_of(all, 8).state, COMMAND_BUFFER_UNKNOWN);
+    command_buffers_destroy(all);
+}
+
+/* Pools and command buffers come and go at random; which are there is known from an array. */
+static void test_random_lives(void **state)
+{
+    (void)state;
+    enum { POOLS = 5, BUFFERS = 60 };
+    struct random random = random_of("command_buffers");
+    struct command_buffers *all;
+    unsigned pool_of[BUFFERS + 1] = {0}, seen;
+    bool has_pool[POOLS + 1] = {false};
+    assert_int_equal(command_buffers_create(&all), VK_SUCCESS);
+    for (int step = 0; step < 5000; step++) {
+        unsigned p = 1 + random_below(&random, POOLS), n = 1 + random_below(&random, BUFFERS);
+        uint32_t what = random_below(&random, 40);
+        if (what == 0) {
+            command_buffers_remove_pool(all, pool(p), note_gone, &seen);
+            for (unsigned i = 1; i <= BUFFERS; i++)
+                pool_of[i] = pool_of[i] == p ? 0 : pool_of[i];
+            has_pool[p] = false;
+        } else if (what < 3 && !has_pool[p]) {
+            command_buffers_add_pool(all, pool(p), p, false);
+            has_pool[p] = true;
+        } else if (what < 15) {
+            take_away(all, n);
+            pool_of[n] = 0;
+        } else if (has_pool[p]) {
+            add(all, p, n);
+            begin(all, n);
+            pool_of[n] = p;
+        }
+        n = 1 + random_below(&random, BUFFERS);
+        assert_int_equal(facts_of(all, n).alive, pool_of[n] ? YES : NO);
+        assert_int_equal(facts_of(all, n).queue_flags, pool_of[n]);
+    }
+    command_buffers_destroy(all);
+}
+
+/* ---- without memory */
+
+static void test_what_was_lost_is_unknown(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    memory_fail_after(0);
+    add(all, 1, 4);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
+    assert_int_equal(facts_of(all, 9).alive, UNKNOWN);
+    assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_UNKNOWN);
+    assert_int_equal(facts_of(all, 4).queue_flags, 0);
+    assert_int_equal(facts_of(all, 1).alive, YES);
+    command_buffers_destroy(all);
+}
+
+static void test_the_command_buffers_of_a_lost_pool_are_unknown(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    memory_fail_after(0);
+    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false);
+    assert_true(memory_fail_no_more());
+    add(all, 2, 4);
+    assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
+    memory_fail_after(0);
+    command_buffers_add_pool(all, pool(1), VK_QUEUE_TRANSFER_BIT, false); /* a successor */
+    assert_true(memory_fail_no_more());
+    assert_int_equal(facts_of(all, 1).alive, UNKNOWN);
+    command_buffers_destroy(all);
+}
+
+/* A secondary whose record was lost is no reason to call its primary invalid. */
+static void test_a_lost_secondary_invalidates_nothing(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    execute_in(all, 1);
+    memory_fail_after(0);
+    add(all, 1, 4);
+    assert_true(memory_fail_no_more());
+    take_away(all, 3);
+    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
+    command_buffers_destroy(all);
+}
+
+static void test_a_table_needs_memory(void **state)
+{
+    (void)state;
+    struct command_buffers *all;
+    memory_fail_after(0);
+    VkResult result = command_buffers_create(&all);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_null(all);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_pool_resets_its_command_buffers),
+        cmocka_unit_test(test_a_pool_takes_its_command_buffers_along),
+        cmocka_unit_test(test_freed_handles_come_again),
+        cmocka_unit_test(test_what_is_not_known_changes_nothing),
+        cmocka_unit_test(test_random_lives),
+        cmocka_unit_test(test_what_was_lost_is_unknown),
+        cmocka_unit_test(test_the_command_buffers_of_a_lost_pool_are_unknown),
+        cmocka_unit_test(test_a_lost_secondary_invalidates_nothing),
+        cmocka_unit_test(test_a_table_needs_memory),
+    };
+    return cmocka_run_group_tests_name("command buffers", tests, NULL, NULL);
+}

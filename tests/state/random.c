@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* SplitMix64 (Steele, Lea, Flood 2014). */
+#include "random.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+struct random random_of(const char *test)
+{
+    const char *given = getenv("ASSAY_TEST_SEED");
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    uint64_t seed = given ? strtoull(given, NULL, 0)
+                          : (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+    printf("%s: ASSAY_TEST_SEED=%" PRIu64 "\n", test, seed);
+    fflush(stdout);
+    return (struct random){seed};
+}
+
+uint64_t random_next(struct random *random)
+{
+    uint64_t z = random->state += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+uint32_t random_below(struct random *random, uint32_t below)
+{
+    return (uint32_t)((random_next(random) >> 32) * below >> 32);
+}
+
+bool random_one_in(struct random *random, uint32_t times)
+{
+    return random_below(random, times) == 0;
+}

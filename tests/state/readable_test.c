@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the probe of application memory. */
+#define _GNU_SOURCE /* MAP_ANONYMOUS */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "state/readable.h"
+
+enum { PAGES = 64 };
+
+static size_t page_size;
+
+/* Pages that may be taken away one by one. */
+static char *map_pages(void)
+{
+    page_size = (size_t)sysconf(_SC_PAGESIZE);
+    char *pages =
+        mmap(NULL, PAGES * page_size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_ptr_not_equal(pages, MAP_FAILED);
+    return pages;
+}
+
+static void unmap_pages(char *pages)
+{
+    munmap(pages, PAGES * page_size);
+}
+
+static void forbid(char *page)
+{
+    assert_int_equal(mprotect(page, page_size, PROT_NONE), 0);
+}
+
+static bool ask(const void *pointer, size_t size)
+{
+    struct readable_cache cache = {0};
+    return readable(&cache, pointer, size);
+}
+
+static void test_objects_are_readable(void **state)
+{
+    (void)state;
+    static const char constant[] = "text";
+    int local = 0;
+    assert_true(ask(&local, sizeof(local)));
+    assert_true(ask(constant, sizeof(constant)));
+    assert_true(ask((const void *)(uintptr_t)test_objects_are_readable, 1));
+}
+
+static void test_null_and_low_addresses_are_not(void **state)
+{
+    (void)state;
+    assert_false(ask(NULL, 1));
+    assert_false(ask(NULL, SIZE_MAX));
+    assert_false(ask((const void *)(uintptr_t)1, 1));
+    assert_false(ask((const void *)(uintptr_t)0x10, 8));
+}
+
+static void test_nothing_is_readable_anywhere(void **state)
+{
+    (void)state;
+    assert_true(ask(NULL, 0));
+    assert_true(ask((const void *)UINTPTR_MAX, 0));
+}
+
+static void test_noncanonical_and_kernel_addresses_are_not(void **state)
+{
+    (void)state;
+    assert_false(ask((const void *)(uintptr_t)0xdddddddddddddddd, 4));
+    assert_false(ask((const void *)(uintptr_t)0xffffffff80000000, 4));
+    assert_false(ask((const void *)(UINTPTR_MAX - 3), 4));
+}
+
+static void test_ranges_that_wrap_are_not(void **state)
+{
+    (void)state;
+    int local = 0;
+    assert_false(ask(&local, SIZE_MAX));
+    assert_false(ask(&local, SIZE_MAX - (uintptr_t)&local + 2));
+    assert_false(ask((const void *)(UINTPTR_MAX - 3), 5));
+}
+
+static void test_a_huge_range_ends_somewhere(void **state)
+{
+    (void)state;
+    int local = 0;
+    assert_false(ask(&local, (size_t)UINT32_MAX * 112));
+    assert_false(ask(&local, SIZE_MAX - (uintptr_t)&local));
+}
+
+static void test_a_page_without_access_is_not(void **state)
+{
+    (void)state;
+    char *pages = map_pages();
+    forbid(pages + page_size);
+    assert_true(ask(pages, page_size));
+    assert_true(ask(pages + page_size - 1, 1));
+    assert_false(ask(pages + page_size - 1, 2));
+    assert_false(ask(pages + page_size, 1));
+    assert_false(ask(pages + 2 * page_size - 1, 1));
+    assert_false(ask(pages + 2 * page_size - 1, 2));
+    assert_true(ask(pages + 2 * page_size, 1));
+    assert_false(ask(pages, 3 * page_size));
+    unmap_pages(pages);
+}
+
+static void test_an_unmapped_page_is_not(void **state)
+{
+    (void)state;
+    char *pages = map_pages();
+    munmap(pages + page_size, page_size);
+    assert_true(ask(pages, page_size));
+    assert_false(ask(pages, page_size + 1));
+    assert_false(ask(pages + page_size, 1));
+    unmap_pages(pages);
+}
+
+/* Any range, with pages taken away here and there, against what was taken away. */
+static void test_ranges_against_a_map_of_pages(void **state)
+{
+    (void)state;
+    struct random random = random_of("readable");
+    char *pages = map_pages();
+    bool allowed[PAGES];
+    for (int i = 0; i < PAGES; i++) {
+        allowed[i] = !random_one_in(&random, 6);
+        if (!allowed[i])
+            forbid(pages + (size_t)i * page_size);
+    }
+    struct readable_cache cache = {0};
+    for (int step = 0; step < 5000; step++) {
+        size_t begin = random_below(&random, PAGES * (uint32_t)page_size);
+        size_t size = 1 + (random_next(&random) >> 44) % (PAGES * page_size - begin);
+        bool expected = true;
+        for (size_t i = begin / page_size; i <= (begin + size - 1) / page_size; i++)
+            expected &= allowed[i];
+        assert_int_equal(readable(&cache, pages + begin, size), expected);
+    }
+    unmap_pages(pages);
+}
+
+/* What was found readable is not asked for again: it still counts when it is gone. */
+static void test_readable_ranges_are_remembered(void **state)
+{
+    (void)state;
+    char *pages = map_pages();
+    struct readable_cache cache = {0};
+    for (size_t i = 0; i < READABLE_RANGES; i++) /* apart, so that each is a range of its own */
+        assert_true(readable(&cache, pages + 4 * i * page_size, 2 * page_size));
+    for (size_t i = 0; i < PAGES; i++)
+        forbid(pages + i * page_size);
+    assert_false(ask(pages, 1));
+    for (size_t i = 0; i < READABLE_RANGES; i++) {
+        assert_true(readable(&cache, pages + 4 * i * page_size, 2 * page_size));
+        assert_true(readable(&cache, pages + (4 * i + 1) * page_size + 7, 9));
+    }
+    unmap_pages(pages);
+}
+
+/* More ranges than there is room for: the oldest is forgotten, and asked for again. */
+static void test_the_oldest_range_is_forgotten(void **state)
+{
+    (void)state;
+    char *pages = map_pages();
+    struct readable_cache cache = {0};
+    for (size_t i = 0; i <= READABLE_RANGES; i++)
+        assert_true(readable(&cache, pages + 2 * i * page_size, page_size));
+    forbid(pages);
+    forbid(pages + 2 * READABLE_RANGES * page_size);
+    assert_false(readable(&cache, pages, 1));
+    unmap_pages(pages);
+}
+
+/* An array that is walked to the end of its mapping, whatever is read ahead. */
+static void test_an_array_is_walked_to_its_end(void **state)
+{
+    (void)state;
+    char *pages = map_pages();
+    for (size_t behind = 1; behind < PAGES; behind++) {
+        struct readable_cache cache = {0};
+        forbid(pages + (PAGES - behind) * page_size);
+        for (size_t i = 0; i < PAGES - behind; i++)
+            assert_true(readable(&cache, pages + i * page_size, page_size));
+        assert_false(readable(&cache, pages + (PAGES - behind) * page_size, 1));
+        assert_true(readable(&cache, pages, (PAGES - behind) * page_size));
+        assert_false(readable(&cache, pages, (PAGES - behind) * page_size + 1));
+    }
+    unmap_pages(pages);
+}
+
+static void test_unreadable_pages_are_asked_for_again(void **state)
+{
+    (void)state;
+    char *pages = map_pages();
+    struct readable_cache cache = {0};
+    forbid(pages);
+    assert_false(readable(&cache, pages, 1));
+    assert_int_equal(mprotect(pages, page_size, PROT_READ), 0);
+    assert_true(readable(&cache, pages, 1));
+    unmap_pages(pages);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_objects_are_readable),
+        cmocka_unit_test(test_null_and_low_addresses_are_not),
+        cmocka_unit_test(test_nothing_is_readable_anywhere),
+        cmocka_unit_test(test_noncanonical_and_kernel_addresses_are_not),
+        cmocka_unit_test(test_ranges_that_wrap_are_not),
+        cmocka_unit_test(test_a_huge_range_ends_somewhere),
+        cmocka_unit_test(test_a_page_without_access_is_not),
+        cmocka_unit_test(test_an_unmapped_page_is_not),
+        cmocka_unit_test(test_ranges_against_a_map_of_pages),
+        cmocka_unit_test(test_readable_ranges_are_remembered),
+        cmocka_unit_test(test_the_oldest_range_is_forgotten),
+        cmocka_unit_test(test_an_array_is_walked_to_its_end),
+        cmocka_unit_test(test_unreadable_pages_are_asked_for_again),
+    };
+    return cmocka_run_group_tests_name("readable", tests, NULL, NULL);
+}

@@ -1,0 +1,324 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of what is known of acceleration structures, their buffers and their memory. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "things.h"
+
+enum { SIZE = 0x1000 };
+
+static void assert_backed(struct resources *resources, unsigned n, enum tristate backed)
+{
+    struct accel_facts facts = accel_facts(resources, n);
+    assert_int_equal(facts.alive, YES);
+    assert_int_equal(facts.backed, backed);
+    if (backed != YES)
+        assert_no_span(&facts.span);
+}
+
+static void assert_lies_at(struct resources *resources, unsigned n, unsigned memory_n,
+                           VkDeviceSize begin, VkDeviceSize end)
+{
+    struct accel_facts facts = accel_facts(resources, n);
+    assert_int_equal(facts.backed, YES);
+    assert_span(&facts.span, memory_n, begin, end);
+}
+
+/* ---- structures in buffers */
+
+static void test_a_structure_has_its_details(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_buffer(resources, 1, SIZE, 0);
+    have_accel(resources, 2, 1, 0x100, 0x200);
+    struct accel_facts facts = accel_facts(resources, 2);
+    assert_int_equal(facts.alive, YES);
+    assert_false(facts.of_another_device);
+    assert_true(facts.details_known);
+    assert_int_equal(facts.type, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    assert_int_equal(facts.create_flags,
+                     VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR);
+    assert_int_equal(facts.size, 0x200);
+    assert_int_equal(facts.offset, 0x100);
+    assert_ptr_equal(facts.buffer, buffer(1));
+    resources_destroy(resources);
+    resources_destroy(NULL);
+}
+
+static void test_a_buffer_may_be_bound_before_or_after(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_buffer(resources, 1, SIZE, 0);
+    have_buffer(resources, 2, SIZE, 0);
+    bind_at(resources, 1, 1, 0x4000);
+    have_accel(resources, 1, 1, 0x100, 0x200);
+    have_accel(resources, 2, 2, 0x100, 0x200);
+    assert_lies_at(resources, 1, 1, 0x4100, 0x4300);
+    assert_backed(resources, 2, NO);
+    bind_at(resources, 2, 1, 0x8000);
+    assert_lies_at(resources, 2, 1, 0x8100, 0x8300);
+    resources_destroy(resources);
+}
+
+static void test_memory_freed_is_memory_lost(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_buffer(resources, 1, SIZE, 0);
+    bind_at(resources, 1, 1, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    resources_remove_memory(resources, memory(1));
+    assert_backed(resources, 1, NO);
+    have_memory(resources, 1); /* the driver gives the handle out again */
+    assert_backed(resources, 1, NO);
+    assert_int_equal(accel_facts(resources, 1).alive, YES);
+    resources_remove_memory(resources, memory(1));
+    resources_remove_memory(resources, memory(1));
+    resources_remove_memory(resources, VK_NULL_HANDLE);
+    resources_destroy(resources);
+}
+
+static void test_a_buffer_destroyed_takes_its_place_along(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_buffer(resources, 1, SIZE, 0);
+    bind_at(resources, 1, 1, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    resources_remove_buffer(resources, buffer(1));
+    assert_backed(resources, 1, NO);
+    assert_ptr_equal(accel_facts(resources, 1).buffer, buffer(1));
+    have_buffer(resources, 1, SIZE, 0); /* the handle again, of another buffer */
+    bind_at(resources, 1, 1, 0);
+    assert_backed(resources, 1, NO);
+    have_accel(resources, 1, 1, 0x80, 0x100);
+    assert_lies_at(resources, 1, 1, 0x80, 0x180);
+    resources_destroy(resources);
+}
+
+static void test_a_structure_destroyed_is_no_structure(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_buffer(resources, 1, SIZE, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    assert_true(resources_has_accel(resources, accel(1)));
+    uint64_t id = accel_facts(resources, 1).id;
+    assert_int_equal(resources_remove_accel(resources, accel(1)), id);
+    assert_int_equal(resources_remove_accel(resources, accel(1)), 0);
+    assert_int_equal(accel_facts(resources, 1).alive, NO);
+    assert_int_equal(accel_facts(resources, 1).id, 0);
+    assert_false(accel_facts(resources, 1).details_known);
+    assert_false(resources_has_accel(resources, accel(1)));
+    have_accel(resources, 1, 1, 0, 0x100);
+    assert_int_not_equal(accel_facts(resources, 1).id, id);
+    assert_int_equal(accel_facts(resources, 0).alive, UNKNOWN); /* VK_NULL_HANDLE: nothing to say */
+    assert_false(resources_has_accel(resources, VK_NULL_HANDLE));
+    resources_destroy(resources);
+}
+
+/* A handle that comes again without having gone: the layer missed nothing, so the old one is dead.
+ */
+static void test_a_handle_created_again_is_another(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_memory(resources, 2);
+    have_buffer(resources, 1, SIZE, 0);
+    bind_at(resources, 1, 1, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    have_accel(resources, 2, 1, 0, 0x100);
+    have_accel(resources, 1, 1, 0x200, 0x100);
+    assert_lies_at(resources, 1, 1, 0x200, 0x300);
+    have_memory(resources, 1);
+    assert_backed(resources, 1, NO);
+    have_buffer(resources, 1, SIZE, 0);
+    bind_at(resources, 1, 2, 0);
+    assert_backed(resources, 2, NO);
+    resources_destroy(resources);
+}
+
+static void test_buffers_share_memory(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    for (unsigned n = 1; n <= 3; n++) {
+        have_buffer(resources, n, SIZE, 0);
+        bind_at(resources, n, 1, 0x1000 * (n / 2));
+        have_accel(resources, n, n, 0x10 * n, 0x100);
+    }
+    assert_lies_at(resources, 1, 1, 0x10, 0x110);
+    assert_lies_at(resources, 2, 1, 0x1020, 0x1120);
+    assert_lies_at(resources, 3, 1, 0x1030, 0x1130);
+    resources_remove_buffer(resources, buffer(2));
+    assert_backed(resources, 2, NO);
+    assert_lies_at(resources, 3, 1, 0x1030, 0x1130);
+    resources_destroy(resources);
+}
+
+/* ---- bindings that are not known */
+
+static void test_a_failed_bind_leaves_the_binding_unknown(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_buffer(resources, 1, SIZE, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    resources_forget_binding(resources, buffer(1));
+    assert_backed(resources, 1, UNKNOWN);
+    bind_at(resources, 1, 1, 0x100);
+    assert_lies_at(resources, 1, 1, 0x100, 0x200);
+    resources_forget_binding(resources, buffer(1));
+    assert_backed(resources, 1, UNKNOWN);
+    resources_forget_binding(resources, buffer(9));
+    resources_destroy(resources);
+}
+
+static void test_a_binding_to_unknown_memory_is_unknown(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_buffer(resources, 1, SIZE, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    bind_at(resources, 1, 7, 0);
+    assert_backed(resources, 1, UNKNOWN);
+    have_memory(resources, 7);
+    assert_backed(resources, 1, UNKNOWN);
+    bind_at(resources, 9, 7, 0); /* nor is that buffer known */
+    resources_destroy(resources);
+}
+
+/* Offsets in memory whose instances are exchanged are not comparable, but the memory is there. */
+static void test_bindings_with_instances_of_their_choice_have_no_span(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    resources_add_memory(resources, memory(1), 1 << 20, 0, true);
+    have_buffer(resources, 1, SIZE, 0);
+    resources_bind_buffer(resources, buffer(1), memory(1), 0, true);
+    resources_set_address(resources, buffer(1), 0x10000);
+    have_accel(resources, 1, 1, 0, 0x100);
+    struct accel_facts facts = accel_facts(resources, 1);
+    assert_int_equal(facts.backed, YES);
+    assert_no_span(&facts.span);
+    struct address_facts address = address_facts(resources, 0x10010);
+    assert_int_equal(address.status, ADDRESS_IN_BUFFER);
+    assert_no_span(&address.span);
+    resources_remove_memory(resources, memory(1));
+    assert_backed(resources, 1, NO);
+    resources_destroy(resources);
+}
+
+static void test_a_structure_in_an_unknown_buffer_is_backed_by_who_knows(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_accel(resources, 1, 5, 0, 0x100);
+    assert_backed(resources, 1, UNKNOWN);
+    assert_null(accel_facts(resources, 1).buffer);
+    have_buffer(resources, 5, SIZE, 0);
+    assert_backed(resources, 1, UNKNOWN);
+    resources_destroy(resources);
+}
+
+/* ---- without memory */
+
+static void test_what_was_lost_is_unknown(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_buffer(resources, 1, SIZE, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    assert_int_equal(accel_facts(resources, 2).alive, NO);
+    memory_fail_after(0);
+    have_accel(resources, 2, 1, 0, 0x100);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(accel_facts(resources, 1).alive, YES);
+    assert_int_equal(accel_facts(resources, 2).alive, UNKNOWN);
+    assert_int_equal(accel_facts(resources, 3).alive, UNKNOWN);
+    resources_destroy(resources);
+}
+
+static void test_memory_that_was_lost_makes_bindings_unknown(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_buffer(resources, 1, SIZE, 0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    memory_fail_after(0);
+    have_memory(resources, 1);
+    assert_true(memory_fail_no_more());
+    bind_at(resources, 1, 1, 0);
+    assert_backed(resources, 1, UNKNOWN);
+    resources_destroy(resources);
+}
+
+/* A record that could not be replaced is gone: its handle has another owner now. */
+static void test_a_lost_successor_removes_its_predecessor(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_buffer(resources, 1, SIZE, 0);
+    bind_at(resources, 1, 1, 0);
+    resources_set_address(resources, buffer(1), 0x10000);
+    have_accel(resources, 1, 1, 0, 0x100);
+    memory_fail_after(0);
+    have_buffer(resources, 1, SIZE, 0);
+    assert_true(memory_fail_no_more());
+    assert_backed(resources, 1, NO);
+    assert_int_equal(address_facts(resources, 0x10000).status, ADDRESS_UNKNOWN);
+    have_accel(resources, 2, 1, 0, 0x100);
+    assert_backed(resources, 2, UNKNOWN);
+    memory_fail_after(0);
+    have_accel(resources, 1, 1, 0, 0x100);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(accel_facts(resources, 1).alive, UNKNOWN);
+    resources_destroy(resources);
+}
+
+static void test_resources_need_memory(void **state)
+{
+    (void)state;
+    struct resources *resources;
+    memory_fail_after(0);
+    VkResult result = resources_create(&resources);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_null(resources);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_structure_has_its_details),
+        cmocka_unit_test(test_a_buffer_may_be_bound_before_or_after),
+        cmocka_unit_test(test_memory_freed_is_memory_lost),
+        cmocka_unit_test(test_a_buffer_destroyed_takes_its_place_along),
+        cmocka_unit_test(test_a_structure_destroyed_is_no_structure),
+        cmocka_unit_test(test_a_handle_created_again_is_another),
+        cmocka_unit_test(test_buffers_share_memory),
+        cmocka_unit_test(test_a_failed_bind_leaves_the_binding_unknown),
+        cmocka_unit_test(test_a_binding_to_unknown_memory_is_unknown),
+        cmocka_unit_test(test_bindings_with_instances_of_their_choice_have_no_span),
+        cmocka_unit_test(test_a_structure_in_an_unknown_buffer_is_backed_by_who_knows),
+        cmocka_unit_test(test_what_was_lost_is_unknown),
+        cmocka_unit_test(test_memory_that_was_lost_makes_bindings_unknown),
+        cmocka_unit_test(test_a_lost_successor_removes_its_predecessor),
+        cmocka_unit_test(test_resources_need_memory),
+    };
+    return cmocka_run_group_tests_name("resources", tests, NULL, NULL);
+}
