@@ -140,6 +140,7 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
         .role = (unsigned char)role,
         .command = (unsigned char)call->view.command,
         .is_update = is_update(build),
+        .geometry_by_pointer = build->geometry_pointers != NULL,
     };
     journal_add_input(call->command_buffer->journal, &input);
 }
@@ -167,6 +168,7 @@ static void see_build(void *user, const struct build_view *build)
         .src = build->src.handle,
         .src_id = build->src.id,
         .src_backed = build->src.backed == YES,
+        .geometry_by_pointer = build->geometry_pointers != NULL,
         .built = describe(call, build),
     };
     journal_add(call->command_buffer->journal, &entry);

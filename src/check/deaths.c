@@ -113,7 +113,8 @@ static void check_input(struct replay *replay, const struct journal *journal,
     struct location location = {.command = (enum build_command)input->command,
                                 .subject = is_scratch ? SUBJECT_BUILD : SUBJECT_GEOMETRY,
                                 .build = input->info,
-                                .geometry = input->geometry};
+                                .geometry = input->geometry,
+                                .geometry_by_pointer = input->geometry_by_pointer};
     struct finding finding;
     violated(&finding, field_of_input((enum input_role)input->role),
              facts.status == ADDRESS_NOWHERE

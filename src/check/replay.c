@@ -75,7 +75,10 @@ static void judge(struct replay *replay, const struct journal *journal,
     struct walk walk = {.context = &context};
     memcpy(walk.wants, replay->active[command], sizeof(walk.wants));
     struct update_view update = {.src = entry->src, .asked = &entry->built, .source = source};
-    struct location location = {.command = command, .subject = SUBJECT_BUILD, .build = entry->info};
+    struct location location = {.command = command,
+                                .subject = SUBJECT_BUILD,
+                                .build = entry->info,
+                                .geometry_by_pointer = entry->geometry_by_pointer};
     walk_update(&walk, &update, &location);
     judge_geometries(&walk, &update, &location);
     judge_size(&walk, entry, source, &location);

@@ -29,6 +29,7 @@ struct journal_entry {
     unsigned char command;       /* enum build_command, of builds and updates */
     bool judged;                 /* an update that recording could judge by itself */
     bool dst_backed, src_backed; /* by memory, when it was recorded */
+    bool geometry_by_pointer;    /* of ppGeometries */
     uint32_t info;               /* index in pInfos, of builds and updates */
     uint32_t labels;             /* see journal_note_labels */
     /* Structures by handle and by id; the id tells a handle that was reused. */
@@ -58,7 +59,7 @@ struct journal_input {
     uint32_t geometry;
     unsigned char role;    /* enum input_role */
     unsigned char command; /* enum build_command */
-    bool is_update;
+    bool is_update, geometry_by_pointer;
 };
 
 enum { JOURNAL_CHUNK = 64, JOURNAL_RECENT_INPUTS = 32 };
