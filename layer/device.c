@@ -75,7 +75,9 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         return result;
     select_rules(device);
     result = follow_submissions(device);
-    return result == VK_SUCCESS ? layer_add_device(device) : result;
+    if (result == VK_SUCCESS)
+        layer_add_device(device);
+    return result;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevice,

@@ -128,15 +128,10 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
     state->handle = *pInstance;
     state->api_version = asked_api_version(pCreateInfo);
     vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);
-    result = layer_add_instance(state);
-    if (result != VK_SUCCESS)
-        goto fail_add;
+    layer_add_instance(state);
     reporter_set_instance_alive(state->reporter, true);
     return VK_SUCCESS;
 
-fail_add:
-    state->vk.DestroyInstance(*pInstance, pAllocator);
-    *pInstance = VK_NULL_HANDLE;
 fail_create:
     reporter_destroy(state->reporter);
 fail_reporter:

@@ -2,43 +2,48 @@
 /* The registry of instances and devices. */
 #include "layer.h"
 
-#include "state/handle_table.h"
 #include "state/reader_lock.h"
 
-/* Static storage without constructor or destructor: the tables are empty, and hold no memory, when
- * the last instance is gone and the loader unloads the library. */
+/* Static storage without constructor or destructor. The lists are linked through their members, so
+ * that publishing cannot fail: it comes after the call down, and what succeeded there cannot be
+ * undone (loaders free an instance twice if a layer fails then). */
 static struct reader_lock registry_lock = READER_LOCK_INITIALIZER;
-static struct handle_table instances, devices;
+static struct layer_link *instances, *devices;
 
 /* Handles that the loader made for one instance or device begin with the same pointer. */
-static uint64_t dispatch_key(const void *dispatchable)
+static const void *dispatch_key(const void *dispatchable)
 {
-    return dispatchable ? (uint64_t)(uintptr_t) * (void *const *)dispatchable : 0;
+    return dispatchable ? *(void *const *)dispatchable : NULL;
 }
 
-static void *find(const struct handle_table *table, const void *dispatchable)
+/* The member that has the link, which is its first. */
+static void *find(struct layer_link *const *list, const void *dispatchable)
 {
-    uint64_t key = dispatch_key(dispatchable);
+    const void *key = dispatch_key(dispatchable);
     unsigned stripe = reader_lock_enter(&registry_lock);
-    void *record = handle_table_find(table, key);
+    struct layer_link *link = key ? *list : NULL;
+    while (link && link->key != key)
+        link = link->next;
     reader_lock_leave(&registry_lock, stripe);
-    return record;
+    return link;
 }
 
-static VkResult add(struct handle_table *table, const void *dispatchable, void *record)
+static void add(struct layer_link **list, const void *dispatchable, struct layer_link *link)
 {
     reader_lock_write(&registry_lock);
-    bool added = handle_table_set(table, dispatch_key(dispatchable), record);
+    link->key = dispatch_key(dispatchable);
+    link->next = *list;
+    *list = link;
     reader_lock_write_done(&registry_lock);
-    return added ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
-static void take_out(struct handle_table *table, const void *dispatchable)
+static void take_out(struct layer_link **list, const struct layer_link *link)
 {
     reader_lock_write(&registry_lock);
-    handle_table_remove(table, dispatch_key(dispatchable));
-    if (!table->count)
-        handle_table_release(table);
+    while (*list && *list != link)
+        list = &(*list)->next;
+    if (*list)
+        *list = link->next;
     reader_lock_write_done(&registry_lock);
 }
 
@@ -52,46 +57,34 @@ struct layer_device *layer_find_device(const void *dispatchable)
     return find(&devices, dispatchable);
 }
 
-VkResult layer_add_instance(struct layer_instance *instance)
+void layer_add_instance(struct layer_instance *instance)
 {
-    return add(&instances, instance->handle, instance);
+    add(&instances, instance->handle, &instance->link);
 }
 
 void layer_remove_instance(struct layer_instance *instance)
 {
-    take_out(&instances, instance->handle);
+    take_out(&instances, &instance->link);
 }
 
-VkResult layer_add_device(struct layer_device *device)
+void layer_add_device(struct layer_device *device)
 {
-    return add(&devices, device->handle, device);
+    add(&devices, device->handle, &device->link);
 }
 
 void layer_remove_device(struct layer_device *device)
 {
-    take_out(&devices, device->handle);
-}
-
-struct accel_search {
-    const struct layer_device *except;
-    VkAccelerationStructureKHR handle;
-    bool found;
-};
-
-static void search_device(void *record, void *context)
-{
-    struct layer_device *device = record;
-    struct accel_search *search = context;
-    if (device != search->except && resources_has_accel(device->resources, search->handle))
-        search->found = true;
+    take_out(&devices, &device->link);
 }
 
 bool layer_other_device_has_accel(const struct layer_device *device,
                                   VkAccelerationStructureKHR handle)
 {
-    struct accel_search search = {.except = device, .handle = handle};
+    bool found = false;
     unsigned stripe = reader_lock_enter(&registry_lock);
-    handle_table_each(&devices, search_device, &search);
+    for (struct layer_link *link = devices; link && !found; link = link->next)
+        found = link != &device->link &&
+                resources_has_accel(((struct layer_device *)link)->resources, handle);
     reader_lock_leave(&registry_lock, stripe);
-    return search.found;
+    return found;
 }

@@ -29,7 +29,14 @@
 
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
 
+/* In the list of all instances, or of all devices (layer.c). */
+struct layer_link {
+    struct layer_link *next;
+    const void *key; /* the dispatch key */
+};
+
 struct layer_instance {
+    struct layer_link link; /* first */
     VkInstance handle;
     uint32_t api_version; /* that the application asked for */
     VkuInstanceDispatchTable vk;
@@ -40,6 +47,7 @@ struct layer_instance {
 enum { FORMAT_CACHE_SIZE = 256 };
 
 struct layer_device {
+    struct layer_link link; /* first */
     VkDevice handle;
     VkPhysicalDevice physical_device;
     struct layer_instance *instance;
@@ -76,9 +84,9 @@ struct layer_instance *layer_find_instance(const void *dispatchable);
 struct layer_device *layer_find_device(const void *dispatchable);
 
 /* Publish and withdraw. */
-VkResult layer_add_instance(struct layer_instance *instance);
+void layer_add_instance(struct layer_instance *instance);
 void layer_remove_instance(struct layer_instance *instance);
-VkResult layer_add_device(struct layer_device *device);
+void layer_add_device(struct layer_device *device);
 void layer_remove_device(struct layer_device *device);
 
 /* Whether a device other than this one has an acceleration structure of that handle. */

@@ -181,12 +181,23 @@ static void add_bindings(struct submission *submission, const VkBindSparseInfo *
             SCOPE_ALL);
 }
 
+/* Each physical device of a group has bindings of its own; only those of the first are followed. */
+static bool is_of_other_device(const VkBindSparseInfo *info)
+{
+    const VkDeviceGroupBindSparseInfo *group =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_BIND_SPARSE_INFO);
+    return group && (group->resourceDeviceIndex || group->memoryDeviceIndex);
+}
+
 static void observe_bindings(struct layer_device *state, const VkBindSparseInfo *info)
 {
-    for (uint32_t i = 0; i < info->bufferBindCount; i++)
-        for (uint32_t j = 0; j < info->pBufferBinds[i].bindCount; j++)
-            resources_bind_sparse(state->resources, info->pBufferBinds[i].buffer,
-                                  &info->pBufferBinds[i].pBinds[j]);
+    for (uint32_t i = 0; i < info->bufferBindCount; i++) {
+        const VkSparseBufferMemoryBindInfo *binds = &info->pBufferBinds[i];
+        if (is_of_other_device(info))
+            resources_forget_sparse(state->resources, binds->buffer);
+        for (uint32_t j = 0; j < binds->bindCount; j++)
+            resources_bind_sparse(state->resources, binds->buffer, &binds->pBinds[j]);
+    }
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,

@@ -101,14 +101,14 @@ static void add_range(struct collection *collection, const struct memory_span *s
 }
 
 /* A build accesses no more of a structure than its size needs, whatever the structure was created
- * with; the whole of it where that isn't known. Every structure is added, for its handle, also
- * where its memory isn't known. */
+ * with; where that isn't known nothing is said of its bytes. Every structure is added, for its
+ * handle, also where its memory isn't known. */
 static void add_structure(struct collection *collection, const struct build_view *build,
                           const struct accel_facts *accel)
 {
-    VkDeviceSize size = accel->size;
+    VkDeviceSize size = 0;
     if (build->sizes.known)
-        size = smaller_of(size, build->sizes.acceleration_structure);
+        size = smaller_of(accel->size, build->sizes.acceleration_structure);
     collection->range.handle = accel->handle;
     if (accel->in_pieces) {
         struct memory_span nowhere = {0};

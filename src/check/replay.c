@@ -193,7 +193,7 @@ static bool is_alive(struct replay *replay, VkAccelerationStructureKHR handle, u
 static const struct built *live(struct replay *replay, const struct journal_entry *entry)
 {
     const struct build_state *state = build_states_find(replay->states, entry->src_id);
-    if (!entry->src_id || !replay->predecessors_known)
+    if (!entry->src_id || !replay->predecessors_known || replay->out_of_memory)
         return &nothing;
     if (!state)
         return replay->never_is_certain && is_alive(replay, entry->src, entry->src_id) ? &never

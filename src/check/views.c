@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/formats.h"
 #include "check/geometry_data.h"
 
 /* Chains longer than this are cyclic, or nobody's. */
@@ -232,6 +233,43 @@ void view_geometry(struct check_context *context, const struct build_view *build
 
 /* State. */
 
+static bool chain_is_readable(struct check_context *context, const void *chain)
+{
+    const VkBaseInStructure *s = chain;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)
+        if (!readable(context->readable, s, sizeof(*s)))
+            return false;
+    return !s;
+}
+
+static bool triangles_are_sound(struct check_context *context,
+                                const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    return chain_is_readable(context, triangles->pNext) &&
+           format_is_known(triangles->vertexFormat) &&
+           (index_type_size(triangles->indexType) ||
+            triangles->indexType == VK_INDEX_TYPE_NONE_KHR);
+}
+
+/* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
+static bool is_sound(struct check_context *context, const struct build_view *build)
+{
+    VkAccelerationStructureTypeKHR type = build->info->type;
+    if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
+         type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
+        !chain_is_readable(context, build->info->pNext))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = geometry_at(build, i);
+        const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+        if (!chain_is_readable(context, geometry->pNext) ||
+            (triangles ? !triangles_are_sound(context, triangles)
+                       : !aabbs_in(geometry) && !instances_in(geometry)))
+            return false;
+    }
+    return true;
+}
+
 static void find_sizes(struct check_context *context, struct build_view *build)
 {
     uint32_t inline_counts[INLINE_COUNTS], *counts = inline_counts;
@@ -260,7 +298,7 @@ void view_build_state(struct check_context *context, struct build_view *build, b
 {
     look_elsewhere(context, &build->dst);
     look_elsewhere(context, &build->src);
-    if (with_sizes)
+    if (with_sizes && is_sound(context, build))
         find_sizes(context, build);
 }
 

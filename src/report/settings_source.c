@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "report/settings_guard.h"
+
 #define LAYER_NAME "VK_LAYER_ASSAY_validation"
 
 static bool is_readable(const VkLayerSettingEXT *setting)
@@ -52,9 +54,7 @@ VkResult settings_source_open(struct settings_source *source,
         source->given_info.settingCount = collect(create_info, source->given);
         source->given_info.pSettings = source->given;
     }
-    /* No callback for complaints: it has none about values that are read as text. */
-    VkResult result =
-        vkuCreateLayerSettingSet(LAYER_NAME, &source->given_info, NULL, NULL, &source->set);
+    VkResult result = settings_guard_create(LAYER_NAME, &source->given_info, &source->set);
     if (result != VK_SUCCESS)
         free(source->given);
     return result;
@@ -97,15 +97,15 @@ static VkResult read_texts(const struct settings_source *source, const char *key
 {
     *joined = NULL;
     uint32_t count = 0;
-    vkuGetLayerSettingValues(source->set, key, VKU_LAYER_SETTING_TYPE_STRING, &count, NULL);
+    if (settings_guard_texts(source->set, key, &count, NULL) == VK_ERROR_OUT_OF_HOST_MEMORY)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
     if (count == 0)
         return VK_SUCCESS;
 
     const char **texts = calloc(count, sizeof(*texts));
     if (!texts)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    VkResult result =
-        vkuGetLayerSettingValues(source->set, key, VKU_LAYER_SETTING_TYPE_STRING, &count, texts);
+    VkResult result = settings_guard_texts(source->set, key, &count, texts);
     if (result == VK_SUCCESS) {
         char separator = ',';
         if (is_filename)

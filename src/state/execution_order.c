@@ -12,6 +12,7 @@ VkResult execution_order_create(struct execution_order **order, const struct exe
     (*order)->hooks = *hooks;
     (*order)->queue_count = EXECUTION_HOST + 1;
     (*order)->run_end = &(*order)->run_list;
+    (*order)->host_work_end = &(*order)->host_work;
     pthread_mutex_init(&(*order)->lock, NULL);
     return VK_SUCCESS;
 }
@@ -96,6 +97,29 @@ static bool take_queue(struct submission *submission)
     return true;
 }
 
+static void begin_host_work(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    submission->next = NULL;
+    *order->host_work_end = submission;
+    order->host_work_end = &submission->next;
+}
+
+/* The host has seen all work complete that began before the first that is under way. */
+static void end_host_work(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    struct submission **link = &order->host_work;
+    while (*link != submission)
+        link = &(*link)->next;
+    *link = submission->next;
+    if (!*link)
+        order->host_work_end = link;
+    uint64_t count =
+        order->host_work ? order->host_work->batches[0].moment.count - 1 : order->host_count;
+    execution_clock_add(&order->host, (struct moment){EXECUTION_HOST, count});
+}
+
 /* A held batch counts as not submitted until the call that releases it has returned. By then the
  * application may have seen it complete, in ways that the layer doesn't see, and may have submitted
  * something that builds on it: hence `uncertain`. */
@@ -109,7 +133,9 @@ static void start(struct submission *submission)
     submission->state = SUBMISSION_PREPARED;
     submission->uncertain = order->in_flight && order->held_count;
     execution_clock_copy(&submission->host, &order->host);
-    if (submission->kind != SUBMIT_HOST_WORK)
+    if (submission->kind == SUBMIT_HOST_WORK)
+        begin_host_work(submission);
+    else
         order->in_flight++;
 
     submission_announce(submission);
@@ -129,7 +155,9 @@ static void stop(struct submission *submission, enum submission_state state)
 {
     struct execution_order *order = submission->order;
     submission->state = state;
-    if (submission->kind != SUBMIT_HOST_WORK)
+    if (submission->kind == SUBMIT_HOST_WORK)
+        end_host_work(submission);
+    else
         order->in_flight--;
     if (submission->ready_count < submission->batch_count)
         order->waiting--;
@@ -144,11 +172,6 @@ static void succeed(struct submission *submission)
     if (order->lost)
         return;
     submission->serial = ++order->last_serial;
-    if (submission->kind == SUBMIT_HOST_WORK) {
-        execution_clock_extend(&order->host, EXECUTION_HOST + 1);
-        uint64_t count = ++order->host.counts[EXECUTION_HOST];
-        submission->batches[0].moment = (struct moment){EXECUTION_HOST, count};
-    }
     submission_publish(submission);
     execution_order_release_held(order);
     if (order->held_count > EXECUTION_HELD_BATCHES)

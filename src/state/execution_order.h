@@ -41,8 +41,8 @@ struct submitted_commands {
 
 /* A batch, when its turn has come. */
 struct batch_run {
-    VkQueue queue;                       /* VK_NULL_HANDLE: the host */
-    struct moment moment;                /* of a host command: not known before it runs */
+    VkQueue queue; /* VK_NULL_HANDLE: the host */
+    struct moment moment;
     const struct execution_clock *clock; /* what it certainly follows */
     const struct submitted_commands *commands;
     uint32_t command_count;
@@ -80,7 +80,7 @@ void execution_order_destroy(struct execution_order *order);
 enum submission_kind {
     SUBMIT_COMMANDS,
     SUBMIT_BINDINGS,    /* vkQueueBindSparse: order by semaphores and fences only, and no run */
-    SUBMIT_HOST_WORK,   /* a host command that works on acceleration structures; no queue */
+    SUBMIT_HOST_WORK,   /* a host command that works on structures: one batch, no queue */
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
 };
 

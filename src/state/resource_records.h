@@ -56,7 +56,7 @@ struct buffer_record {
 
     struct sparse_range *sparse;
     uint32_t sparse_count, sparse_capacity;
-    bool sparse_incomplete; /* a binding was lost for lack of memory */
+    bool sparse_incomplete; /* a binding was lost, or is of one device of a group */
 
     struct accel_record *accels; /* that lie in it */
 };
@@ -84,6 +84,9 @@ struct resources {
     struct address_map addresses; /* of buffer records */
     atomic_uint_fast64_t deaths;  /* of records of any kind */
     bool incomplete;
+    /* A buffer may have been given an address that the application never retrieves: what is in no
+     * known one may be in that. */
+    bool replays_addresses;
     uint64_t last_id; /* of buffers and acceleration structures; 0 is nobody's */
 };
 

@@ -176,6 +176,17 @@ static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *create_info)
     return flags2 ? flags2->usage : create_info->usage;
 }
 
+/* Whether the application asked for an address that it knows from elsewhere, and need not retrieve.
+ */
+static bool replays_address(const VkBufferCreateInfo *create_info)
+{
+    const VkBufferOpaqueCaptureAddressCreateInfo *opaque =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO);
+    const VkBufferDeviceAddressCreateInfoEXT *ext =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_CREATE_INFO_EXT);
+    return (opaque && opaque->opaqueCaptureAddress) || (ext && ext->deviceAddress);
+}
+
 void resources_add_buffer(struct resources *resources, VkBuffer handle,
                           const VkBufferCreateInfo *create_info)
 {
@@ -192,6 +203,8 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
     }
     reader_lock_write(&resources->lock);
     remove_buffer(resources, handle);
+    if (replays_address(create_info))
+        resources->replays_addresses = true;
     if (buffer)
         buffer->where.id = ++resources->last_id;
     publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
@@ -286,6 +299,15 @@ void resources_bind_sparse(struct resources *resources, VkBuffer handle,
     struct buffer_record *buffer = find_buffer(resources, handle);
     if (buffer)
         buffer_record_bind_sparse(buffer, bind, find_memory(resources, bind->memory));
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_forget_sparse(struct resources *resources, VkBuffer handle)
+{
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = find_buffer(resources, handle);
+    if (buffer)
+        buffer->sparse_incomplete = true;
     reader_lock_write_done(&resources->lock);
 }
 

@@ -41,6 +41,8 @@ void resources_bind_buffer(struct resources *resources, VkBuffer buffer, VkDevic
 void resources_forget_binding(struct resources *resources, VkBuffer buffer);
 void resources_bind_sparse(struct resources *resources, VkBuffer buffer,
                            const VkSparseMemoryBind *bind);
+/* Bound in a way that isn't followed: where its bytes lie is not known any more. */
+void resources_forget_sparse(struct resources *resources, VkBuffer buffer);
 
 /* Acceleration structures. */
 void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR handle,

@@ -176,6 +176,8 @@ static void describe_address(const struct resources *resources, VkDeviceAddress 
     facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
     if (!resources->incomplete)
         address_map_visit(&resources->addresses, position, address, add_buffer_facts, facts);
+    if (facts->status == ADDRESS_NOWHERE && resources->replays_addresses)
+        facts->status = ADDRESS_UNKNOWN;
 }
 
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,

@@ -226,6 +226,39 @@ static void host_work_under_way_blocks_too(void **unused)
     program_stop(&p);
 }
 
+static struct submission *begin_work(struct program *program, uint32_t name)
+{
+    struct submission *work = submission_begin(program->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    call_add_batch(work, &(struct call){.name = name});
+    assert_false(submission_prepare(work));
+    return work;
+}
+
+/* 91 ends first, but counts when 90, which began before it, has ended too; 92 fails. */
+static void host_work_may_overlap(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    struct submission *first = begin_work(&p, 90), *second = begin_work(&p, 91);
+    submission_finish(second, VK_SUCCESS);
+    SUBMIT(&p, .queue = 1, .name = 10);
+    struct submission *third = begin_work(&p, 92);
+    submission_finish(first, VK_SUCCESS);
+    SUBMIT(&p, .queue = 1, .name = 11);
+    submission_finish(third, VK_ERROR_OUT_OF_HOST_MEMORY);
+    struct submission *fourth = begin_work(&p, 93);
+    submission_finish(fourth, VK_SUCCESS);
+    SUBMIT(&p, .queue = 1, .name = 12);
+    EXPECT_RUNS(&p, 90, 91, 10, 11, 93, 12);
+    assert_false(follows(&p, 91, 90));
+    assert_false(follows(&p, 10, 90) || follows(&p, 10, 91));
+    assert_true(follows(&p, 11, 90) && follows(&p, 11, 91));
+    assert_true(follows(&p, 93, 90) && follows(&p, 12, 93));
+    assert_true(p.runs[0].checked && p.runs[4].checked);
+    program_stop(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -239,6 +272,7 @@ int main(void)
         cmocka_unit_test(one_thread_runs_for_the_others),
         cmocka_unit_test(the_order_may_be_lost_during_a_check),
         cmocka_unit_test(host_work_under_way_blocks_too),
+        cmocka_unit_test(host_work_may_overlap),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -80,7 +80,7 @@ static bool shape_of(struct build *build, struct build_shape *shape)
 
 static bool same_shape(struct build *a, struct build *b)
 {
-    struct build_shape x, y;
+    struct build_shape x = {0}, y = {0};
     assert_true(shape_of(a, &x) && shape_of(b, &y));
     return x.low == y.low && x.high == y.high;
 }

@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The instance and the device of the application, its ears, and its objects. */
+#include "application_parts.h"
+
+#include <stdio.h>
+#include <string.h>
+
+PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
+
+void complain(struct application *app, const char *what, int result)
+{
+    char *wrong = app->outcome->wrong;
+    if (!wrong[0])
+        snprintf(wrong, sizeof(app->outcome->wrong), "%s: %d", what, result);
+}
+
+/* ---- messages */
+
+static void hear(struct application *app, const char *text)
+{
+    char *wrong = app->outcome->wrong;
+    if (strstr(text, "ASSAY-warning") || strstr(text, "assay_validation."))
+        return; /* about the bad setting */
+    if (app->expected_id && strstr(text, app->expected_id))
+        app->heard++;
+    else if (!wrong[0])
+        snprintf(wrong, sizeof(app->outcome->wrong), "%s", text);
+}
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL hear_messenger(
+    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
+    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+{
+    char text[4096];
+    (void)severity;
+    (void)types;
+    snprintf(text, sizeof(text), "%s: %s", data->pMessageIdName ? data->pMessageIdName : "",
+             data->pMessage);
+    hear(user, text);
+    return VK_FALSE;
+}
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL hear_callback(VkDebugReportFlagsEXT flags,
+                                                    VkDebugReportObjectTypeEXT type,
+                                                    uint64_t object, size_t location, int32_t code,
+                                                    const char *layer, const char *message,
+                                                    void *user)
+{
+    struct application *app = user;
+    (void)flags;
+    (void)type;
+    (void)object;
+    (void)location;
+    (void)code;
+    if (strcmp(layer, "Assay") == 0 && !(app->expected_id && strstr(message, app->expected_id)))
+        hear(user, message);
+    return VK_FALSE;
+}
+
+void expect(struct application *app, const char *id)
+{
+    app->expected_id = id;
+    app->heard = 0;
+    app->outcome->mistakes++;
+}
+
+void expect_nothing_more(struct application *app)
+{
+    if (app->heard > 1)
+        complain(app, app->expected_id, (int)app->heard);
+    app->outcome->expected += app->heard;
+    app->expected_id = NULL;
+}
+
+/* ---- instance and device */
+
+static void create_instance(struct application *app)
+{
+    static const char *const layers[] = {"VK_LAYER_ASSAY_validation"};
+    static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                             VK_EXT_DEBUG_REPORT_EXTENSION_NAME};
+    static const char *const filter[] = {"VUID-none-such", "03674"};
+    static const uint32_t limit = 0;
+    const VkLayerSettingEXT settings[] = {
+        {layers[0], "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &limit},
+        {layers[0], "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT, 2, filter},
+    };
+    VkDebugUtilsMessengerCreateInfoEXT messenger = app->messenger_info;
+    const VkLayerSettingsCreateInfoEXT settings_info = {
+        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+        .pNext = &messenger,
+        .settingCount = 2,
+        .pSettings = settings,
+    };
+    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                           .apiVersion = VK_API_VERSION_1_3};
+    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+                                       .pNext = &settings_info,
+                                       .pApplicationInfo = &application,
+                                       .enabledLayerCount = 1,
+                                       .ppEnabledLayerNames = layers,
+                                       .enabledExtensionCount = 2,
+                                       .ppEnabledExtensionNames = extensions};
+    PFN_vkCreateInstance create =
+        (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
+    app->outcome->is_creating_instance = true;
+    GET(app, "vkCreateInstance", create(&info, NULL, &app->instance));
+    app->outcome->is_creating_instance = false;
+#define LOAD(name) app->vk.name = (PFN_vk##name)vkGetInstanceProcAddr(app->instance, "vk" #name);
+    if (app->instance) {
+        INSTANCE_COMMANDS(LOAD)
+    }
+#undef LOAD
+}
+
+static void create_device(struct application *app)
+{
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
+        .bufferDeviceAddress = VK_TRUE};
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .pNext = &addresses,
+        .accelerationStructure = VK_TRUE};
+    const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE};
+    static const float priority = 1;
+    const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                           .queueCount = 1,
+                                           .pQueuePriorities = &priority};
+    const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                     .pNext = &structures,
+                                     .queueCreateInfoCount = 1,
+                                     .pQueueCreateInfos = &queue,
+                                     .enabledExtensionCount = 2,
+                                     .ppEnabledExtensionNames = extensions,
+                                     .pEnabledFeatures = &core};
+    VkPhysicalDevice physical = VK_NULL_HANDLE;
+    uint32_t count = 1;
+    app->vk.EnumeratePhysicalDevices(app->instance, &count, &physical);
+    GET(app, "vkCreateDevice", app->vk.CreateDevice(physical, &info, NULL, &app->device));
+    if (!app->device)
+        return;
+#define LOAD(name) app->vk.name = (PFN_vk##name)app->vk.GetDeviceProcAddr(app->device, "vk" #name);
+    DEVICE_COMMANDS(LOAD)
+#undef LOAD
+    app->vk.GetDeviceQueue(app->device, 0, 0, &app->queue);
+}
+
+static void create_ears(struct application *app)
+{
+    const VkDebugReportCallbackCreateInfoEXT callback = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_REPORT_CALLBACK_CREATE_INFO_EXT,
+        .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT,
+        .pfnCallback = hear_callback,
+        .pUserData = app};
+    GET(app, "vkCreateDebugUtilsMessengerEXT",
+        app->vk.CreateDebugUtilsMessengerEXT(app->instance, &app->messenger_info, NULL,
+                                             &app->messenger));
+    GET(app, "vkCreateDebugReportCallbackEXT",
+        app->vk.CreateDebugReportCallbackEXT(app->instance, &callback, NULL, &app->callback));
+}
+
+static void destroy_ears(struct application *app)
+{
+    app->vk.DestroyDebugReportCallbackEXT(app->instance, app->callback, NULL);
+    app->vk.DestroyDebugUtilsMessengerEXT(app->instance, app->messenger, NULL);
+}
+
+/* ---- objects */
+
+void name_object(struct application *app, VkObjectType type, uint64_t handle, const char *name,
+                 unsigned n)
+{
+    char text[64];
+    snprintf(text, sizeof(text), "%s %u", name, n);
+    const VkDebugUtilsObjectNameInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = type,
+        .objectHandle = handle,
+        .pObjectName = text};
+    app->vk.SetDebugUtilsObjectNameEXT(app->device, &info);
+}
+
+VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsageFlags usage,
+                       VkBufferCreateFlags flags)
+{
+    VkBuffer buffer = VK_NULL_HANDLE;
+    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                     .flags = flags,
+                                     .size = size,
+                                     .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
+    GET(app, "vkCreateBuffer", app->vk.CreateBuffer(app->device, &info, NULL, &buffer));
+    return buffer;
+}
+
+VkDeviceMemory allocate(struct application *app, VkDeviceSize size)
+{
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+    const VkMemoryAllocateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .pNext = &flags, .allocationSize = size};
+    GET(app, "vkAllocateMemory", app->vk.AllocateMemory(app->device, &info, NULL, &memory));
+    return memory;
+}
+
+VkDeviceAddress address_of(struct application *app, VkBuffer buffer)
+{
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = buffer};
+    return app->vk.GetBufferDeviceAddress(app->device, &info);
+}
+
+VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
+                                        VkDeviceSize offset, VkDeviceSize size)
+{
+    VkAccelerationStructureKHR accel = VK_NULL_HANDLE;
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = buffer,
+        .offset = offset,
+        .size = size,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
+    GET(app, "vkCreateAccelerationStructureKHR",
+        app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &accel));
+    return accel;
+}
+
+/* ---- life */
+
+static bool is_well(const struct application *app)
+{
+    return !app->outcome->wrong[0];
+}
+
+void application_live(struct outcome *outcome)
+{
+    struct application app = {.outcome = outcome};
+    app.messenger_info = (VkDebugUtilsMessengerCreateInfoEXT){
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = hear_messenger,
+        .pUserData = &app};
+    create_instance(&app);
+    if (is_well(&app))
+        create_device(&app);
+    if (is_well(&app)) {
+        create_ears(&app);
+        create_objects(&app);
+        if (is_well(&app))
+            record_all(&app);
+        destroy_objects(&app);
+        app.vk.DestroyDevice(app.device, NULL);
+        destroy_ears(&app);
+    }
+    if (app.instance)
+        app.vk.DestroyInstance(app.instance, NULL);
+}

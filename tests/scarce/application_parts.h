@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the files of the application share. */
+#ifndef SCARCE_APPLICATION_PARTS_H
+#define SCARCE_APPLICATION_PARTS_H
+
+#include "application.h"
+#include "commands.h"
+
+enum {
+    /* Of each object, so that tables grow beyond their first size, and arrays beyond what is kept
+     * in place. */
+    SETS = 48,
+    BUILDS = 20,     /* of the largest call */
+    GEOMETRIES = 20, /* of the largest build */
+    ACCEL_SIZE = 8192,
+    SCRATCH_SIZE = 8192,
+    SPARSE_PAGE = 65536,
+    SPARSE_PAGES = 12,
+};
+
+/* A structure in a buffer in memory of its own, and a command buffer in a pool of its own. */
+struct set {
+    VkDeviceMemory memory;
+    VkBuffer buffer;
+    VkAccelerationStructureKHR accel;
+    VkCommandPool pool;
+    VkCommandBuffer primary, secondary;
+};
+
+struct application {
+    struct outcome *outcome;
+    struct commands vk;
+    VkInstance instance;
+    VkDevice device;
+    VkQueue queue;
+    VkDebugUtilsMessengerCreateInfoEXT messenger_info;
+    VkDebugUtilsMessengerEXT messenger;
+    VkDebugReportCallbackEXT callback;
+    const char *expected_id; /* of the mistake under way, or NULL */
+    unsigned heard;          /* messages about it */
+
+    struct set sets[SETS];
+    VkSemaphore semaphore;
+    /* Inputs and scratch: one memory, in which small buffers without the right usage alias the
+     * large one that has it. */
+    VkDeviceMemory memory;
+    VkBuffer inputs, scratch, aliases[SETS];
+    VkDeviceAddress input_address, scratch_address;
+    /* A sparse buffer, and a structure across its pages. */
+    VkDeviceMemory pages;
+    VkBuffer sparse;
+    VkAccelerationStructureKHR in_pages;
+    /* Two structures that overlap only in bytes that their builds leave alone. */
+    VkDeviceMemory tails_memory;
+    VkBuffer tails;
+    VkAccelerationStructureKHR with_tails[2];
+};
+
+/* Asks for something that can be refused; the second time there is memory. */
+#define GET(app, what, call)                                                                       \
+    do {                                                                                           \
+        VkResult get_result = (call);                                                              \
+        if (get_result == VK_ERROR_OUT_OF_HOST_MEMORY)                                             \
+            get_result = (call);                                                                   \
+        if (get_result != VK_SUCCESS)                                                              \
+            complain(app, what, get_result);                                                       \
+    } while (0)
+
+/* Notes the first thing that went wrong. */
+void complain(struct application *app, const char *what, int result);
+
+/* Until the second, messages of that id are about a mistake; there is at most one. */
+void expect(struct application *app, const char *id);
+void expect_nothing_more(struct application *app);
+
+void name_object(struct application *app, VkObjectType type, uint64_t handle, const char *name,
+                 unsigned n);
+VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsageFlags usage,
+                       VkBufferCreateFlags flags);
+VkDeviceMemory allocate(struct application *app, VkDeviceSize size);
+VkDeviceAddress address_of(struct application *app, VkBuffer buffer);
+VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
+                                        VkDeviceSize offset, VkDeviceSize size);
+
+void create_objects(struct application *app);
+void destroy_objects(struct application *app);
+void record_all(struct application *app);
+
+#endif

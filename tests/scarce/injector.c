@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The allocation functions of this program. They forward to those of the C library by the names
+ * under which glibc has them beside the standard ones. */
+#define _GNU_SOURCE /* dl_iterate_phdr */
+#include "injector.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <link.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SLOTS = 1 << 16 }; /* far more than blocks that are ever live */
+
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t count, size_t size);
+void *__libc_realloc(void *old, size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+void __libc_free(void *block);
+
+/* The watched library's addresses. */
+static uintptr_t first, last;
+
+static unsigned count, failing;
+static size_t failed; /* where */
+
+/* Open addressing with linear probing. A freed block keeps its slot, for the next at its address.
+ */
+static struct block {
+    const void *address;
+    unsigned serial; /* 0: freed */
+    size_t caller;
+} blocks[SLOTS];
+static size_t live;
+
+static struct block *slot_of(const void *address)
+{
+    size_t i = (uintptr_t)address / 16 * 40503 % SLOTS;
+    while (blocks[i].address && blocks[i].address != address)
+        i = (i + 1) % SLOTS;
+    return &blocks[i];
+}
+
+static void note(const void *address, uintptr_t caller)
+{
+    if (!address)
+        return;
+    *slot_of(address) = (struct block){address, count, caller - first};
+    live++;
+}
+
+static void forget(const void *address)
+{
+    struct block *block = address && live ? slot_of(address) : NULL;
+    if (!block || !block->serial)
+        return;
+    block->serial = 0;
+    live--;
+}
+
+static bool is_watched(uintptr_t caller)
+{
+    return caller >= first && caller < last;
+}
+
+static bool fails(uintptr_t caller)
+{
+    if (!is_watched(caller) || ++count != failing)
+        return false;
+    failed = caller - first;
+    return true;
+}
+
+/* ---- the functions, with the names that the C library gives their parameters */
+
+#define CALLER ((uintptr_t)__builtin_return_address(0))
+#define REPLACED __attribute__((visibility("default"), noinline))
+
+static void *allocated(void *block, uintptr_t caller)
+{
+    if (is_watched(caller))
+        note(block, caller);
+    return block;
+}
+
+REPLACED void *malloc(size_t size)
+{
+    return fails(CALLER) ? NULL : allocated(__libc_malloc(size), CALLER);
+}
+
+REPLACED void *calloc(size_t nmemb, size_t size)
+{
+    return fails(CALLER) ? NULL : allocated(__libc_calloc(nmemb, size), CALLER);
+}
+
+REPLACED void *realloc(void *ptr, size_t size)
+{
+    if (fails(CALLER))
+        return NULL;
+    void *block = __libc_realloc(ptr, size);
+    if (block || !size)
+        forget(ptr);
+    return allocated(block, CALLER);
+}
+
+REPLACED void *aligned_alloc(size_t alignment, size_t size)
+{
+    return fails(CALLER) ? NULL : allocated(__libc_memalign(alignment, size), CALLER);
+}
+
+REPLACED int posix_memalign(void **memptr, size_t alignment, size_t size)
+{
+    void *result = fails(CALLER) ? NULL : allocated(__libc_memalign(alignment, size), CALLER);
+    if (!result)
+        return ENOMEM;
+    *memptr = result;
+    return 0;
+}
+
+REPLACED char *strdup(const char *s)
+{
+    size_t size = strlen(s) + 1;
+    char *copy = fails(CALLER) ? NULL : allocated(__libc_malloc(size), CALLER);
+    return copy ? memcpy(copy, s, size) : NULL;
+}
+
+REPLACED void free(void *ptr)
+{
+    forget(ptr);
+    __libc_free(ptr);
+}
+
+/* ---- control */
+
+static int find_library(struct dl_phdr_info *info, size_t size, void *base)
+{
+    (void)size;
+    if (info->dlpi_addr != *(const uintptr_t *)base)
+        return 0;
+    for (int i = 0; i < info->dlpi_phnum; i++) {
+        const ElfW(Phdr) *part = &info->dlpi_phdr[i];
+        uintptr_t end = info->dlpi_addr + part->p_vaddr + part->p_memsz;
+        if (part->p_type == PT_LOAD && end > last)
+            last = end;
+    }
+    return 1;
+}
+
+bool injector_watch(const char *path)
+{
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    struct link_map *map;
+    if (!library || dlinfo(library, RTLD_DI_LINKMAP, &map) != 0)
+        return false;
+    uintptr_t base = map->l_addr;
+    dl_iterate_phdr(find_library, &base);
+    first = base;
+    return last > first;
+}
+
+void injector_fail_at(unsigned n)
+{
+    count = 0;
+    failing = n;
+    failed = 0;
+}
+
+unsigned injector_count(void)
+{
+    return count;
+}
+
+size_t injector_failed(void)
+{
+    return failed;
+}
+
+size_t injector_live(void)
+{
+    return live;
+}
+
+size_t injector_oldest(void)
+{
+    const struct block *oldest = NULL;
+    for (size_t i = 0; i < SLOTS; i++)
+        if (blocks[i].serial && (!oldest || blocks[i].serial < oldest->serial))
+            oldest = &blocks[i];
+    return oldest ? oldest->caller : 0;
+}

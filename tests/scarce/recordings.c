@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the application records and submits: valid builds, then mistakes. */
+#include "application_parts.h"
+
+#define ID(tail) "VUID-vkCmdBuildAccelerationStructuresKHR-" tail
+
+/* A call under construction. */
+struct call {
+    VkAccelerationStructureBuildGeometryInfoKHR infos[BUILDS];
+    VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES];
+    const VkAccelerationStructureBuildRangeInfoKHR *range_arrays[BUILDS];
+    uint32_t count;
+};
+
+static void start_call(const struct application *app, struct call *call)
+{
+    *call = (struct call){.count = 0};
+    for (unsigned i = 0; i < GEOMETRIES; i++) {
+        call->geometries[i] = (VkAccelerationStructureGeometryKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+            .geometry.triangles = {
+                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                .vertexData.deviceAddress = app->input_address,
+                .vertexStride = 12,
+                .maxVertex = 2,
+                .indexType = VK_INDEX_TYPE_NONE_KHR}};
+        call->ranges[i].primitiveCount = 1;
+    }
+}
+
+/* Adds a build, with scratch of its own. */
+static VkAccelerationStructureBuildGeometryInfoKHR *add_build(const struct application *app,
+                                                              struct call *call,
+                                                              VkAccelerationStructureKHR dst,
+                                                              VkAccelerationStructureKHR src)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR *info = &call->infos[call->count];
+    *info = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+        .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                    : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+        .srcAccelerationStructure = src,
+        .dstAccelerationStructure = dst,
+        .geometryCount = 1,
+        .pGeometries = call->geometries,
+        .scratchData.deviceAddress = app->scratch_address + call->count * SCRATCH_SIZE};
+    call->range_arrays[call->count++] = call->ranges;
+    return info;
+}
+
+static void send(const struct application *app, VkCommandBuffer command_buffer,
+                 const struct call *call)
+{
+    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, call->count, call->infos,
+                                              call->range_arrays);
+}
+
+static void begin(struct application *app, VkCommandBuffer command_buffer)
+{
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                           .pInheritanceInfo = &inheritance};
+    GET(app, "vkBeginCommandBuffer", app->vk.BeginCommandBuffer(command_buffer, &info));
+}
+
+static void end(struct application *app, VkCommandBuffer command_buffer)
+{
+    GET(app, "vkEndCommandBuffer", app->vk.EndCommandBuffer(command_buffer));
+}
+
+static void submit(struct application *app, VkCommandBuffer command_buffer, bool waits,
+                   bool signals)
+{
+    static const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .waitSemaphoreCount = waits,
+                               .pWaitSemaphores = &app->semaphore,
+                               .pWaitDstStageMask = &stage,
+                               .commandBufferCount = 1,
+                               .pCommandBuffers = &command_buffer,
+                               .signalSemaphoreCount = signals,
+                               .pSignalSemaphores = &app->semaphore};
+    GET(app, "vkQueueSubmit", app->vk.QueueSubmit(app->queue, 1, &info, VK_NULL_HANDLE));
+}
+
+static void open_labels(const struct application *app, VkCommandBuffer command_buffer, int count)
+{
+    static const char *const names[] = {"frame", "scene", "", "trees", "a rather long label", "x"};
+    for (int i = 0; i < count; i++) {
+        const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
+                                            .pLabelName = names[i % 6]};
+        app->vk.CmdBeginDebugUtilsLabelEXT(command_buffer, &label);
+        app->vk.CmdInsertDebugUtilsLabelEXT(command_buffer, &label);
+    }
+}
+
+static void close_labels(const struct application *app, VkCommandBuffer command_buffer, int count)
+{
+    while (count-- > 0)
+        app->vk.CmdEndDebugUtilsLabelEXT(command_buffer);
+}
+
+/* ---- valid */
+
+/* Builds of many geometries, which need an array for their counts: one across sparse pages, and two
+ * of structures whose unused ends overlap. */
+static void record_large_builds(struct application *app, VkCommandBuffer command_buffer)
+{
+    struct call call;
+    start_call(app, &call);
+    add_build(app, &call, app->in_pages, VK_NULL_HANDLE);
+    add_build(app, &call, app->with_tails[0], VK_NULL_HANDLE);
+    add_build(app, &call, app->with_tails[1], VK_NULL_HANDLE);
+    for (unsigned i = 0; i < call.count; i++)
+        call.infos[i].geometryCount = GEOMETRIES;
+    send(app, command_buffer, &call);
+}
+
+/* Builds in descending order of handles, large ones, and updates, some in place and some from one
+ * source. */
+static void record_builds(struct application *app, VkCommandBuffer command_buffer)
+{
+    struct call call;
+    begin(app, command_buffer);
+    open_labels(app, command_buffer, 9);
+    start_call(app, &call);
+    for (unsigned i = 0; i < BUILDS; i++)
+        add_build(app, &call, app->sets[BUILDS - 1 - i].accel, VK_NULL_HANDLE);
+    send(app, command_buffer, &call);
+    record_large_builds(app, command_buffer);
+    start_call(app, &call);
+    for (unsigned i = 0; i < BUILDS; i++)
+        add_build(app, &call, app->sets[i % 3 ? i + BUILDS : i].accel,
+                  app->sets[i % 3 ? 0 : i].accel);
+    call.infos[0].srcAccelerationStructure = call.infos[0].dstAccelerationStructure =
+        app->sets[BUILDS - 1].accel;
+    send(app, command_buffer, &call);
+    close_labels(app, command_buffer, 9);
+    end(app, command_buffer);
+}
+
+static void record_copies(struct application *app, VkCommandBuffer command_buffer)
+{
+    struct call call;
+    begin(app, command_buffer);
+    for (unsigned i = 0; i < 4; i++) {
+        const VkCopyAccelerationStructureInfoKHR copy = {
+            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+            .src = app->sets[i].accel,
+            .dst = app->sets[2 * BUILDS + i].accel,
+            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
+        app->vk.CmdCopyAccelerationStructureKHR(command_buffer, &copy);
+    }
+    start_call(app, &call);
+    add_build(app, &call, app->sets[2 * BUILDS].accel, app->sets[2 * BUILDS].accel);
+    send(app, command_buffer, &call);
+    end(app, command_buffer);
+}
+
+/* A primary that executes two secondary command buffers, one of which updates what the other
+ * builds. */
+static void record_secondaries(struct application *app, const struct set *builds,
+                               const struct set *updates)
+{
+    VkAccelerationStructureKHR accel = app->sets[2 * BUILDS + 4].accel;
+    const VkCommandBuffer secondaries[] = {builds->secondary, updates->secondary};
+    for (unsigned i = 0; i < 2; i++) {
+        struct call call;
+        begin(app, secondaries[i]);
+        start_call(app, &call);
+        add_build(app, &call, accel, i ? accel : VK_NULL_HANDLE);
+        send(app, secondaries[i], &call);
+        end(app, secondaries[i]);
+    }
+    begin(app, builds->primary);
+    app->vk.CmdExecuteCommands(builds->primary, 2, secondaries);
+    end(app, builds->primary);
+}
+
+/* ---- mistakes, one at a time */
+
+static void make_mistake(struct application *app, const struct set *set, const struct call *call,
+                         const char *id)
+{
+    expect(app, id);
+    begin(app, set->primary);
+    open_labels(app, set->primary, 2);
+    send(app, set->primary, call);
+    end(app, set->primary);
+    submit(app, set->primary, false, false);
+    expect_nothing_more(app);
+}
+
+static void make_mistakes(struct application *app)
+{
+    const struct set *sets = app->sets;
+    VkAccelerationStructureBuildGeometryInfoKHR *info;
+    struct call call;
+
+    start_call(app, &call);
+    info = add_build(app, &call, sets[1].accel, VK_NULL_HANDLE);
+    info->scratchData.deviceAddress += 16;
+    make_mistake(app, &sets[5], &call, ID("pInfos-03710"));
+
+    start_call(app, &call);
+    add_build(app, &call, sets[1].accel, VK_NULL_HANDLE);
+    info = add_build(app, &call, sets[2].accel, VK_NULL_HANDLE);
+    info->scratchData.deviceAddress = call.infos[0].scratchData.deviceAddress;
+    make_mistake(app, &sets[6], &call, ID("scratchData-03704"));
+
+    start_call(app, &call);
+    add_build(app, &call, sets[1].accel, VK_NULL_HANDLE);
+    add_build(app, &call, sets[1].accel, VK_NULL_HANDLE);
+    make_mistake(app, &sets[7], &call, ID("dstAccelerationStructure-03698"));
+
+    start_call(app, &call);
+    info = add_build(app, &call, sets[1].accel, VK_NULL_HANDLE);
+    info->scratchData.deviceAddress = app->scratch_address + SETS * SCRATCH_SIZE - 256;
+    make_mistake(app, &sets[8], &call, ID("pInfos-03671"));
+}
+
+void record_all(struct application *app)
+{
+    const struct set *sets = app->sets;
+    record_builds(app, sets[0].primary);
+    submit(app, sets[0].primary, false, true);
+    record_copies(app, sets[1].primary);
+    submit(app, sets[1].primary, true, false);
+    record_secondaries(app, &sets[2], &sets[3]);
+    submit(app, sets[2].primary, false, false);
+    app->vk.DeviceWaitIdle(app->device);
+
+    submit(app, sets[0].primary, false, true); /* again */
+    submit(app, sets[1].primary, true, false);
+    app->vk.DeviceWaitIdle(app->device);
+    GET(app, "vkResetCommandPool", app->vk.ResetCommandPool(app->device, sets[0].pool, 0));
+    record_builds(app, sets[0].primary);
+    submit(app, sets[0].primary, false, false);
+    make_mistakes(app);
+}

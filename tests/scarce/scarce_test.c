@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The layer with memory running out: an application lives through its life once for each allocation
+ * that the layer makes in it, which then fails. Whatever was lost, nothing crashes, nothing leaks,
+ * and no message goes out that is not true.
+ *
+ * Each life is a process, so that a crash tells which allocation it was. */
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "application.h"
+#include "injector.h"
+
+/* How a life ended. */
+enum end { WELL, WELL_WITHOUT_FAILURE, IN_SETTINGS_LIBRARY, BADLY };
+
+static struct outcome outcome;
+
+/* The library that reads settings is in C++, and throws where it gets no memory; nothing in the
+ * layer catches that. */
+static void end_in_abort(int signal)
+{
+    (void)signal;
+    _exit(outcome.is_creating_instance ? IN_SETTINGS_LIBRARY : BADLY);
+}
+
+static enum end live(unsigned failing)
+{
+    signal(SIGABRT, end_in_abort);
+    injector_fail_at(failing);
+    application_live(&outcome);
+    bool has_failed = injector_failed() != 0;
+    if (has_failed)
+        fprintf(stderr, "(asked for at %#zx) ", injector_failed());
+    if (outcome.wrong[0]) {
+        fprintf(stderr, "%s\n", outcome.wrong);
+        return BADLY;
+    }
+    if (injector_live()) {
+        fprintf(stderr, "%zu blocks leak, the first allocated at %#zx\n", injector_live(),
+                injector_oldest());
+        return BADLY;
+    }
+    if (!has_failed && outcome.expected != outcome.mistakes) {
+        fprintf(stderr, "%u of %u mistakes were found\n", outcome.expected, outcome.mistakes);
+        return BADLY;
+    }
+    return has_failed ? WELL : WELL_WITHOUT_FAILURE;
+}
+
+/* What the child wrote to stderr. */
+static const char *words_of(FILE *file)
+{
+    static char text[8192];
+    rewind(file);
+    text[fread(text, 1, sizeof(text) - 1, file)] = '\0';
+    return text;
+}
+
+static enum end live_in_a_process(unsigned failing)
+{
+    FILE *words = tmpfile();
+    assert_non_null(words);
+    fflush(NULL);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (!child) {
+        dup2(fileno(words), STDERR_FILENO);
+        _exit((int)live(failing));
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    enum end end = WIFEXITED(status) ? (enum end)WEXITSTATUS(status) : BADLY;
+    if (end == IN_SETTINGS_LIBRARY && !strstr(words_of(words), "std::bad_alloc"))
+        end = BADLY;
+    if (end >= BADLY)
+        fprintf(stderr, "allocation %u, status %#x: %s\n", failing, (unsigned)status,
+                words_of(words));
+    fclose(words);
+    return end < BADLY ? end : BADLY;
+}
+
+static void test_a_life_with_memory(void **state)
+{
+    (void)state;
+    assert_int_equal(live_in_a_process(0), WELL_WITHOUT_FAILURE);
+}
+
+enum { ENOUGH = 10 }; /* lives that end badly */
+
+/* ASSAY_SCARCE_AT repeats one life. */
+static void test_a_life_without_each_allocation(void **state)
+{
+    (void)state;
+    const char *only = getenv("ASSAY_SCARCE_AT");
+    unsigned n = only ? (unsigned)strtoul(only, NULL, 10) : 1, bad = 0, aborted = 0;
+    for (enum end end = WELL; end != WELL_WITHOUT_FAILURE && bad < ENOUGH; n++) {
+        end = live_in_a_process(n);
+        bad += end == BADLY;
+        aborted += end == IN_SETTINGS_LIBRARY;
+        if (only)
+            break;
+    }
+    printf("%u lives, of which %u ended in the settings library\n", n - 1, aborted);
+    assert_int_equal(bad, 0);
+    assert_true(only || n > 100);
+}
+
+static int prepare(void **state)
+{
+    (void)state;
+    setenv("VK_DRIVER_FILES", DRIVER_MANIFEST, 1);
+    setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
+    setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn", 1);
+    setenv("VK_ASSAY_VALIDATION_BACKEND", "no such backend", 1); /* a warning is kept for later */
+    return injector_watch(LAYER_LIBRARY) ? 0 : -1;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_life_with_memory),
+        cmocka_unit_test(test_a_life_without_each_allocation),
+    };
+    return cmocka_run_group_tests_name("scarce memory", tests, prepare, NULL);
+}
