@@ -167,7 +167,8 @@ struct builder_statistics {
 };
 void builder_measure(const void *structure, struct builder_statistics *statistics);
 
-/* The sign of the determinant of a transform's 3x3 part, exactly (03799): -1, 0 or 1. */
+/* The sign of the determinant of a transform's 3x3 part, exactly (03799): -1, 0 or 1; 0, too, where
+ * an element isn't finite. */
 int builder_determinant_sign(const VkTransformMatrixKHR *transform);
 
 #endif

@@ -2,6 +2,7 @@
 /* Exact arithmetic by floating-point expansions, after Shewchuk 1997. */
 #include "build/expansion.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "build/build.h"
@@ -50,18 +51,23 @@ int expansion_difference(double a, double b, double *to)
     return count;
 }
 
-/* Shewchuk's FAST-EXPANSION-SUM (figure 8) with zeros left out; `sign` turns the second operand. */
+/* Shewchuk's FAST-EXPANSION-SUM (figure 8) with zeros left out; `sign` turns the second operand.
+ * Never more than m + n terms, even where what isn't finite makes all of them meaningless. */
 static int merge(int m, const double *e, int n, const double *f, double sign, double *to)
 {
     int i = 0, j = 0, count = 0;
     double q = 0;
     while (i < m || j < n) {
-        double next;
+        bool is_first = i + j == 0;
+        double next, error;
         if (j >= n || (i < m && (f[j] > e[i]) == (f[j] > -e[i])))
             next = e[i++];
         else
             next = sign * f[j++];
-        double error;
+        if (is_first) {
+            q = next;
+            continue;
+        }
         q = two_sum(q, next, &error);
         if (error != 0)
             to[count++] = error;
@@ -134,11 +140,23 @@ double expansion_estimate(int n, const double *e)
     return sum;
 }
 
-/* m00 (m11 m22 - m12 m21) and its two companions, in 4 * 3 terms; inner products are exact. */
+static bool is_finite(const VkTransformMatrixKHR *transform)
+{
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+            if (!isfinite(transform->matrix[row][column]))
+                return false;
+    return true;
+}
+
+/* m00 (m11 m22 - m12 m21) and its two companions, in 4 * 3 terms; inner products are exact. What
+ * isn't finite has no inverse, and counts as 0. */
 static int determinant(const VkTransformMatrixKHR *transform, double to[12])
 {
     double sums[2][12];
     int count = 0, now = 0;
+    if (!is_finite(transform))
+        return 0;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         const float *y = transform->matrix[1], *z = transform->matrix[2];

@@ -54,6 +54,26 @@ static void write_record(struct build_state *state, uint32_t index)
     }
 }
 
+/* How many records ahead indices and vertices are asked for. */
+#define AHEAD_INDICES 32
+#define AHEAD_VERTICES 16
+
+static void prefetch(const struct build_state *state, uint64_t index)
+{
+    if (state->kind != STRUCTURE_TRIANGLES)
+        return;
+    if (index + AHEAD_INDICES < state->ref_count) {
+        uint32_t number = ref_primitive(&state->refs[index + AHEAD_INDICES]);
+        const struct source *source = &state->sources[tree_geometry_of(state, number)];
+        source_prefetch_indices(source, number - source->first);
+    }
+    if (index + AHEAD_VERTICES < state->ref_count) {
+        uint32_t number = ref_primitive(&state->refs[index + AHEAD_VERTICES]);
+        const struct source *source = &state->sources[tree_geometry_of(state, number)];
+        source_prefetch_vertices(source, number - source->first);
+    }
+}
+
 static void record_job(void *context)
 {
     struct build_state *state = context;
@@ -64,8 +84,10 @@ static void record_job(void *context)
             return;
         if (end > state->ref_count)
             end = state->ref_count;
-        for (uint64_t i = begin; i < end; i++)
+        for (uint64_t i = begin; i < end; i++) {
+            prefetch(state, i);
             write_record(state, (uint32_t)i);
+        }
     }
 }
 

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Embree 3, the measure of the reference builder: the same meshes, its builders and its rays. */
+#ifndef ASSAY_TESTS_BENCH_BUILDER_EMBREE_H
+#define ASSAY_TESTS_BENCH_BUILDER_EMBREE_H
+
+#include "kit.h"
+
+struct embree_tree {
+    double seconds; /* of rtcBuildBVH alone */
+    double sah;     /* as builder_measure() counts it: width and leaf sizes are the same */
+};
+
+/* One thread. `is_morton`: quality LOW, else MEDIUM. */
+struct embree_tree embree_build(const struct kit_mesh *mesh, bool is_morton);
+
+struct embree_scene;
+struct embree_scene *embree_scene_create(const struct kit_mesh *mesh);
+void embree_scene_destroy(struct embree_scene *scene);
+bool embree_trace(struct embree_scene *scene, const struct trace_ray *ray, struct trace_hit *hit);
+
+#endif

@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Speed of the reference builder beside Embree's, in one run on the same meshes: a table of rows,
+ * each with its ratio and its bar. Exits with 1 where a bar isn't met.
+ *
+ * Builds of one thread are measured in CPU time of that thread, the best of several runs, so that
+ * other work on the machine counts little; two threads need the wall clock. Embree's time is
+ * rtcBuildBVH() alone, from boxes; ours includes reading the mesh. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "embree.h"
+#include "model.h"
+
+#define RUNS 5
+#define RAYS 200000
+
+static bool all_met = true;
+
+static double read_clock(clockid_t clock)
+{
+    struct timespec time;
+    clock_gettime(clock, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static void print_row(const char *mesh, const char *what, double ours, double theirs,
+                      const char *unit, double ratio, double bar, bool is_at_most)
+{
+    bool is_met = is_at_most ? ratio <= bar : ratio >= bar;
+    all_met &= is_met;
+    printf("%-8s %-28s %9.2f %9.2f %-10s ratio %5.2f  bar %s %4.2f  %s\n", mesh, what, ours, theirs,
+           unit, ratio, is_at_most ? "<=" : ">=", bar, is_met ? "met" : "NOT MET");
+}
+
+struct builder_run {
+    void *structure, *scratch;
+    struct builder_sizes sizes;
+    struct kit_input input;
+};
+
+static void run_open(struct builder_run *run, const struct kit_mesh *mesh,
+                     enum builder_quality quality, uint32_t threads)
+{
+    kit_input_mesh(&run->input, mesh);
+    run->input.input.quality = quality;
+    run->input.input.threads = threads;
+    builder_get_sizes(&run->input.input, &mesh->triangle_count, &run->sizes);
+    run->structure = kit_allocate(run->sizes.structure);
+    run->scratch = kit_allocate(run->sizes.build_scratch);
+}
+
+static void run_close(struct builder_run *run)
+{
+    free(run->structure);
+    free(run->scratch);
+}
+
+static double build_seconds(struct builder_run *run, clockid_t clock)
+{
+    double best = INFINITY;
+    for (int i = 0; i < RUNS; i++) {
+        double begin = read_clock(clock);
+        builder_build(&run->input.input, run->structure, run->sizes.structure, run->scratch,
+                      run->sizes.build_scratch, NULL);
+        best = fmin(best, read_clock(clock) - begin);
+    }
+    return best;
+}
+
+static double refit_seconds(struct builder_run *run)
+{
+    double best = INFINITY;
+    for (int i = 0; i < RUNS; i++) {
+        double begin = read_clock(CLOCK_THREAD_CPUTIME_ID);
+        builder_refit(&run->input.input, run->structure, run->structure, run->sizes.structure,
+                      run->scratch, run->sizes.update_scratch, NULL);
+        best = fmin(best, read_clock(CLOCK_THREAD_CPUTIME_ID) - begin);
+    }
+    return best;
+}
+
+static struct embree_tree embree_best(const struct kit_mesh *mesh, bool is_morton)
+{
+    struct embree_tree best = {INFINITY, 0};
+    for (int i = 0; i < RUNS; i++) {
+        struct embree_tree tree = embree_build(mesh, is_morton);
+        tree.seconds = fmin(tree.seconds, best.seconds);
+        best = tree;
+    }
+    return best;
+}
+
+static struct trace_ray random_ray(const float lower[3], const float upper[3], uint64_t *random)
+{
+    struct trace_ray ray = {.t_max = INFINITY, .cull_mask = 0xff};
+    for (int i = 0; i < 3; i++) {
+        float margin = 0.1f * (upper[i] - lower[i]);
+        ray.origin[i] = kit_uniform(random, lower[i] - margin, upper[i] + margin);
+        ray.direction[i] = kit_uniform(random, lower[i] - margin, upper[i] + margin);
+        ray.direction[i] -= ray.origin[i];
+    }
+    return ray;
+}
+
+static void compare_rays(const char *name, const struct builder_run *run,
+                         const struct kit_mesh *mesh)
+{
+    struct embree_scene *scene = embree_scene_create(mesh);
+    float lower[3], upper[3];
+    builder_bounds(run->structure, lower, upper);
+    double seconds[2] = {INFINITY, INFINITY};
+    uint64_t hits[2] = {0};
+    for (int i = 0; i < 2 * RUNS; i++) {
+        uint64_t random = 88172645463325252u, found = 0;
+        double begin = read_clock(CLOCK_THREAD_CPUTIME_ID);
+        for (int ray_number = 0; ray_number < RAYS; ray_number++) {
+            struct trace_ray ray = random_ray(lower, upper, &random);
+            struct trace_hit hit;
+            found += i % 2 == 0 ? kit_trace(run->structure, TRACE_ROBUST, &ray, &hit)
+                                : embree_trace(scene, &ray, &hit);
+        }
+        seconds[i % 2] = fmin(seconds[i % 2], read_clock(CLOCK_THREAD_CPUTIME_ID) - begin);
+        hits[i % 2] = found;
+    }
+    print_row(name, "robust ray, ns", seconds[0] / RAYS * 1e9, seconds[1] / RAYS * 1e9, "ns",
+              seconds[0] / seconds[1], 3, true);
+    if (hits[0] != hits[1])
+        printf("%-8s %llu and %llu rays hit\n", name, (unsigned long long)hits[0],
+               (unsigned long long)hits[1]);
+    embree_scene_destroy(scene);
+}
+
+static void measure_mesh(const char *name, const struct kit_mesh *mesh)
+{
+    double millions = mesh->triangle_count / 1e6;
+    struct builder_run run;
+    struct builder_statistics statistics;
+    struct embree_tree low = embree_best(mesh, true), medium = embree_best(mesh, false);
+
+    run_open(&run, mesh, BUILDER_FAST, 1);
+    double seconds = build_seconds(&run, CLOCK_THREAD_CPUTIME_ID);
+    print_row(name, "fast: build", millions / seconds, millions / low.seconds, "Mprim/s",
+              low.seconds / seconds, 0.8, false);
+    run_close(&run);
+
+    run_open(&run, mesh, BUILDER_BALANCED, 1);
+    seconds = build_seconds(&run, CLOCK_THREAD_CPUTIME_ID);
+    builder_measure(run.structure, &statistics);
+    print_row(name, "balanced: build", millions / seconds, millions / medium.seconds, "Mprim/s",
+              medium.seconds / seconds, 1, false);
+    print_row(name, "balanced: SAH cost", statistics.sah, medium.sah, "",
+              statistics.sah / medium.sah, 1.05, true);
+    double per_triangle = (double)run.sizes.structure / mesh->triangle_count;
+    print_row(name, "balanced: bytes a triangle", per_triangle, 80, "of bar", per_triangle / 80, 1,
+              true);
+    double compacted = (double)builder_compacted_size(run.structure);
+    print_row(name, "balanced: size, compacted", per_triangle, compacted / mesh->triangle_count,
+              "bytes", (double)run.sizes.structure / compacted, 1.25, true);
+    compare_rays(name, &run, mesh);
+    seconds = refit_seconds(&run);
+    print_row(name, "refit", millions / seconds, 20, "Mprim/s", millions / seconds / 20, 1, false);
+    double one = build_seconds(&run, CLOCK_MONOTONIC);
+    run_close(&run);
+
+    run_open(&run, mesh, BUILDER_BALANCED, 2);
+    double two = build_seconds(&run, CLOCK_MONOTONIC);
+    print_row(name, "balanced: two threads", millions / two, millions / one, "Mprim/s", one / two,
+              1.6, false);
+    run_close(&run);
+
+    run_open(&run, mesh, BUILDER_HIGH, 1);
+    seconds = build_seconds(&run, CLOCK_THREAD_CPUTIME_ID);
+    builder_measure(run.structure, &statistics);
+    printf("%-8s %-28s %9.2f Mprim/s, SAH cost %.2f\n", name, "high: build", millions / seconds,
+           statistics.sah);
+    run_close(&run);
+}
+
+int main(int count, char **arguments)
+{
+    const char *path = count > 1 ? arguments[1] : "/usr/share/glmark2/models/bunny.obj";
+    struct kit_mesh mesh;
+    printf("%-8s %-28s %9s %9s\n", "mesh", "what", "ours", "theirs");
+    if (!model_load(path, &mesh)) {
+        return 2;
+    }
+    measure_mesh("bunny", &mesh);
+    kit_mesh_free(&mesh);
+    mesh = kit_terrain(708);
+    measure_mesh("terrain", &mesh);
+    kit_mesh_free(&mesh);
+    mesh = kit_soup(200000, 1);
+    measure_mesh("soup", &mesh);
+    kit_mesh_free(&mesh);
+    return all_met ? 0 : 1;
+}

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Meshes from files that assimp reads. */
+#include "model.h"
+
+#include <assimp/cimport.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Normals and texture coordinates would keep vertices of one position apart. */
+static const struct aiScene *import_positions(const char *path)
+{
+    struct aiPropertyStore *properties = aiCreatePropertyStore();
+    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_RVC_FLAGS,
+                               aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
+                                   aiComponent_MATERIALS | aiComponent_TANGENTS_AND_BITANGENTS);
+    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE,
+                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    const struct aiScene *scene = aiImportFileExWithProperties(
+        path,
+        aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
+            aiProcess_SortByPType | aiProcess_JoinIdenticalVertices,
+        NULL, properties);
+    aiReleasePropertyStore(properties);
+    return scene;
+}
+
+static void copy_part(const struct aiMesh *part, struct kit_mesh *mesh)
+{
+    uint32_t first = mesh->vertex_count;
+    for (uint32_t i = 0; i < part->mNumVertices; i++) {
+        const struct aiVector3D *at = &part->mVertices[i];
+        float position[3] = {at->x, at->y, at->z};
+        memcpy(mesh->positions + 3 * (size_t)mesh->vertex_count++, position, sizeof(position));
+    }
+    for (uint32_t i = 0; i < part->mNumFaces; i++) {
+        const struct aiFace *face = &part->mFaces[i];
+        uint32_t *to = mesh->indices + 3 * (size_t)mesh->triangle_count;
+        for (uint32_t corner = 0; corner < 3 && face->mNumIndices == 3; corner++)
+            to[corner] = first + face->mIndices[corner];
+        mesh->triangle_count += face->mNumIndices == 3;
+    }
+}
+
+bool model_load(const char *path, struct kit_mesh *mesh)
+{
+    const struct aiScene *scene = import_positions(path);
+    if (!scene) {
+        fprintf(stderr, "%s: %s\n", path, aiGetErrorString());
+        return false;
+    }
+    uint32_t vertices = 0, faces = 0;
+    for (uint32_t i = 0; i < scene->mNumMeshes; i++) {
+        vertices += scene->mMeshes[i]->mNumVertices;
+        faces += scene->mMeshes[i]->mNumFaces;
+    }
+    *mesh = kit_mesh_make(vertices, faces);
+    mesh->vertex_count = mesh->triangle_count = 0;
+    for (uint32_t i = 0; i < scene->mNumMeshes; i++)
+        copy_part(scene->mMeshes[i], mesh);
+    aiReleaseImport(scene);
+    return mesh->triangle_count > 0;
+}

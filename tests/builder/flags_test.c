@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Ray flags, instance flags and geometry flags: what counts as opaque and what is culled. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "kit.h"
+
+static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+
+static struct trace_ray down(uint32_t flags)
+{
+    return (struct trace_ray){.origin = {0.25f, 0.25f, 1},
+                              .direction = {0, 0, -1},
+                              .t_max = INFINITY,
+                              .flags = flags,
+                              .cull_mask = 0xff};
+}
+
+/* A TLAS of one instance with these flags, over one triangle with those. */
+struct pair {
+    void *blas, *tlas;
+};
+
+static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags)
+{
+    struct pair pair;
+    struct kit_input input;
+    kit_input_triangles(&input, triangle, 1);
+    input.geometry.flags = geometry;
+    pair.blas = kit_build(&input.input, NULL);
+    VkAccelerationStructureInstanceKHR instance = kit_instance(pair.blas);
+    instance.flags = flags & 0xff;
+    kit_input_instances(&input, &instance, 1);
+    pair.tlas = kit_build(&input.input, NULL);
+    return pair;
+}
+
+static void free_pair(struct pair *pair)
+{
+    free(pair->tlas);
+    free(pair->blas);
+}
+
+/* 1: hit and opaque, 0: hit and not, -1: no hit */
+static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags,
+                   uint32_t ray_flags)
+{
+    struct pair pair = make_pair(geometry, flags);
+    struct trace_ray ray = down(ray_flags);
+    struct trace_hit hit;
+    int result = kit_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
+    free_pair(&pair);
+    return result;
+}
+
+/* The ray's flags win over the instance's, those over the geometry's. */
+static void test_opacity(void **state)
+{
+    (void)state;
+    const VkGeometryFlagsKHR opaque = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
+    const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
+    assert_int_equal(opacity(0, 0, 0), 0);
+    assert_int_equal(opacity(opaque, 0, 0), 1);
+    assert_int_equal(opacity(0, force, 0), 1);
+    assert_int_equal(opacity(opaque, forbid, 0), 0);
+    assert_int_equal(opacity(opaque, force, TRACE_NO_OPAQUE), 0);
+    assert_int_equal(opacity(0, forbid, TRACE_OPAQUE), 1);
+    assert_int_equal(opacity(opaque, 0, TRACE_CULL_OPAQUE), -1);
+    assert_int_equal(opacity(0, 0, TRACE_CULL_OPAQUE), 0);
+    assert_int_equal(opacity(0, 0, TRACE_CULL_NO_OPAQUE), -1);
+    assert_int_equal(opacity(0, force, TRACE_CULL_NO_OPAQUE), 1);
+}
+
+static void test_culling(void **state)
+{
+    (void)state;
+    const VkGeometryInstanceFlagsKHR both =
+        VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
+    assert_int_equal(opacity(0, 0, TRACE_CULL_FRONT_FACING), -1);
+    assert_int_equal(opacity(0, 0, TRACE_CULL_BACK_FACING), 0);
+    assert_int_equal(opacity(0, both, TRACE_CULL_FRONT_FACING), 0);
+    assert_int_equal(opacity(0, 0, TRACE_SKIP_TRIANGLES), -1);
+    assert_int_equal(opacity(0, 0, TRACE_SKIP_AABBS), 0);
+}
+
+static void test_first_hit(void **state)
+{
+    (void)state;
+    float corners[90];
+    for (int i = 0; i < 90; i++) {
+        int depth = i % 3 == 2 ? i / 9 : 0;
+        corners[i] = triangle[i % 9] - (float)depth;
+    }
+    struct kit_input input;
+    kit_input_triangles(&input, corners, 10);
+    void *structure = kit_build(&input.input, NULL);
+    struct trace_ray ray = down(TRACE_TERMINATE_ON_FIRST_HIT);
+    struct trace_hit hit;
+    assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
+    ray.flags = 0;
+    assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
+    assert_int_equal(hit.primitive, 0);
+    struct trace_counters counters = {0};
+    struct trace_scene scene = {structure, TRACE_ROBUST, kit_resolver(), &counters};
+    trace_closest(&scene, &ray, &hit);
+    assert_true(counters.nodes > 0 && counters.primitives > 0 && counters.exact_calls == 0);
+    free(structure);
+}
+
+static void test_rays_that_hit_nothing(void **state)
+{
+    (void)state;
+    struct pair pair = make_pair(0, 0);
+    struct trace_hit hit;
+    for (int i = 0; i < 8; i++) {
+        struct trace_ray ray = down(0);
+        float *fields[] = {&ray.origin[0], &ray.direction[2], &ray.direction[2], &ray.t_min,
+                           &ray.t_min,     &ray.t_max,        &ray.origin[1],    &ray.direction[0]};
+        const float values[] = {NAN, 0, NAN, -1, NAN, NAN, INFINITY, INFINITY};
+        *fields[i] = values[i];
+        for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++) {
+            assert_false(kit_trace(pair.tlas, (enum trace_accuracy)accuracy, &ray, &hit));
+            assert_false(kit_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
+        }
+    }
+    free_pair(&pair);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_opacity),
+        cmocka_unit_test(test_culling),
+        cmocka_unit_test(test_first_hit),
+        cmocka_unit_test(test_rays_that_hit_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Vertex formats, index types and several geometries in one structure. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "build/formats.h"
+#include "kit.h"
+
+/* One vertex of each format, and what it means. */
+static const struct {
+    VkFormat format;
+    uint8_t bytes[16];
+    float position[3];
+} vertices[] = {
+    {VK_FORMAT_R32G32_SFLOAT, {0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0}, {1, -2, 0}},
+    {VK_FORMAT_R32G32B32_SFLOAT, {0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f}, {1, -2, 0.5f}},
+    {VK_FORMAT_R32G32B32A32_SFLOAT,
+     {0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f, 9, 9, 9, 9},
+     {1, -2, 0.5f}},
+    {VK_FORMAT_R16G16_SFLOAT, {0, 0x3c, 0, 0xc0}, {1, -2, 0}},
+    {VK_FORMAT_R16G16B16_SFLOAT, {0, 0x3c, 0, 0xc0, 0, 0x38}, {1, -2, 0.5f}},
+    {VK_FORMAT_R16G16B16A16_SFLOAT, {0, 0x3c, 0, 0xc0, 0, 0x38, 9, 9}, {1, -2, 0.5f}},
+    {VK_FORMAT_R16G16_SNORM, {0xff, 0x7f, 0x01, 0x80}, {1, -1, 0}},
+    {VK_FORMAT_R16G16B16_SNORM, {0xff, 0x7f, 0, 0x80, 0, 0}, {1, -1, 0}},
+    {VK_FORMAT_R16G16B16A16_SNORM, {0xff, 0x7f, 0, 0x80, 0, 0, 9, 9}, {1, -1, 0}},
+    {VK_FORMAT_R16G16_UNORM, {0xff, 0xff, 0, 0}, {1, 0, 0}},
+    {VK_FORMAT_R16G16B16_UNORM, {0xff, 0xff, 0, 0, 0x33, 0x33}, {1, 0, 0.2f}},
+    {VK_FORMAT_R16G16B16A16_UNORM, {0xff, 0xff, 0, 0, 0x33, 0x33, 9, 9}, {1, 0, 0.2f}},
+    {VK_FORMAT_R8G8_SNORM, {0x7f, 0x80}, {1, -1, 0}},
+    {VK_FORMAT_R8G8B8_SNORM, {0x7f, 0x80, 0}, {1, -1, 0}},
+    {VK_FORMAT_R8G8B8A8_SNORM, {0x7f, 0x81, 0, 9}, {1, -1, 0}},
+    {VK_FORMAT_R8G8_UNORM, {0xff, 0x33}, {1, 0.2f, 0}},
+    {VK_FORMAT_R8G8B8_UNORM, {0xff, 0x33, 0}, {1, 0.2f, 0}},
+    {VK_FORMAT_R8G8B8A8_UNORM, {0xff, 0x33, 0, 9}, {1, 0.2f, 0}},
+    {VK_FORMAT_A2B10G10R10_UNORM_PACK32, {0xff, 0x03, 0, 0xc0}, {1, 0, 0}},
+    {VK_FORMAT_A2B10G10R10_SNORM_PACK32, {0xff, 0x01, 0x08, 0x20}, {1, -1, -1}},
+};
+
+static void test_formats(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof(vertices) / sizeof(vertices[0]); i++) {
+        const struct vertex_format *format = vertex_format_find(vertices[i].format);
+        float position[3];
+        assert_non_null(format);
+        format->read(vertices[i].bytes, position);
+        for (int axis = 0; axis < 3; axis++)
+            assert_true(position[axis] == vertices[i].position[axis]);
+    }
+    assert_null(vertex_format_find(VK_FORMAT_UNDEFINED));
+}
+
+/* Against the definition of the format. */
+static void test_all_halves(void **state)
+{
+    (void)state;
+    for (uint32_t bits = 0; bits < 0x10000; bits++) {
+        int exponent = (int)(bits >> 10 & 0x1f);
+        float fraction = (float)(bits & 0x3ff), value = float_from_half((uint16_t)bits);
+        if (exponent == 31) {
+            assert_true(fraction == 0 ? isinf(value) : isnan(value));
+        } else {
+            float expected =
+                exponent == 0 ? ldexpf(fraction, -24) : ldexpf(1024 + fraction, exponent - 25);
+            assert_true(fabsf(value) == expected);
+        }
+        assert_int_equal(signbit(value) != 0, bits >> 15);
+    }
+}
+
+/* A square of two triangles, by each index type, and turned by a transform. */
+static void test_index_types(void **state)
+{
+    (void)state;
+    const float square[12] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+    const uint8_t small[6] = {0, 1, 2, 0, 2, 3};
+    const uint16_t medium[6] = {0, 1, 2, 0, 2, 3};
+    const uint32_t large[6] = {0, 1, 2, 0, 2, 3};
+    const struct {
+        VkIndexType type;
+        const void *indices;
+        uint64_t size;
+    } types[] = {{VK_INDEX_TYPE_UINT8_KHR, small, sizeof(small)},
+                 {VK_INDEX_TYPE_UINT16, medium, sizeof(medium)},
+                 {VK_INDEX_TYPE_UINT32, large, sizeof(large)}};
+    for (int i = 0; i < 3; i++) {
+        struct kit_input input;
+        kit_input_triangles(&input, square, 2);
+        input.geometry.triangles.vertices_size = sizeof(square);
+        input.geometry.triangles.max_vertex = 3;
+        input.geometry.triangles.index_type = types[i].type;
+        input.geometry.triangles.indices = types[i].indices;
+        input.geometry.triangles.indices_size = types[i].size;
+        void *structure = kit_build(&input.input, NULL);
+        for (uint32_t number = 0; number < 2; number++) {
+            struct trace_ray ray = {.origin = {number ? 0.25f : 0.75f, number ? 0.75f : 0.25f, 2},
+                                    .direction = {0, 0, -1},
+                                    .t_max = INFINITY};
+            struct trace_hit hit;
+            assert_true(kit_trace(structure, TRACE_EXACT, &ray, &hit));
+            assert_int_equal(hit.primitive, number);
+        }
+        free(structure);
+        input.geometry.triangles.indices_size--;
+        assert_null(kit_build(&input.input, NULL));
+    }
+}
+
+/* Empty ones between them: numbers are those of the input. */
+static void test_several_geometries(void **state)
+{
+    (void)state;
+    enum { COUNT = 5 };
+    float corners[COUNT][9];
+    struct builder_geometry geometries[2 * COUNT];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[2 * COUNT] = {{0}};
+    struct kit_input kit;
+    for (int i = 0; i < 2 * COUNT; i++) {
+        int number = i / 2;
+        float x = (float)number * 2, one[9] = {x, 0, 0, x + 1, 0, 0, x, 1, 0};
+        memcpy(corners[number], one, sizeof(one));
+        kit_input_triangles(&kit, corners[number], 1);
+        geometries[i] = kit.geometry;
+        ranges[i].primitiveCount = i % 2;
+    }
+    struct builder_input input = kit.input;
+    input.geometry_count = 2 * COUNT;
+    input.geometries = geometries;
+    input.ranges = ranges;
+    void *structure = kit_build(&input, NULL);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        struct trace_ray ray = {
+            .origin = {2 * (float)i + 0.25f, 0.25f, 1}, .direction = {0, 0, -1}, .t_max = INFINITY};
+        struct trace_hit hit;
+        assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
+        assert_int_equal(hit.geometry, 2 * i + 1);
+        assert_int_equal(hit.primitive, 0);
+    }
+    free(structure);
+    geometries[3].type = VK_GEOMETRY_TYPE_AABBS_KHR;
+    assert_null(kit_build(&input, NULL));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_formats),
+        cmocka_unit_test(test_all_halves),
+        cmocka_unit_test(test_index_types),
+        cmocka_unit_test(test_several_geometries),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Sizes: enough, never more than 1.25 times what is used after compaction; and inputs that make
+ * trees as uneven as they get. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "kit.h"
+
+/* Of what a header and the alignment of four parts add. */
+#define FIXED_BYTES 512.0
+
+static void check_build(struct kit_input *input)
+{
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
+        input->input.quality = (enum builder_quality)quality;
+        void *structure = kit_build(&input->input, NULL);
+        assert_non_null(structure);
+        double size = (double)builder_size(structure);
+        double compacted = (double)builder_compacted_size(structure);
+        assert_true(size <= 1.25 * compacted + FIXED_BYTES);
+        if (input->geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+            assert_true(size <= 80.0 * input->range.primitiveCount + FIXED_BYTES);
+        free(structure);
+    }
+}
+
+static void test_counts(void **state)
+{
+    (void)state;
+    for (uint32_t count = 1; count < 700; count += 1 + count / 9) {
+        struct kit_mesh mesh = kit_soup(count, count);
+        struct kit_input input;
+        VkAabbPositionsKHR *boxes = kit_allocate(count * sizeof(*boxes));
+        kit_input_mesh(&input, &mesh);
+        check_build(&input);
+        for (uint32_t i = 0; i < count; i++)
+            memcpy(&boxes[i].minX, &mesh.positions[9 * i], 6 * sizeof(float));
+        kit_input_aabbs(&input, boxes, count);
+        check_build(&input);
+        free(boxes);
+        kit_mesh_free(&mesh);
+    }
+}
+
+/* One triangle after the other falls off every range: no tree is deeper, or has fuller leaves. */
+static void test_uneven(void **state)
+{
+    (void)state;
+    enum { COUNT = 3000 };
+    float *corners = kit_allocate(COUNT * 9 * sizeof(float));
+    for (int kind = 0; kind < 4; kind++) {
+        for (int i = 0; i < COUNT; i++) {
+            float at = kind == 0   ? ldexpf(1, i % 250 - 120)
+                       : kind == 1 ? powf(1.03f, (float)i)
+                       : kind == 2 ? (float)(i % 3)
+                                   : (float)(i * i);
+            float one[9] = {at, at, 0, at * 1.01f, 0, at, at, at * 1.02f, at};
+            memcpy(corners + (size_t)9 * (size_t)i, one, sizeof(one));
+        }
+        struct kit_input input;
+        kit_input_triangles(&input, corners, COUNT);
+        check_build(&input);
+    }
+    free(corners);
+}
+
+static void test_instances(void **state)
+{
+    (void)state;
+    static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    struct kit_input input;
+    kit_input_triangles(&input, triangle, 1);
+    void *blas = kit_build(&input.input, NULL);
+    for (uint32_t count = 1; count < 300; count += 1 + count / 5) {
+        VkAccelerationStructureInstanceKHR *instances = kit_allocate(count * sizeof(*instances));
+        for (uint32_t i = 0; i < count; i++) {
+            instances[i] = kit_instance(blas);
+            instances[i].transform.matrix[0][3] = (float)(i * i % 1000);
+        }
+        kit_input_instances(&input, instances, count);
+        check_build(&input);
+        free(instances);
+    }
+    free(blas);
+}
+
+static void test_smaller_counts_fit(void **state)
+{
+    (void)state;
+    struct builder_sizes before = {0}, sizes;
+    struct kit_input input;
+    kit_input_triangles(&input, NULL, 0);
+    for (uint32_t count = 0; count < 100000; count += 1 + count / 3) {
+        assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_OK);
+        assert_true(sizes.structure >= before.structure);
+        assert_true(sizes.build_scratch >= before.build_scratch);
+        before = sizes;
+    }
+    uint32_t too_many = BUILDER_MAX_PRIMITIVES + 1;
+    assert_int_equal(builder_get_sizes(&input.input, &too_many, &sizes),
+                     BUILDER_TOO_MANY_PRIMITIVES);
+}
+
+static void test_too_small(void **state)
+{
+    (void)state;
+    static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    struct kit_input input;
+    struct builder_sizes sizes;
+    uint32_t count = 1;
+    kit_input_triangles(&input, triangle, 1);
+    builder_get_sizes(&input.input, &count, &sizes);
+    void *structure = kit_allocate(sizes.structure), *scratch = kit_allocate(sizes.build_scratch);
+    assert_int_equal(builder_build(&input.input, structure, sizes.structure - 1, scratch,
+                                   sizes.build_scratch, NULL),
+                     BUILDER_TOO_SMALL);
+    assert_int_equal(builder_build(&input.input, structure, sizes.structure, scratch,
+                                   sizes.build_scratch - 1, NULL),
+                     BUILDER_TOO_SMALL);
+    assert_int_equal(
+        builder_build(&input.input, structure, sizes.structure, scratch, sizes.build_scratch, NULL),
+        BUILDER_OK);
+    input.geometry.triangles.vertex_format = VK_FORMAT_R64G64B64_SFLOAT;
+    assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_UNKNOWN_FORMAT);
+    free(scratch);
+    free(structure);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_counts),    cmocka_unit_test(test_uneven),
+        cmocka_unit_test(test_instances), cmocka_unit_test(test_smaller_counts_fit),
+        cmocka_unit_test(test_too_small),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target: geometry descriptions and their data, and serialized structures. Whatever is built
+ * or taken from bytes is then traced, refitted, compacted and measured. */
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fuzz.h"
+#include "kit.h"
+
+/* Reads from the input until nothing is left, then zeros. */
+struct reader {
+    const uint8_t *at;
+    size_t left;
+};
+
+static void take(struct reader *reader, void *to, size_t size)
+{
+    size_t count = size < reader->left ? size : reader->left;
+    memset(to, 0, size);
+    memcpy(to, reader->at, count);
+    reader->at += count;
+    reader->left -= count;
+}
+
+static uint32_t take_number(struct reader *reader, uint32_t below)
+{
+    uint16_t number;
+    take(reader, &number, sizeof(number));
+    return number % below;
+}
+
+static const struct builder_uuids uuids = {{'a'}, {'b'}};
+
+static void trace_some(const void *structure, struct reader *reader)
+{
+    for (int i = 0; i < 6; i++) {
+        struct trace_ray ray = {.direction = {1, 0.5f, 0.25f}, .t_max = INFINITY, .cull_mask = 255};
+        struct kit_hits hits;
+        struct trace_hit hit;
+        if (i > 0)
+            take(reader, &ray, sizeof(ray));
+        if (i == 1)
+            ray.flags = 0;
+        kit_trace_all(structure, (enum trace_accuracy)(i % 3), &ray, &hits);
+        kit_trace(structure, (enum trace_accuracy)(i % 3), &ray, &hit);
+    }
+}
+
+/* References are resolved to nothing but this. */
+static void *small_blas;
+
+static const void *find_small(void *context, uint64_t reference)
+{
+    (void)context;
+    return reference % 2 ? small_blas : NULL;
+}
+
+static void use(const void *structure, struct reader *reader)
+{
+    struct builder_statistics statistics;
+    uint64_t size = builder_compacted_size(structure);
+    void *copy = kit_allocate(size);
+    builder_measure(structure, &statistics);
+    if (builder_type(structure) == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        trace_some(structure, reader);
+    if (builder_compact(structure, copy, size) != BUILDER_OK)
+        abort();
+    struct trace_scene scene = {copy, TRACE_EXACT, {find_small, NULL}, NULL};
+    struct trace_ray ray = {.direction = {1, 1, 1}, .t_max = INFINITY, .cull_mask = 255};
+    struct trace_hit hit;
+    trace_closest(&scene, &ray, &hit);
+    free(copy);
+}
+
+static void fuzz_bytes(struct reader *reader)
+{
+    uint64_t room = reader->left + 64;
+    void *structure = kit_allocate(room), *bytes = kit_allocate(reader->left);
+    size_t size = reader->left;
+    take(reader, bytes, size);
+    if (builder_deserialize(bytes, size, &uuids, structure, room) == BUILDER_OK)
+        use(structure, reader);
+    free(bytes);
+    free(structure);
+}
+
+static void describe_triangles(struct reader *reader, struct builder_triangles *triangles)
+{
+    static const VkFormat formats[] = {
+        VK_FORMAT_R32G32B32_SFLOAT,    VK_FORMAT_R32G32_SFLOAT,
+        VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R16G16_SNORM,
+        VK_FORMAT_R8G8B8A8_UNORM,      VK_FORMAT_A2B10G10R10_SNORM_PACK32,
+        VK_FORMAT_R64G64B64_SFLOAT,    VK_FORMAT_R32G32B32A32_SFLOAT,
+    };
+    static const VkIndexType types[] = {VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT8_KHR,
+                                        VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT32};
+    triangles->vertex_format = formats[take_number(reader, 8)];
+    triangles->index_type = types[take_number(reader, 4)];
+    take(reader, &triangles->max_vertex, sizeof(triangles->max_vertex));
+    triangles->vertex_stride = take_number(reader, 64);
+    if (take_number(reader, 8) == 0)
+        take(reader, &triangles->vertex_stride, sizeof(triangles->vertex_stride));
+}
+
+static void point_into(struct builder_geometry *geometry, const uint8_t *data, size_t size,
+                       size_t split, bool has_transform)
+{
+    switch (geometry->type) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR: {
+        struct builder_triangles *triangles = &geometry->triangles;
+        triangles->indices = data;
+        triangles->indices_size = split;
+        triangles->vertices = data + split;
+        triangles->vertices_size = size - split;
+        triangles->transforms = has_transform ? data : NULL;
+        triangles->transforms_size = size;
+        break;
+    }
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        geometry->aabbs = (struct builder_aabbs){data, size, split};
+        break;
+    default:
+        geometry->instances = (struct builder_instances){data, size, false};
+        break;
+    }
+}
+
+static void refit(const struct builder_input *input, void *structure)
+{
+    struct builder_sizes sizes;
+    uint32_t count = input->ranges[0].primitiveCount;
+    if (builder_get_sizes(input, &count, &sizes) != BUILDER_OK)
+        abort();
+    void *scratch = kit_allocate(sizes.update_scratch);
+    builder_refit(input, structure, structure, sizes.structure, scratch, sizes.update_scratch,
+                  NULL);
+    free(scratch);
+}
+
+static void fuzz_geometry(struct reader *reader)
+{
+    struct builder_geometry geometry = {.type = (VkGeometryTypeKHR)take_number(reader, 3)};
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    struct builder_input input = {
+        .type = geometry.type == VK_GEOMETRY_TYPE_INSTANCES_KHR
+                    ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .quality = (enum builder_quality)take_number(reader, 3),
+        .geometry_count = 1,
+        .geometries = &geometry,
+        .ranges = &range,
+        .resolver = {find_small, NULL},
+    };
+    take(reader, &range, sizeof(range));
+    if (take_number(reader, 8) != 0) { /* mostly offsets that have a chance */
+        range.primitiveOffset %= 64;
+        range.firstVertex %= 16;
+        range.transformOffset %= 64;
+    }
+    range.primitiveCount %= 2000;
+    geometry.flags = take_number(reader, 4);
+    bool has_transform = take_number(reader, 2);
+    uint32_t split = take_number(reader, 4096);
+    if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        describe_triangles(reader, &geometry.triangles);
+    size_t size = reader->left;
+    uint8_t *data = kit_allocate(size);
+    take(reader, data, size);
+    if (geometry.type != VK_GEOMETRY_TYPE_AABBS_KHR && split > size)
+        split = (uint32_t)size;
+    point_into(&geometry, data, size, split, has_transform);
+    void *structure = kit_build(&input, NULL);
+    if (structure) {
+        struct reader again = {data, size};
+        use(structure, &again);
+        refit(&input, structure);
+        use(structure, &again);
+    }
+    free(structure);
+    free(data);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    struct reader reader = {data, size};
+    if (!small_blas) {
+        static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 1};
+        struct kit_input input;
+        kit_input_triangles(&input, triangle, 1);
+        small_blas = kit_build(&input.input, NULL);
+    }
+    if (take_number(&reader, 2) == 0)
+        fuzz_bytes(&reader);
+    else
+        fuzz_geometry(&reader);
+    return 0;
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Runs the fuzz target without a fuzzer: on each file named, or, with none, on structures and
+ * geometries of its own with bytes changed at random, a number of rounds. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fuzz.h"
+#include "kit.h"
+
+#define ROUNDS 20000
+#define INPUT_MAX 4096
+
+static uint8_t input[INPUT_MAX];
+
+static int run_file(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    if (!file) {
+        fprintf(stderr, "%s: can't be read\n", path);
+        return 1;
+    }
+    size_t size = fread(input, 1, sizeof(input), file);
+    fclose(file);
+    LLVMFuzzerTestOneInput(input, size);
+    return 0;
+}
+
+/* A serialized structure of a small mesh, after the two bytes that say so. */
+static size_t make_bytes(uint64_t *random)
+{
+    static const struct builder_uuids uuids = {{'a'}, {'b'}};
+    struct kit_mesh mesh = kit_soup(1 + (uint32_t)(kit_random(random) % 24), *random);
+    struct kit_input kit;
+    kit_input_mesh(&kit, &mesh);
+    kit.input.quality = (enum builder_quality)(kit_random(random) % 3);
+    void *structure = kit_build(&kit.input, NULL);
+    uint64_t size = builder_serialized_size(structure);
+    memset(input, 0, 2);
+    builder_serialize(structure, &uuids, input + 2, size);
+    free(structure);
+    kit_mesh_free(&mesh);
+    return 2 + size;
+}
+
+static size_t make_noise(uint64_t *random)
+{
+    size_t size = kit_random(random) % INPUT_MAX;
+    for (size_t i = 0; i < size; i++)
+        input[i] = kit_random(random) % 4 == 0 ? (uint8_t)kit_random(random) : 0;
+    input[0] = 1;
+    input[1] = 0;
+    return size < 2 ? 2 : size;
+}
+
+int main(int count, char **arguments)
+{
+    int failures = 0;
+    for (int i = 1; i < count; i++)
+        failures += run_file(arguments[i]);
+    uint64_t random = 88172645463325252u;
+    for (int round = 0; round < ROUNDS && count == 1; round++) {
+        size_t size = round % 2 ? make_noise(&random) : make_bytes(&random);
+        for (uint64_t changes = kit_random(&random) % 4; round % 2 == 0 && changes > 0; changes--)
+            input[2 + kit_random(&random) % (size - 2)] ^= (uint8_t)(1 << kit_random(&random) % 8);
+        LLVMFuzzerTestOneInput(input, size);
+    }
+    return failures > 0;
+}

@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cases 5 to 15: degenerate, coincident, tiny and huge triangles. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cases.h"
+
+#define SCATTERED 40
+
+static const float unit_triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+
+/* Triangles of size `size` around points of a cube of size `spread`. */
+static void scatter(float *corners, uint32_t count, float spread, float size, uint64_t seed)
+{
+    for (uint32_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 3; axis++) {
+            float center = kit_uniform(&seed, -spread, spread);
+            for (int corner = 0; corner < 3; corner++)
+                corners[9 * i + 3 * (uint32_t)corner + (uint32_t)axis] =
+                    center + kit_uniform(&seed, -size, size);
+        }
+}
+
+/* A degenerate triangle beside one that is none: only the second is hit, by its own number. */
+static void check_degenerate(const struct setting *setting, const float corners[9])
+{
+    float both[18];
+    uint64_t random = 5;
+    memcpy(both, corners, 9 * sizeof(float));
+    memcpy(both + 9, unit_triangle, sizeof(unit_triangle));
+    void *structure = case_triangles(setting, both, 2, NULL);
+    for (int i = 0; i < 30; i++) {
+        float origin[3] = {kit_uniform(&random, -1, 2), kit_uniform(&random, -1, 2), 3};
+        struct trace_ray ray = case_ray_into(i % 2 ? both : both + 9, origin, &random);
+        struct kit_hits hits;
+        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        for (uint32_t j = 0; j < hits.count; j++)
+            EXPECT(hits.hits[j].primitive == 1);
+        EXPECT(i % 2 == 1 || hits.count == 1);
+    }
+    free(structure);
+}
+
+static void repeated_index(const struct setting *setting)
+{
+    const uint32_t indices[9] = {0, 1, 1, 0, 1, 2, 2, 2, 2};
+    struct kit_mesh mesh = {(float *)unit_triangle, (uint32_t *)indices, 3, 3};
+    struct kit_input input;
+    kit_input_mesh(&input, &mesh);
+    void *structure = case_build(setting, &input, NULL);
+    struct trace_ray ray = case_ray(0.3f, 0.3f, 1, 0, 0, -1);
+    struct kit_hits hits;
+    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    EXPECT(hits.count == 1 && hits.hits[0].primitive == 1);
+    free(structure);
+}
+
+static void repeated_position(const struct setting *setting)
+{
+    check_degenerate(setting, (float[9]){0, 0, 1, 1, 1, 1, 1, 1, 1});
+    check_degenerate(setting, (float[9]){0.2f, 0.2f, 1, 0.2f, 0.2f, 1, 0.2f, 0.2f, 1});
+}
+
+static void collinear(const struct setting *setting)
+{
+    check_degenerate(setting,
+                     (float[9]){0.125f, 0.25f, 1, 0.375f, 0.75f, 1.5f, 0.25f, 0.5f, 1.25f});
+    check_degenerate(setting, (float[9]){0, 0, 1, 0.25f, 0.5f, 1.75f, 0.125f, 0.25f, 1.375f});
+}
+
+static void sliver(const struct setting *setting)
+{
+    float corners[9] = {0, 0, 0, 1e6f, 1e6f, 3e5f, 5e5f, 5e5f + 1e-2f, 1.5e5f};
+    corners[7] = nextafterf(5e5f, INFINITY);
+    case_check_rays(setting, corners, 1, 10, 40);
+    float thin[9] = {0, 0, 0, 1, 0, 0, 0.5f, 1e-12f, 0};
+    case_check_rays(setting, thin, 1, 1, 40);
+}
+
+static void coincident(const struct setting *setting)
+{
+    enum { COUNT = 100000 };
+    static float corners[9 * COUNT];
+    for (int i = 0; i < COUNT; i++)
+        memcpy(corners + (size_t)9 * i, unit_triangle, sizeof(unit_triangle));
+    void *structure = case_triangles(setting, corners, COUNT, NULL);
+    struct builder_statistics statistics;
+    struct kit_hits hits;
+    builder_measure(structure, &statistics);
+    EXPECT(statistics.depth <= 20);
+    struct trace_ray ray = case_ray(0.3f, 0.3f, 1, 0, 0, -1);
+    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    EXPECT(hits.count == COUNT);
+    free(structure);
+}
+
+static void duplicates(const struct setting *setting)
+{
+    float corners[27];
+    for (int i = 0; i < 3; i++)
+        memcpy(corners + (size_t)9 * i, unit_triangle, sizeof(unit_triangle));
+    void *structure = case_triangles(setting, corners, 3, NULL);
+    struct trace_ray ray = case_ray(0.25f, 0.25f, 2, 0, 0, -1);
+    struct trace_hit hit;
+    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 2 && hit.primitive < 3);
+    free(structure);
+}
+
+static void flat_axis(const struct setting *setting)
+{
+    for (int flat = 0; flat < 3; flat++) {
+        float corners[9 * SCATTERED];
+        scatter(corners, SCATTERED, 2, 1, 7);
+        for (int i = 0; i < 3 * SCATTERED; i++)
+            corners[3 * i + flat] = 0.5f;
+        case_check_rays(setting, corners, SCATTERED, 3, 20);
+    }
+}
+
+static void outlier(const struct setting *setting)
+{
+    float corners[9 * SCATTERED];
+    scatter(corners, SCATTERED, 2, 0.5f, 11);
+    for (int i = 0; i < 9; i++)
+        corners[i] = 1e30f * (i == 4 || i == 8 ? 1.5f : 1);
+    case_check_rays(setting, corners + 9, SCATTERED - 1, 3, 10);
+    void *structure = case_triangles(setting, corners, SCATTERED, NULL);
+    uint64_t random = 3;
+    for (int i = 0; i < 30; i++) {
+        const float origin[3] = {5, 4, 3};
+        struct trace_ray ray = case_ray_into(corners + 9 * (1 + i), origin, &random);
+        case_check_ray(setting, structure, corners, SCATTERED, &ray);
+    }
+    free(structure);
+}
+
+static void subnormal(const struct setting *setting)
+{
+    float corners[9 * SCATTERED];
+    scatter(corners, SCATTERED, 1e-39f, 1e-39f, 13);
+    case_check_rays(setting, corners, SCATTERED, 2e-39f, 30);
+    scatter(corners, SCATTERED, 0x10p-149f, 0x8p-149f, 17);
+    case_check_rays(setting, corners, SCATTERED, 0x10p-149f, 30);
+}
+
+static void huge(const struct setting *setting)
+{
+    float corners[9 * SCATTERED];
+    scatter(corners, SCATTERED, 1e30f, 5e29f, 19);
+    case_check_rays(setting, corners, SCATTERED, 2e30f, 30);
+}
+
+static void mixed_sizes(const struct setting *setting)
+{
+    float corners[9 * SCATTERED];
+    scatter(corners, SCATTERED / 2, 1e6f, 1e5f, 23);
+    scatter(corners + 9 * SCATTERED / 2, SCATTERED / 2, 1e-6f, 1e-6f, 29);
+    void *structure = case_triangles(setting, corners, SCATTERED, NULL);
+    uint64_t random = 31;
+    for (int i = 0; i < 30; i++) {
+        float origin[3] = {kit_uniform(&random, -1e-5f, 1e-5f), kit_uniform(&random, -1e-5f, 1e-5f),
+                           kit_uniform(&random, -1e-5f, 1e-5f)};
+        struct trace_ray ray = case_ray_into(corners + 9 * (10 + i), origin, &random);
+        case_check_ray(setting, structure, corners, SCATTERED, &ray);
+    }
+    free(structure);
+}
+
+const struct numeric_case shape_cases[] = {
+    {5, {0, 0}, "repeated index", repeated_index},
+    {6, {0, 0}, "repeated positions", repeated_position},
+    {7, {0, 40}, "oblique collinear vertices", collinear},
+    {8, {180, 150}, "sliver", sliver},
+    {9, {0, 0}, "100,000 coincident centroids", coincident},
+    {10, {0, 0}, "exact duplicates", duplicates},
+    {11, {0, 0}, "axis without extent", flat_axis},
+    {12, {0, 0}, "outlier at 1e30", outlier},
+    {13, {60, 30}, "subnormal coordinates", subnormal},
+    {14, {60, 0}, "coordinates of 1e30", huge},
+    {15, {0, 0}, "1e-6 beside 1e6", mixed_sizes},
+    {0},
+};

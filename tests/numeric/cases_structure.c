@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cases 44 to 47: refits, deep trees, threads, copies. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cases.h"
+
+#define REFITS 10000
+
+static void wobble(struct kit_mesh *mesh, const float *rest, int step)
+{
+    for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++)
+        mesh->positions[i] = rest[i] + 0.3f * sinf((float)step * 0.01f + (float)(i % 97));
+}
+
+/* Many small steps, then the same positions in one: the same bytes. */
+static void refits(const struct setting *setting)
+{
+    if (setting->threads > 1 || setting->accuracy != TRACE_EXACT) /* nothing to do with refits */
+        return;
+    struct kit_mesh mesh = kit_sphere(4, 1, (float[3]){0, 0, 0});
+    struct kit_input input;
+    struct builder_sizes sizes;
+    struct builder_statistics before, after;
+    float *rest = kit_allocate((uint64_t)mesh.vertex_count * 12);
+    memcpy(rest, mesh.positions, (size_t)mesh.vertex_count * 12);
+    kit_input_mesh(&input, &mesh);
+    void *structure = case_build(setting, &input, NULL);
+    builder_get_sizes(&input.input, &mesh.triangle_count, &sizes);
+    void *fresh = kit_allocate(sizes.structure), *scratch = kit_allocate(sizes.build_scratch);
+    builder_clone(structure, fresh, sizes.structure);
+    builder_measure(structure, &before);
+    for (int step = 1; step <= REFITS; step++) {
+        wobble(&mesh, rest, step);
+        builder_refit(&input.input, structure, structure, sizes.structure, scratch,
+                      sizes.build_scratch, NULL);
+    }
+    builder_measure(structure, &after);
+    EXPECT(builder_refit(&input.input, fresh, fresh, sizes.structure, scratch, sizes.build_scratch,
+                         NULL) == BUILDER_OK);
+    EXPECT(memcmp(structure, fresh, sizes.structure) == 0);
+    printf("        SAH cost at quality %d: %.2f built, %.2f after %d refits\n", setting->quality,
+           before.sah, after.sah, REFITS);
+    /* In place and from elsewhere; and back to where it began: what the build wrote. */
+    void *again = case_build(setting, &input, NULL);
+    memcpy(mesh.positions, rest, (size_t)mesh.vertex_count * 12);
+    EXPECT(builder_refit(&input.input, structure, again, sizes.structure, scratch,
+                         sizes.build_scratch, NULL) == BUILDER_OK);
+    void *first = case_build(setting, &input, NULL);
+    EXPECT(memcmp(first, again, sizes.structure) == 0);
+    input.range.primitiveCount--;
+    EXPECT(builder_refit(&input.input, structure, again, sizes.structure, scratch,
+                         sizes.build_scratch, NULL) == BUILDER_INCOMPATIBLE);
+    free(first);
+    free(again);
+    free(scratch);
+    free(fresh);
+    free(structure);
+    free(rest);
+    kit_mesh_free(&mesh);
+}
+
+/* Each triangle is twice as far and twice as large as the one before: splits by cost peel off one
+ * at a time. */
+static void skewed(const struct setting *setting)
+{
+    enum { COUNT = 200 };
+    float corners[9 * COUNT];
+    for (int i = 0; i < COUNT; i++) {
+        float at = ldexpf(1, i - 100);
+        float one[9] = {at, 0, 0, at * 1.5f, 0, 0, at, at * 0.5f, 0};
+        memcpy(corners + (size_t)9 * i, one, sizeof(one));
+    }
+    void *structure = case_triangles(setting, corners, COUNT, NULL);
+    struct builder_statistics statistics;
+    builder_measure(structure, &statistics);
+    EXPECT(statistics.depth <= 80);
+    for (int i = 0; i < COUNT; i += 9) {
+        float at = ldexpf(1, i - 100);
+        struct trace_ray ray = case_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1);
+        struct trace_hit hit;
+        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.primitive == (uint32_t)i);
+    }
+    free(structure);
+}
+
+static void threads(const struct setting *setting)
+{
+    struct kit_mesh mesh = kit_soup(20000, 67);
+    struct kit_input input;
+    mesh.positions[3 * 100] = NAN;
+    mesh.positions[3 * 50000] = NAN;
+    kit_input_mesh(&input, &mesh);
+    struct setting alone = *setting;
+    alone.threads = 1;
+    void *one = case_build(&alone, &input, NULL), *other = case_build(setting, &input, NULL);
+    EXPECT(memcmp(one, other, builder_size(one)) == 0);
+    free(one);
+    free(other);
+    kit_mesh_free(&mesh);
+}
+
+/* Finds the copy where the original was. */
+struct moved {
+    const void *from, *to;
+};
+
+static const void *find_moved(void *context, uint64_t reference)
+{
+    const struct moved *moved = context;
+    return reference == 0x1234 ? moved->to : NULL;
+}
+
+static void *serialize(const void *structure, const struct builder_uuids *uuids, uint64_t *size)
+{
+    *size = builder_serialized_size(structure);
+    void *bytes = kit_allocate(*size);
+    EXPECT(builder_serialize(structure, uuids, bytes, *size - 1) == BUILDER_TOO_SMALL);
+    EXPECT(builder_serialize(structure, uuids, bytes, *size) == BUILDER_OK);
+    return bytes;
+}
+
+static void *deserialize(const void *bytes, uint64_t size, const struct builder_uuids *uuids)
+{
+    uint64_t header[3];
+    memcpy(header, (const uint8_t *)bytes + 2 * VK_UUID_SIZE, sizeof(header));
+    EXPECT(header[0] == size);
+    void *structure = kit_allocate(header[1]);
+    EXPECT(builder_deserialize(bytes, size - 1, uuids, structure, header[1]) != BUILDER_OK);
+    EXPECT(builder_deserialize(bytes, size, uuids, structure, header[1]) == BUILDER_OK);
+    return structure;
+}
+
+static bool hits_are_same(const struct trace_hit *a, const struct trace_hit *b)
+{
+    return a->t == b->t && a->u == b->u && a->v == b->v && a->geometry == b->geometry &&
+           a->primitive == b->primitive && a->instance == b->instance &&
+           a->custom_index == b->custom_index && a->sbt_offset == b->sbt_offset &&
+           a->front_face == b->front_face && a->opaque == b->opaque;
+}
+
+static void copies(const struct setting *setting)
+{
+    struct kit_mesh mesh = kit_sphere(4, 1, (float[3]){0, 0, 0});
+    struct kit_input input;
+    struct builder_uuids uuids = {{1, 2, 3}, {4, 5, 6}}, others = {{1, 2, 3}, {4, 5, 7}};
+    kit_input_mesh(&input, &mesh);
+    void *blas = case_build(setting, &input, NULL);
+    uint64_t compacted_size = builder_compacted_size(blas), size;
+    EXPECT(compacted_size <= builder_size(blas) &&
+           (double)builder_size(blas) <= 1.25 * (double)compacted_size);
+    void *compacted = kit_allocate(compacted_size);
+    EXPECT(builder_compact(blas, compacted, compacted_size - 1) == BUILDER_TOO_SMALL);
+    EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
+    EXPECT(builder_size(compacted) == compacted_size &&
+           builder_compacted_size(compacted) == compacted_size);
+    void *bytes = serialize(compacted, &uuids, &size);
+    struct moved moved = {blas, deserialize(bytes, size, &uuids)};
+    EXPECT(builder_deserialize(bytes, size, &others, compacted, compacted_size) ==
+           BUILDER_INCOMPATIBLE);
+    free(bytes);
+
+    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    kit_input_instances(&input, &instance, 1);
+    void *tlas = case_build(setting, &input, NULL);
+    bytes = serialize(tlas, &uuids, &size);
+    EXPECT(builder_reference_count(tlas) == 1);
+    uint64_t reference = 0x1234;
+    memcpy((uint8_t *)bytes + 56, &reference, sizeof(reference));
+    void *relocated = deserialize(bytes, size, &uuids);
+    struct trace_scene scenes[2] = {
+        {tlas, setting->accuracy, kit_resolver(), NULL},
+        {relocated, setting->accuracy, {find_moved, &moved}, NULL},
+    };
+    uint64_t random = 71;
+    for (int i = 0; i < 50; i++) {
+        struct trace_ray ray = case_ray(2, 2, 2, 0, 0, 0);
+        for (int j = 0; j < 3; j++)
+            ray.direction[j] = kit_uniform(&random, -1, 1) - 2;
+        struct trace_hit hits[2] = {{0}};
+        bool is_hit = trace_closest(&scenes[0], &ray, &hits[0]);
+        EXPECT(is_hit == trace_closest(&scenes[1], &ray, &hits[1]));
+        EXPECT(hits_are_same(&hits[0], &hits[1]));
+    }
+    free(relocated);
+    free(tlas);
+    free(bytes);
+    free((void *)moved.to);
+    free(compacted);
+    free(blas);
+    kit_mesh_free(&mesh);
+}
+
+const struct numeric_case structure_cases[] = {
+    {44, {0, 0}, "10,000 refits", refits},
+    {45, {600, 0}, "deep skewed tree", skewed},
+    {46, {0, 0}, "one and two threads", threads},
+    {47, {0, 0}, "serialize, relocate, deserialize", copies},
+    {0},
+};

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Brute force in rational arithmetic (GMP): what a ray does to a triangle, beyond doubt. */
+#ifndef ASSAY_TESTS_NUMERIC_EXACT_H
+#define ASSAY_TESTS_NUMERIC_EXACT_H
+
+#include "kit.h"
+
+enum exact_class {
+    EXACT_OUTSIDE,
+    EXACT_BOUNDARY, /* on an edge or a vertex, at a t that counts */
+    EXACT_INSIDE,
+};
+
+struct exact_hit {
+    enum exact_class class;
+    double t; /* where it isn't outside; rounded once */
+    bool front_face;
+};
+
+/* Three corners of finite floats. Outside, too, where t isn't between t_min and t_max. */
+struct exact_hit exact_triangle(const struct trace_ray *ray, const float corners[9]);
+
+/* The sign of a 3x3 determinant. */
+int exact_determinant_sign(const VkTransformMatrixKHR *transform);
+
+#endif

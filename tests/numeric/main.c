@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Runs the hard cases and says how much of each was wrong at each accuracy, and how much may be. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cases.h"
+#include "exact.h"
+
+static const char *const quality_names[] = {"fast", "balanced", "high"};
+static const char *const accuracy_names[] = {"fast", "robust", "exact"};
+
+static const struct numeric_case *current;
+static const struct setting *current_setting;
+static uint32_t wrong, checked;
+
+static uint32_t allowance(const struct numeric_case *one, enum trace_accuracy accuracy)
+{
+    return accuracy == TRACE_EXACT ? 0 : one->may_be_wrong[accuracy];
+}
+
+void expect(bool is_so, const char *what)
+{
+    checked++;
+    if (is_so)
+        return;
+    if (wrong++ == 0 && allowance(current, current_setting->accuracy) == 0)
+        printf("case %d (%s) at quality %s, accuracy %s, %u threads: not so: %s\n", current->number,
+               current->name, quality_names[current_setting->quality],
+               accuracy_names[current_setting->accuracy], current_setting->threads, what);
+}
+
+void *case_build(const struct setting *setting, struct kit_input *input,
+                 struct builder_report *report)
+{
+    input->input.quality = setting->quality;
+    input->input.threads = setting->threads;
+    void *structure = kit_build(&input->input, report);
+    if (!structure) {
+        printf("case %d (%s): no build\n", current->number, current->name);
+        exit(1);
+    }
+    return structure;
+}
+
+void *case_triangles(const struct setting *setting, const float *corners, uint32_t count,
+                     struct builder_report *report)
+{
+    struct kit_input input;
+    kit_input_triangles(&input, corners, count);
+    return case_build(setting, &input, report);
+}
+
+struct trace_ray case_ray(float x, float y, float z, float dx, float dy, float dz)
+{
+    return (struct trace_ray){
+        .origin = {x, y, z}, .direction = {dx, dy, dz}, .t_max = INFINITY, .cull_mask = 0xff};
+}
+
+struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random)
+{
+    struct trace_ray ray = case_ray(origin[0], origin[1], origin[2], 0, 0, 0);
+    double a = kit_uniform(random, 0, 1), b = kit_uniform(random, 0, 1);
+    if (a + b > 1) {
+        a = 1 - a;
+        b = 1 - b;
+    }
+    for (int i = 0; i < 3; i++) {
+        double at = corners[i] * (1 - a - b) + corners[3 + i] * a + corners[6 + i] * b;
+        ray.direction[i] = (float)(at - origin[i]);
+    }
+    return ray;
+}
+
+/* Barycentrics and t are computed in float at accuracies fast and robust. */
+static bool is_near(double t, double truth, enum trace_accuracy accuracy)
+{
+    double bound = accuracy == TRACE_EXACT ? 0x1p-22 : 1e-3;
+    return fabs(t - truth) <= bound * fabs(truth) + 0x1p-149;
+}
+
+static const struct trace_hit *find_hit(const struct kit_hits *hits, uint32_t primitive)
+{
+    for (uint32_t i = 0; i < hits->count && i < 64; i++)
+        if (hits->hits[i].primitive == primitive)
+            return &hits->hits[i];
+    return NULL;
+}
+
+uint32_t case_check_ray(const struct setting *setting, const void *structure, const float *corners,
+                        uint32_t count, const struct trace_ray *ray)
+{
+    struct kit_hits hits;
+    struct trace_hit nearest;
+    double least_inside = INFINITY;
+    kit_trace_all(structure, setting->accuracy, ray, &hits);
+    for (uint32_t i = 0; i < count; i++) {
+        struct exact_hit truth = exact_triangle(ray, corners + 9 * (size_t)i);
+        const struct trace_hit *hit = find_hit(&hits, i);
+        if (truth.class == EXACT_INSIDE)
+            least_inside = fmin(least_inside, truth.t);
+        if (truth.class == EXACT_BOUNDARY)
+            continue;
+        expect((hit != NULL) == (truth.class == EXACT_INSIDE), "hit where brute force hits");
+        if (hit && truth.class == EXACT_INSIDE) {
+            expect(is_near(hit->t, truth.t, setting->accuracy), "t as by brute force");
+            expect(hit->front_face == truth.front_face, "facing as by brute force");
+        }
+    }
+    bool is_hit = kit_trace(structure, setting->accuracy, ray, &nearest);
+    expect(is_hit == (hits.count > 0), "closest hit where there are candidates");
+    if (is_hit && !isinf(least_inside))
+        expect(nearest.t <= least_inside * (1 + 1e-3), "the closest hit is the closest");
+    return hits.count;
+}
+
+void case_check_rays(const struct setting *setting, const float *corners, uint32_t count, float far,
+                     uint32_t rays)
+{
+    void *structure = case_triangles(setting, corners, count, NULL);
+    uint64_t random = 88172645463325252u;
+    for (uint32_t i = 0; i < rays; i++) {
+        const float *target = corners + 9 * (kit_random(&random) % count);
+        float origin[3];
+        for (int axis = 0; axis < 3; axis++)
+            origin[axis] = target[axis] + kit_uniform(&random, -far, far);
+        struct trace_ray ray = case_ray_into(target, origin, &random);
+        case_check_ray(setting, structure, corners, count, &ray);
+    }
+    free(structure);
+}
+
+/* True where no more was wrong than may be, at any setting. */
+static bool run_case(const struct numeric_case *one)
+{
+    bool is_good = true;
+    uint32_t all_wrong[3] = {0}, all_checked[3] = {0};
+    current = one;
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
+        for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++)
+            for (uint32_t threads = 1; threads <= 2; threads++) {
+                struct setting setting = {quality, accuracy, threads};
+                current_setting = &setting;
+                wrong = checked = 0;
+                one->run(&setting);
+                is_good &= wrong * 1000.0 <= (double)checked * allowance(one, accuracy);
+                all_wrong[accuracy] += wrong;
+                all_checked[accuracy] += checked;
+            }
+    printf("case %2d %-6s", one->number, is_good ? "right" : "WRONG");
+    for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++)
+        printf(" %s %u of %u (may %u in 1,000) ", accuracy_names[accuracy], all_wrong[accuracy],
+               all_checked[accuracy], allowance(one, accuracy));
+    printf(" %s\n", one->name);
+    return is_good;
+}
+
+int main(int count, char **arguments)
+{
+    const struct numeric_case *const tables[] = {activity_cases, shape_cases,    ray_cases,
+                                                 box_cases,      instance_cases, structure_cases};
+    int only = count > 1 ? atoi(arguments[1]) : 0, right = 0, all = 0;
+    uint64_t seen = 0;
+    for (size_t i = 0; i < sizeof(tables) / sizeof(tables[0]); i++)
+        for (const struct numeric_case *one = tables[i]; one->number != 0; one++) {
+            if (only != 0 && only != one->number)
+                continue;
+            seen |= (uint64_t)1 << one->number;
+            right += run_case(one);
+            all++;
+        }
+    bool is_complete = only != 0 || seen == ((uint64_t)1 << 48) - 2;
+    printf("numeric: %d of %d cases right%s\n", right, all, is_complete ? "" : ", some missing");
+    return right == all && is_complete ? 0 : 1;
+}
