@@ -229,6 +229,26 @@ static void garbage_in_ignored_members(struct scene *scene)
     scene->infos[INDEXED].srcAccelerationStructure = VK_NULL_HANDLE;
 }
 
+/* An address that a buffer was created to have again need not be retrieved again. The buffer goes
+ * with the device. */
+static void read_from_replayed_address(struct scene *scene)
+{
+    const VkBufferOpaqueCaptureAddressCreateInfo replayed = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO,
+        .opaqueCaptureAddress = 0x123450000,
+    };
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .pNext = &replayed,
+        .flags = VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT,
+        .size = 65536,
+        .usage = INPUT_USAGE,
+    };
+    VkBuffer buffer;
+    if (scene->vk->CreateBuffer(scene->world->device, &info, NULL, &buffer) == VK_SUCCESS)
+        scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;
+}
+
 static const struct setup of_level_parameters = {.level = "parameters"};
 static const struct setup of_level_state = {.level = "state"};
 static const struct setup of_level_content = {.level = "content"};
@@ -251,6 +271,12 @@ static const struct test_case cases[] = {
     {.name = "plain_with_ext_addresses", .silent = true, .setup = &by_ext},
     {.name = "plain_on_1_4", .silent = true, .setup = &on_1_4},
     {.name = "plain_with_everything_enabled", .silent = true, .setup = &with_everything},
+    {.name = "replayed_address",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .silent = true,
+     .needs_null_driver = true,
+     .commands = ON_COMMAND_BUFFERS,
+     .mutate = read_from_replayed_address},
     {.name = "recycled_handle",
      RULES(RULE_dst_is_a_valid_handle, RULE_blas_dst_is_bottom_level_or_generic,
            RULE_dst_is_large_enough),
