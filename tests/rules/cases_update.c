@@ -66,6 +66,27 @@ static void build_source_of_two_geometries(struct scene *scene)
     record_source(scene, build, UPDATE);
 }
 
+/* Into a structure of its own, of so many of the bytes that the build of its source needed. */
+static void update_into(struct scene *scene, VkDeviceSize divisor)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    const uint32_t build = begin_source(scene);
+    record_source(scene, build, UPDATE);
+    scene->infos[UPDATE].dstAccelerationStructure =
+        scene_accel_in(scene, &buffer, 0, place_size(scene, UPDATE) / divisor,
+                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void update_into_half_the_size(struct scene *scene)
+{
+    update_into(scene, 2);
+}
+
+static void update_into_just_the_size(struct scene *scene)
+{
+    update_into(scene, 1);
+}
+
 static void build_source_without_transform(struct scene *scene)
 {
     const uint32_t build = begin_source(scene);
@@ -109,6 +130,9 @@ static void update_compacted_copy(struct scene *scene)
     scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
     scene->infos[UPDATE].srcAccelerationStructure = info.dst;
 }
+
+/* A rule of level state that takes more to decide here. */
+static const struct setup at_level_execution = {.level = "execution"};
 
 static const struct test_case cases[] = {
     {.name = "source_without_allow_update",
@@ -160,6 +184,13 @@ static const struct test_case cases[] = {
      .mutate = update_compacted_copy,
      .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
      .mutate_twin = update_compacted_copy},
+    {.name = "dst_too_small_for_an_update_of_an_uncompacted_source",
+     RULES(RULE_dst_is_large_enough),
+     .mutate = update_into_half_the_size,
+     .mutate_twin = update_into_just_the_size,
+     .setup = &at_level_execution,
+     .commands = ON_DEVICE,
+     .path = "pInfos[4].dstAccelerationStructure"},
     {.name = "index_type_of_update",
      RULES(RULE_index_type_matches_source),
      .edits = EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
