@@ -134,8 +134,8 @@ void replay_deaths(struct replay *replay, const struct journal *journal)
         else if (any_died)
             check_entry(replay, journal, entry);
     }
-    for (const struct journal_input_chunk *chunk = journal->first_input; any_died && chunk;
+    for (const struct journal_chunk *chunk = journal->inputs.first; any_died && chunk;
          chunk = chunk->next)
         for (uint32_t i = 0; i < chunk->count; i++)
-            check_input(replay, journal, &chunk->inputs[i]);
+            check_input(replay, journal, &((const struct journal_input_chunk *)chunk)->items[i]);
 }

@@ -26,25 +26,56 @@ bool journal_is_shared(const struct journal *journal)
     return atomic_load_explicit(&journal->references, memory_order_acquire) > 1;
 }
 
-static struct journal_chunk *room(struct journal *journal)
+/* The last chunk of a list, or a new one of `size` bytes, with room for an item; NULL without
+ * memory. */
+static struct journal_chunk *room(struct journal_chunks *chunks, size_t size)
 {
-    if (journal->last && journal->last->count < JOURNAL_CHUNK)
-        return journal->last;
-    struct journal_chunk *chunk = journal->spare;
+    if (chunks->last && chunks->last->count < JOURNAL_CHUNK)
+        return chunks->last;
+    struct journal_chunk *chunk = chunks->spare;
     if (chunk)
-        journal->spare = chunk->next;
+        chunks->spare = chunk->next;
     else
-        chunk = malloc(sizeof(*chunk));
+        chunk = malloc(size);
     if (!chunk)
         return NULL;
     chunk->next = NULL;
     chunk->count = 0;
-    if (journal->last)
-        journal->last->next = chunk;
+    if (chunks->last)
+        chunks->last->next = chunk;
     else
-        journal->first = chunk;
-    journal->last = chunk;
+        chunks->first = chunk;
+    chunks->last = chunk;
     return chunk;
+}
+
+/* Takes back what comes behind the first `count` items of chunk `last`, or all where that is NULL:
+ * the chunks are emptied and laid by. */
+static void cut(struct journal_chunks *chunks, struct journal_chunk *last, uint32_t count)
+{
+    struct journal_chunk *chunk = last ? last->next : chunks->first;
+    while (chunk) {
+        struct journal_chunk *next = chunk->next;
+        chunk->next = chunks->spare;
+        chunks->spare = chunk;
+        chunk = next;
+    }
+    if (last) {
+        last->count = count;
+        last->next = NULL;
+    } else {
+        chunks->first = NULL;
+    }
+    chunks->last = last;
+}
+
+static void free_spare(struct journal_chunks *chunks)
+{
+    while (chunks->spare) {
+        struct journal_chunk *next = chunks->spare->next;
+        free(chunks->spare);
+        chunks->spare = next;
+    }
 }
 
 static void release_entry(struct journal_entry *entry)
@@ -57,14 +88,15 @@ static void release_entry(struct journal_entry *entry)
 
 void journal_add(struct journal *journal, const struct journal_entry *entry)
 {
-    struct journal_chunk *chunk = room(journal);
+    struct journal_entry_chunk *chunk =
+        (struct journal_entry_chunk *)room(&journal->entries, sizeof(*chunk));
     if (!chunk) {
         struct journal_entry lost = *entry;
         release_entry(&lost);
         journal->incomplete = true;
         return;
     }
-    chunk->entries[chunk->count++] = *entry;
+    chunk->items[chunk->head.count++] = *entry;
 }
 
 uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels)
@@ -96,109 +128,52 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
     return NULL;
 }
 
-static struct journal_input_chunk *input_room(struct journal *journal)
-{
-    if (journal->last_input && journal->last_input->count < JOURNAL_CHUNK)
-        return journal->last_input;
-    struct journal_input_chunk *chunk = journal->spare_input;
-    if (chunk)
-        journal->spare_input = chunk->next;
-    else
-        chunk = malloc(sizeof(*chunk));
-    if (!chunk)
-        return NULL;
-    chunk->next = NULL;
-    chunk->count = 0;
-    if (journal->last_input)
-        journal->last_input->next = chunk;
-    else
-        journal->first_input = chunk;
-    journal->last_input = chunk;
-    return chunk;
-}
-
 /* A lost input is one mistake that goes unseen, nothing more. */
 void journal_add_input(struct journal *journal, const struct journal_input *input)
 {
     uint64_t *recent = &journal->recent_inputs[input->buffer_id % JOURNAL_RECENT_INPUTS];
     if (*recent == input->buffer_id)
         return;
-    struct journal_input_chunk *chunk = input_room(journal);
+    struct journal_input_chunk *chunk =
+        (struct journal_input_chunk *)room(&journal->inputs, sizeof(*chunk));
     if (!chunk)
         return;
     *recent = input->buffer_id;
-    chunk->inputs[chunk->count++] = *input;
+    chunk->items[chunk->head.count++] = *input;
 }
 
 struct journal_mark journal_mark(const struct journal *journal)
 {
+    const struct journal_chunk *entries = journal->entries.last, *inputs = journal->inputs.last;
     return (struct journal_mark){
-        .chunk = journal->last,
-        .count = journal->last ? journal->last->count : 0,
-        .input_chunk = journal->last_input,
-        .input_count = journal->last_input ? journal->last_input->count : 0,
+        .entries = journal->entries.last,
+        .entry_count = entries ? entries->count : 0,
+        .inputs = journal->inputs.last,
+        .input_count = inputs ? inputs->count : 0,
     };
-}
-
-/* Empties chunks and lays them by. */
-static void spare_chunks(struct journal *journal, struct journal_chunk *chunk)
-{
-    while (chunk) {
-        struct journal_chunk *next = chunk->next;
-        for (uint32_t i = 0; i < chunk->count; i++)
-            release_entry(&chunk->entries[i]);
-        chunk->next = journal->spare;
-        journal->spare = chunk;
-        chunk = next;
-    }
-}
-
-static void spare_input_chunks(struct journal *journal, struct journal_input_chunk *chunk)
-{
-    while (chunk) {
-        struct journal_input_chunk *next = chunk->next;
-        chunk->next = journal->spare_input;
-        journal->spare_input = chunk;
-        chunk = next;
-    }
 }
 
 void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 {
-    if (!mark->chunk) {
-        spare_chunks(journal, journal->first);
-        journal->first = NULL;
-    } else {
-        for (uint32_t i = mark->count; i < mark->chunk->count; i++)
-            release_entry(&mark->chunk->entries[i]);
-        mark->chunk->count = mark->count;
-        spare_chunks(journal, mark->chunk->next);
-        mark->chunk->next = NULL;
-    }
-    journal->last = mark->chunk;
-
-    spare_input_chunks(journal, mark->input_chunk ? mark->input_chunk->next : journal->first_input);
-    if (mark->input_chunk) {
-        mark->input_chunk->count = mark->input_count;
-        mark->input_chunk->next = NULL;
-    } else {
-        journal->first_input = NULL;
-    }
-    journal->last_input = mark->input_chunk;
+    struct journal_cursor cursor = journal_start_after(journal, mark);
+    for (struct journal_entry *entry; (entry = journal_next(&cursor));)
+        release_entry(entry);
+    cut(&journal->entries, mark->entries, mark->entry_count);
+    cut(&journal->inputs, mark->inputs, mark->input_count);
     memset(journal->recent_inputs, 0, sizeof(journal->recent_inputs));
 }
 
 struct journal_cursor journal_start(const struct journal *journal)
 {
-    return (struct journal_cursor){.chunk = journal->first};
+    return (struct journal_cursor){.chunk = journal->entries.first};
 }
 
 struct journal_cursor journal_start_after(const struct journal *journal,
                                           const struct journal_mark *mark)
 {
-    if (!mark->chunk)
+    if (!mark->entries)
         return journal_start(journal);
-    return (struct journal_cursor){.chunk = mark->chunk, .next = mark->count};
+    return (struct journal_cursor){.chunk = mark->entries, .next = mark->entry_count};
 }
 
 struct journal_entry *journal_next(struct journal_cursor *cursor)
@@ -207,7 +182,8 @@ struct journal_entry *journal_next(struct journal_cursor *cursor)
         cursor->chunk = cursor->chunk->next;
         cursor->next = 0;
     }
-    return cursor->chunk ? &cursor->chunk->entries[cursor->next++] : NULL;
+    struct journal_entry_chunk *chunk = (struct journal_entry_chunk *)cursor->chunk;
+    return chunk ? &chunk->items[cursor->next++] : NULL;
 }
 
 void journal_clear(struct journal *journal)
@@ -225,13 +201,7 @@ void journal_release(struct journal *journal)
         return;
     journal_clear(journal);
     free(journal->labels);
-    for (struct journal_chunk *next, *chunk = journal->spare; chunk; chunk = next) {
-        next = chunk->next;
-        free(chunk);
-    }
-    for (struct journal_input_chunk *next, *chunk = journal->spare_input; chunk; chunk = next) {
-        next = chunk->next;
-        free(chunk);
-    }
+    free_spare(&journal->entries);
+    free_spare(&journal->inputs);
     free(journal);
 }

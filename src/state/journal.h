@@ -64,24 +64,31 @@ struct journal_input {
 
 enum { JOURNAL_CHUNK = 64, JOURNAL_RECENT_INPUTS = 32 };
 
+/* Lists of chunks, so that growing moves nothing. What every chunk begins with: */
 struct journal_chunk {
     struct journal_chunk *next;
-    uint32_t count;
-    struct journal_entry entries[JOURNAL_CHUNK];
+    uint32_t count; /* of its items */
+};
+
+struct journal_chunks {
+    struct journal_chunk *first, *last, *spare; /* spare: emptied, for the next recording */
+};
+
+struct journal_entry_chunk {
+    struct journal_chunk head;
+    struct journal_entry items[JOURNAL_CHUNK];
 };
 
 struct journal_input_chunk {
-    struct journal_input_chunk *next;
-    uint32_t count;
-    struct journal_input inputs[JOURNAL_CHUNK];
+    struct journal_chunk head;
+    struct journal_input items[JOURNAL_CHUNK];
 };
 
 struct journal {
     atomic_uint references;
     VkCommandBuffer command_buffer;
-    uint64_t deaths;                            /* resources_deaths when recording began */
-    struct journal_chunk *first, *last, *spare; /* spare: emptied, for the next recording */
-    struct journal_input_chunk *first_input, *last_input, *spare_input;
+    uint64_t deaths; /* resources_deaths when recording began */
+    struct journal_chunks entries, inputs;
     struct label_stack *labels; /* each that builds were recorded under */
     uint32_t label_count, label_capacity, label_changes;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
@@ -108,10 +115,8 @@ void journal_add_input(struct journal *journal, const struct journal_input *inpu
 
 /* A place in a journal: what was added after it can be walked, or taken back. */
 struct journal_mark {
-    struct journal_chunk *chunk;
-    uint32_t count;
-    struct journal_input_chunk *input_chunk;
-    uint32_t input_count;
+    struct journal_chunk *entries, *inputs; /* the last chunks, */
+    uint32_t entry_count, input_count;      /* and what was in them */
 };
 
 struct journal_mark journal_mark(const struct journal *journal);
