@@ -10,20 +10,13 @@
 
 static const struct program_list *const lists[] = {&order_programs, &silent_programs,
                                                    &death_programs};
-enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]), REASONS_MAX = 16 };
+enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
     struct platform platform;
-    const char *filter;
-    bool list, verbose;
-    FILE *results;
+    struct tally tally;
     struct world world;
     struct report report;
-    uint32_t passed, failed, skipped;
-    struct {
-        char text[128];
-        uint32_t count;
-    } reasons[REASONS_MAX];
     bool fired[VUID_COUNT], stayed_silent[VUID_COUNT];
 };
 
@@ -33,36 +26,9 @@ static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "
 
 /* ---- output */
 
-static void count_reason(struct run *run, const char *text)
-{
-    for (uint32_t i = 0; i < REASONS_MAX; i++) {
-        if (run->reasons[i].count != 0 && strncmp(run->reasons[i].text, text, 100) != 0)
-            continue;
-        snprintf(run->reasons[i].text, sizeof(run->reasons[i].text), "%.100s", text);
-        run->reasons[i].count++;
-        return;
-    }
-}
-
 static void tell(struct run *run)
 {
-    switch (run->report.outcome) {
-    case OUTCOME_PASSED:
-        run->passed++;
-        if (run->verbose)
-            printf("[       OK ] %s\n", current_name);
-        break;
-    case OUTCOME_FAILED:
-        run->failed++;
-        printf("%s[  FAILED  ] %s\n", run->report.text, current_name);
-        break;
-    case OUTCOME_SKIPPED:
-        run->skipped++;
-        count_reason(run, run->report.text);
-        if (run->verbose)
-            printf("[  SKIPPED ] %s: %s\n", current_name, run->report.text);
-        break;
-    }
+    tally_count(&run->tally, run->report.outcome, current_name, run->report.text);
 }
 
 static void write_results(struct run *run, const struct play *play, bool expects_silence)
@@ -81,8 +47,8 @@ static void write_results(struct run *run, const struct play *play, bool expects
             run->stayed_silent[vuid] = true;
         else if (passed)
             run->fired[vuid] = true;
-        if (run->results != NULL)
-            fprintf(run->results, "%s\t%s\t%s\t%s\t%s\n", run->platform.name, current_name,
+        if (run->tally.results != NULL)
+            fprintf(run->tally.results, "%s\t%s\t%s\t%s\t%s\n", run->platform.name, current_name,
                     command_words[play->command], vuid_texts[vuid].id,
                     !passed           ? "failed"
                     : expects_silence ? "silent"
@@ -98,13 +64,13 @@ static void play_one(struct run *run, const struct program_list *list, const str
              play->difference != NULL ? "." : "",
              play->difference != NULL ? play->difference->name : "", command_words[play->command],
              play->is_twin ? "@twin" : "");
-    if (run->filter != NULL && strstr(current_name, run->filter) == NULL)
+    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
         return;
-    if (run->list) {
+    if (run->tally.list) {
         puts(current_name);
         return;
     }
-    if (run->verbose)
+    if (run->tally.verbose)
         printf("[ RUN      ] %s\n", current_name);
     play_program(play, &run->world, &run->report);
     if (play->level == NULL)
@@ -210,41 +176,11 @@ static int usage(void)
     return 2;
 }
 
-static bool read_arguments(struct run *run, int argc, char **argv)
-{
-    for (int i = 2; i < argc; i++) {
-        if (strcmp(argv[i], "--list") == 0) {
-            run->list = true;
-        } else if (strcmp(argv[i], "--verbose") == 0) {
-            run->verbose = true;
-        } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {
-            run->filter = argv[++i];
-        } else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) {
-            run->results = fopen(argv[++i], "w");
-            if (run->results == NULL) {
-                perror(argv[i]);
-                return false;
-            }
-        } else {
-            return false;
-        }
-    }
-    return true;
-}
-
-static void close_run(const struct run *run)
-{
-    for (uint32_t i = 0; i < REASONS_MAX && run->reasons[i].count != 0; i++)
-        printf("[  SKIPPED ] %u: %s\n", run->reasons[i].count, run->reasons[i].text);
-    printf("[==========] %u test(s) run.\n", run->passed + run->failed);
-    printf("%u passed, %u failed, %u skipped\n", run->passed, run->failed, run->skipped);
-}
-
 int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !read_arguments(&run, argc, argv))
+    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv))
         return usage();
     setvbuf(stdout, NULL, _IOLBF, 0);
     const char *missing = platform_open(&run.platform, argv[1]);
@@ -257,11 +193,7 @@ int main(int argc, char **argv)
     if (run.platform.is_null)
         play_at_level_state(&run);
     world_close(&run.world);
-    if (run.filter == NULL && !run.list)
+    if (run.tally.filter == NULL && !run.tally.list)
         check_every_rule_has_fired(&run);
-    if (!run.list)
-        close_run(&run);
-    if (run.results != NULL && fclose(run.results) != 0)
-        return 1;
-    return run.failed == 0 ? 0 : 1;
+    return tally_close(&run.tally);
 }

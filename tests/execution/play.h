@@ -4,8 +4,7 @@
 #define EXECUTION_PLAY_H
 
 #include "program.h"
-
-enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
+#include "tally.h"
 
 struct play {
     const struct platform *platform;

@@ -85,9 +85,6 @@ extern const struct case_list cases_call, cases_recording, cases_pointers, cases
     cases_build_state, cases_scratch, cases_geometry, cases_chain, cases_address, cases_range,
     cases_overlap, cases_memory, cases_pairs, cases_silent, cases_sparse, cases_update;
 
-/* Plays a case on a command, in a world of its setup. */
-enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
-
 /* A page that cannot be read. */
 void *unreadable_page(void);
 /* `size` bytes that end where an unreadable page begins, zeroed; kept to the end of the program. */

@@ -4,6 +4,7 @@
 #define RULES_PLAY_H
 
 #include "case.h"
+#include "tally.h"
 
 /* One way to play a case. */
 struct play {

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Options and counts of programs that play cases. */
+#include "tally.h"
+
+#include <string.h>
+
+bool tally_read_arguments(struct tally *tally, int argc, char **argv)
+{
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--list") == 0) {
+            tally->list = true;
+        } else if (strcmp(argv[i], "--verbose") == 0) {
+            tally->verbose = true;
+        } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {
+            tally->filter = argv[++i];
+        } else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) {
+            tally->results = fopen(argv[++i], "w");
+            if (tally->results == NULL) {
+                perror(argv[i]);
+                return false;
+            }
+        } else {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void count_reason(struct tally *tally, const char *text)
+{
+    for (uint32_t i = 0; i < TALLY_REASONS_MAX; i++) {
+        if (tally->reasons[i].count != 0 && strncmp(tally->reasons[i].text, text, 100) != 0)
+            continue;
+        snprintf(tally->reasons[i].text, sizeof(tally->reasons[i].text), "%.100s", text);
+        tally->reasons[i].count++;
+        return;
+    }
+}
+
+void tally_count(struct tally *tally, enum outcome outcome, const char *name, const char *text)
+{
+    switch (outcome) {
+    case OUTCOME_PASSED:
+        tally->passed++;
+        if (tally->verbose)
+            printf("[       OK ] %s\n", name);
+        break;
+    case OUTCOME_FAILED:
+        tally->failed++;
+        printf("%s[  FAILED  ] %s\n", text, name);
+        break;
+    case OUTCOME_SKIPPED:
+        tally->skipped++;
+        count_reason(tally, text);
+        if (tally->verbose)
+            printf("[  SKIPPED ] %s: %s\n", name, text);
+        break;
+    }
+}
+
+int tally_close(struct tally *tally)
+{
+    for (uint32_t i = 0; i < TALLY_REASONS_MAX && tally->reasons[i].count != 0; i++)
+        printf("[  SKIPPED ] %u: %s\n", tally->reasons[i].count, tally->reasons[i].text);
+    if (!tally->list) {
+        printf("[==========] %u test(s) run.\n", tally->passed + tally->failed);
+        printf("%u passed, %u failed, %u skipped\n", tally->passed, tally->failed, tally->skipped);
+    }
+    if (tally->results != NULL && fclose(tally->results) != 0)
+        return 1;
+    return tally->failed == 0 ? 0 : 1;
+}
