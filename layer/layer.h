@@ -52,6 +52,7 @@ struct layer_device {
     VkPhysicalDevice physical_device;
     struct layer_instance *instance;
     VkuDeviceDispatchTable vk;
+    struct cpu_overlay *cpu; /* backend cpu (cpu/overlay.h); NULL on backend driver */
 
     /* Never change after creation. */
     struct device_facts facts;
