@@ -9,11 +9,7 @@
 
 static uint64_t id_of(const struct layer_device *device, VkAccelerationStructureKHR handle)
 {
-    struct accel_facts facts;
-    unsigned token = resources_begin_reading(device->resources);
-    resources_find_accel(device->resources, handle, &facts);
-    resources_end_reading(device->resources, token);
-    return facts.id;
+    return resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)handle);
 }
 
 static void note(struct layer_device *device, VkCommandBuffer handle,
@@ -35,8 +31,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     struct journal_entry entry = {
         .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
                                                                                : JOURNAL_COPY,
-        .dst = pInfo->dst,
-        .src = pInfo->src,
+        .dst = (uint64_t)(uintptr_t)pInfo->dst,
+        .src = (uint64_t)(uintptr_t)pInfo->src,
         .dst_id = id_of(device, pInfo->dst),
         .src_id = id_of(device, pInfo->src),
     };
@@ -48,8 +44,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct journal_entry entry = {
-        .kind = JOURNAL_FILL, .dst = pInfo->dst, .dst_id = id_of(device, pInfo->dst)};
+    struct journal_entry entry = {.kind = JOURNAL_FILL,
+                                  .dst = (uint64_t)(uintptr_t)pInfo->dst,
+                                  .dst_id = id_of(device, pInfo->dst)};
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
 }

@@ -24,12 +24,12 @@ struct structure_rules {
 };
 
 static void check_structure(struct replay *replay, const struct journal *journal,
-                            const struct journal_entry *entry, VkAccelerationStructureKHR handle,
-                            uint64_t id, bool was_backed, const struct structure_rules *rules)
+                            const struct journal_entry *entry, uint64_t handle, uint64_t id,
+                            bool was_backed, const struct structure_rules *rules)
 {
     struct accel_facts facts;
     unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, handle, &facts);
+    resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
     resources_end_reading(replay->resources, token);
 
     bool died = facts.alive == NO || (facts.alive == YES && facts.id != id);
@@ -41,12 +41,10 @@ static void check_structure(struct replay *replay, const struct journal *journal
                                 .subject = SUBJECT_BUILD,
                                 .build = entry->info};
     struct finding finding;
-    struct value structure =
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
     violated(&finding, rules->field,
              died ? "{} was destroyed after the build was recorded"
                   : "{} lost its memory, or its buffer, after the build was recorded",
-             structure);
+             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle));
     report(replay, journal, entry->built.position, rule, &location, &finding);
 }
 

@@ -59,8 +59,8 @@ static void judge_size(struct walk *walk, const struct journal_entry *entry,
         &finding, "dstAccelerationStructure",
         "{} was created with size {}, less than accelerationStructureSize ({}), and its source "
         "is not compacted",
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)entry->dst),
-        number(asked->dst_size), number(asked->needed_size));
+        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst), number(asked->dst_size),
+        number(asked->needed_size));
     walk->context->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
 }
 
@@ -74,9 +74,11 @@ static void judge(struct replay *replay, const struct journal *journal,
     struct check_context context = {.found = hand_on, .user = &judgement};
     struct walk walk = {.context = &context};
     memcpy(walk.wants, replay->active[command], sizeof(walk.wants));
-    struct update_view update = {.src = entry->src, .asked = &entry->built, .source = source};
+    struct update_view update = {
+        .command = command, .src = entry->src, .asked = &entry->built, .source = source};
     struct location location = {.command = command,
-                                .subject = SUBJECT_BUILD,
+                                .subject =
+                                    command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
                                 .build = entry->info,
                                 .geometry_by_pointer = entry->geometry_by_pointer};
     walk_update(&walk, &update, &location);
@@ -179,13 +181,9 @@ static bool is_settled(const struct replay *replay, struct moment written)
            execution_clock_has(replay->follows, written);
 }
 
-static bool is_alive(struct replay *replay, VkAccelerationStructureKHR handle, uint64_t id)
+static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)
 {
-    struct accel_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, handle, &facts);
-    resources_end_reading(replay->resources, token);
-    return facts.alive == YES && facts.id == id;
+    return resources_find_id(replay->resources, RESOURCE_ACCEL, entry->src) == entry->src_id;
 }
 
 /* What the source was last built with for a reader in this batch. A structure that nobody wrote has
@@ -196,8 +194,7 @@ static const struct built *live(struct replay *replay, const struct journal_entr
     if (!entry->src_id || !replay->predecessors_known || replay->out_of_memory)
         return &nothing;
     if (!state)
-        return replay->never_is_certain && is_alive(replay, entry->src, entry->src_id) ? &never
-                                                                                       : &nothing;
+        return replay->never_is_certain && source_is_alive(replay, entry) ? &never : &nothing;
     return is_settled(replay, state->written) ? &state->built : &nothing;
 }
 

@@ -101,7 +101,8 @@ struct pair_view {
 /* An update that was recorded, and what is known of its source when it executes: never built, or
  * built with `source`. */
 struct update_view {
-    VkAccelerationStructureKHR src;
+    enum build_command command;
+    uint64_t src; /* handle, see struct journal_entry */
     const struct built *asked, *source;
 };
 

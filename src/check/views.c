@@ -291,7 +291,8 @@ static void find_sizes(struct check_context *context, struct build_view *build)
 static void look_elsewhere(struct check_context *context, struct accel_facts *accel)
 {
     if (accel->handle && accel->alive == NO)
-        accel->of_another_device = context->of_another_device(context->user, accel->handle);
+        accel->of_another_device = context->of_another_device(context->user, RESOURCE_ACCEL,
+                                                              (uint64_t)(uintptr_t)accel->handle);
 }
 
 void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes)
