@@ -50,6 +50,7 @@ enum input_role {
     INPUT_TRANSFORM,
     INPUT_AABBS,
     INPUT_INSTANCES,
+    INPUT_MOTION_VERTEX,
     INPUT_SCRATCH,
 };
 
