@@ -4,20 +4,15 @@
  * write nothing is said. */
 #include "check/replay.h"
 #include "intercepts.h"
-#include "layer.h"
+#include "recording.h"
 #include "submissions.h"
 
-static uint64_t id_of(const struct layer_device *device, VkAccelerationStructureKHR handle)
-{
-    return resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)handle);
-}
-
-static void note(struct layer_device *device, VkCommandBuffer handle,
+static void note(const struct layer_device *device, VkCommandBuffer handle,
                  const struct journal_entry *entry)
 {
-    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
-    if (!command_buffer || !command_buffer->journal || device->level < LEVEL_EXECUTION ||
-        !entry->dst_id)
+    struct command_buffer *command_buffer =
+        entry->dst_id ? layer_find_recording(device, handle) : NULL;
+    if (!command_buffer)
         return;
     struct journal_mark mark = journal_mark(command_buffer->journal);
     journal_add(command_buffer->journal, entry);
@@ -31,10 +26,10 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     struct journal_entry entry = {
         .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
                                                                                : JOURNAL_COPY,
-        .dst = (uint64_t)(uintptr_t)pInfo->dst,
-        .src = (uint64_t)(uintptr_t)pInfo->src,
-        .dst_id = id_of(device, pInfo->dst),
-        .src_id = id_of(device, pInfo->src),
+        .dst = pInfo->dst,
+        .src = pInfo->src,
+        .dst_id = layer_accel_id(device, pInfo->dst),
+        .src_id = layer_accel_id(device, pInfo->src),
     };
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
@@ -44,9 +39,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct journal_entry entry = {.kind = JOURNAL_FILL,
-                                  .dst = (uint64_t)(uintptr_t)pInfo->dst,
-                                  .dst_id = id_of(device, pInfo->dst)};
+    struct journal_entry entry = {
+        .kind = JOURNAL_FILL, .dst = pInfo->dst, .dst_id = layer_accel_id(device, pInfo->dst)};
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
 }
@@ -56,7 +50,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
 static VkResult copied_by_host(struct layer_device *device, VkAccelerationStructureKHR dst,
                                VkResult result)
 {
-    submissions_taint(device->submissions, id_of(device, dst));
+    submissions_taint(device->submissions, layer_accel_id(device, dst));
     return result;
 }
 

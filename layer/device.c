@@ -3,7 +3,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "cpu/overlay.h"
 #include "intercepts.h"
 #include "layer.h"
 #include "submissions.h"
@@ -30,13 +29,13 @@ static void select_rules(struct layer_device *device)
 
 static void free_device(struct layer_device *device)
 {
-    cpu_overlay_destroy(device->cpu);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
     resources_destroy(device->resources);
     command_buffers_destroy(device->command_buffers);
     size_cache_destroy(device->sizes);
     object_names_destroy(device->names);
+    query_pools_destroy(device->query_pools);
     check_free_sweep(atomic_load(&device->spare_sweep));
     free(device->queue_families);
     free(device);
@@ -51,7 +50,8 @@ static struct layer_device *allocate_device(void)
     if (resources_create(&device->resources) == VK_SUCCESS &&
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&
-        object_names_create(&device->names) == VK_SUCCESS)
+        object_names_create(&device->names) == VK_SUCCESS &&
+        query_pools_create(&device->query_pools) == VK_SUCCESS)
         return device;
     free_device(device);
     return NULL;
@@ -76,10 +76,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result != VK_SUCCESS)
         return result;
     select_rules(device);
-    if (reporter_settings(device->instance->reporter)->backend == BACKEND_CPU)
-        result = cpu_overlay_create(device, create_info);
-    if (result == VK_SUCCESS)
-        result = follow_submissions(device);
+    result = follow_submissions(device);
     if (result == VK_SUCCESS)
         layer_add_device(device);
     return result;

@@ -91,6 +91,13 @@
     INTERCEPT(CmdBeginVideoCodingKHR)                                                              \
     INTERCEPT(CmdEndVideoCodingKHR)                                                                \
     INTERCEPT(CmdExecuteCommands)                                                                  \
+    INTERCEPT(CreateQueryPool)                                                                     \
+    INTERCEPT(DestroyQueryPool)                                                                    \
+    INTERCEPT(ResetQueryPool)                                                                      \
+    INTERCEPT(ResetQueryPoolEXT)                                                                   \
+    INTERCEPT(GetQueryPoolResults)                                                                 \
+    INTERCEPT(CmdWriteAccelerationStructuresPropertiesKHR)                                         \
+    INTERCEPT(WriteAccelerationStructuresPropertiesKHR)                                            \
     INTERCEPT(SetDebugUtilsObjectNameEXT)                                                          \
     INTERCEPT(DebugMarkerSetObjectNameEXT)                                                         \
     INTERCEPT(CmdBeginDebugUtilsLabelEXT)                                                          \

@@ -24,6 +24,7 @@
 #include "state/execution_order.h"
 #include "state/facts.h"
 #include "state/object_names.h"
+#include "state/query_pools.h"
 #include "state/resources.h"
 #include "state/size_cache.h"
 
@@ -52,7 +53,6 @@ struct layer_device {
     VkPhysicalDevice physical_device;
     struct layer_instance *instance;
     VkuDeviceDispatchTable vk;
-    struct cpu_overlay *cpu; /* backend cpu (cpu/overlay.h); NULL on backend driver */
 
     /* Never change after creation. */
     struct device_facts facts;
@@ -68,6 +68,7 @@ struct layer_device {
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
     struct object_names *names;
+    struct query_pools *query_pools;
 
     /* What has been submitted; NULL below level EXECUTION. */
     struct submissions *submissions;
@@ -90,9 +91,9 @@ void layer_remove_instance(struct layer_instance *instance);
 void layer_add_device(struct layer_device *device);
 void layer_remove_device(struct layer_device *device);
 
-/* Whether a device other than this one has such a thing of that handle. */
-bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
-                            uint64_t handle);
+/* Whether a device other than this one has an acceleration structure of that handle. */
+bool layer_other_device_has_accel(const struct layer_device *device,
+                                  VkAccelerationStructureKHR handle);
 
 /* The loader's link information in a creation chain; NULL if it isn't there. */
 VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info);

@@ -204,7 +204,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
 {
     struct layer_device *state = layer_find_device(device);
     submissions_forget(state->submissions,
-                       resources_remove_accel(state->resources, accelerationStructure));
+                       resources_remove_accel(state->resources, accelerationStructure), 1);
     object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                      (uint64_t)(uintptr_t)accelerationStructure, NULL);
     state->vk.DestroyAccelerationStructureKHR(device, accelerationStructure, pAllocator);

@@ -21,7 +21,8 @@ struct submissions {
 
     pthread_mutex_t news_lock; /* guards the rest */
     struct news {
-        uint64_t id;
+        uint64_t first_id;
+        uint32_t count;
         bool is_dead; /* else tainted */
     } * news;
     size_t news_count, news_capacity;
@@ -62,26 +63,27 @@ static bool reserve_news(struct submissions *submissions)
     return true;
 }
 
-static void add_news(struct submissions *submissions, uint64_t id, bool is_dead)
+static void add_news(struct submissions *submissions, uint64_t first_id, uint32_t count,
+                     bool is_dead)
 {
-    if (!submissions || !id)
+    if (!submissions || !first_id)
         return;
     pthread_mutex_lock(&submissions->news_lock);
     if (reserve_news(submissions))
-        submissions->news[submissions->news_count++] = (struct news){id, is_dead};
+        submissions->news[submissions->news_count++] = (struct news){first_id, count, is_dead};
     else if (!is_dead) /* of a dead one nobody asks again: ids are not used twice */
         submissions->news_lost = true;
     pthread_mutex_unlock(&submissions->news_lock);
 }
 
-void submissions_forget(struct submissions *submissions, uint64_t id)
+void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count)
 {
-    add_news(submissions, id, true);
+    add_news(submissions, first_id, count, true);
 }
 
 void submissions_taint(struct submissions *submissions, uint64_t id)
 {
-    add_news(submissions, id, false);
+    add_news(submissions, id, 1, false);
 }
 
 static void lose(struct submissions *submissions)
@@ -97,11 +99,13 @@ static void take_news(struct submissions *submissions)
     bool noted = true;
     pthread_mutex_lock(&submissions->news_lock);
     for (size_t i = 0; i < submissions->news_count; i++) {
-        uint64_t id = submissions->news[i].id;
-        if (submissions->news[i].is_dead)
-            build_states_remove(&submissions->live, id);
-        else
-            noted &= build_states_set(&submissions->live, id, &nothing, moment_never());
+        const struct news *news = &submissions->news[i];
+        for (uint32_t j = 0; j < news->count; j++)
+            if (news->is_dead)
+                build_states_remove(&submissions->live, news->first_id + j);
+            else
+                noted &= build_states_set(&submissions->live, news->first_id + j, &nothing,
+                                          moment_never());
     }
     submissions->news_count = 0;
     noted &= !submissions->news_lost;

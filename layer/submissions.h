@@ -15,8 +15,9 @@ void submissions_destroy(struct submissions *submissions);
 /* The order tells `submissions` of each batch through these. */
 struct execution_hooks submissions_hooks(struct submissions *submissions);
 
-/* A structure was destroyed; `id` as in struct accel_facts. */
-void submissions_forget(struct submissions *submissions, uint64_t id);
+/* Structures or queries were destroyed: `count` of consecutive ids, as in struct accel_facts and
+ * struct query_pool. */
+void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count);
 
 /* A structure was written by a command that has no journal: nothing is said of it any more. */
 void submissions_taint(struct submissions *submissions, uint64_t id);

@@ -9,7 +9,6 @@
 
 #include <stdbool.h>
 
-#include "check/extension_view.h"
 #include "check/finding.h"
 #include "check/view.h"
 

@@ -4,10 +4,8 @@
 
 #include <string.h>
 
+#include "check/replay_states.h"
 #include "check/walk.h"
-
-static const struct built nothing = {.state = BUILT_UNKNOWN};
-static const struct built never = {.state = BUILT_NEVER};
 
 /* Judging. */
 
@@ -45,22 +43,37 @@ static void judge_geometries(struct walk *walk, const struct update_view *update
     }
 }
 
-/* An update of a structure that was not compacted needs the size of a build. What one that was
- * needs only the query of its compacted size tells. */
+/* What the dst of an update needs at least: the size of a build, or, of a compacted source, that to
+ * which its build compacts. 0 where neither is known. */
+static VkDeviceSize size_needed(const struct geometry_shapes *asked, const struct built *source)
+{
+    VkDeviceSize compacted = source->compacted_size ? source->compacted_size->size : 0;
+    if (!source->compacted)
+        return asked->needed_size;
+    return compacted < asked->needed_size ? compacted : asked->needed_size;
+}
+
 static void judge_size(struct walk *walk, const struct journal_entry *entry,
                        const struct built *source, const struct location *location)
 {
     const struct geometry_shapes *asked = entry->built.shapes;
     struct finding finding;
-    if (!asked || asked->dst_size >= asked->needed_size || source->state != BUILT_BEFORE ||
-        source->compacted || !walk->wants[RULE_dst_is_large_enough])
+    if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(asked, source) ||
+        !walk->wants[RULE_dst_is_large_enough])
         return;
-    violated(
-        &finding, "dstAccelerationStructure",
-        "{} was created with size {}, less than accelerationStructureSize ({}), and its source "
-        "is not compacted",
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst), number(asked->dst_size),
-        number(asked->needed_size));
+    struct value dst =
+        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)entry->dst);
+    if (source->compacted)
+        violated(&finding, "dstAccelerationStructure",
+                 "{} was created with size {}, less than the compacted size of its source ({}), as "
+                 "that was queried, and than accelerationStructureSize ({})",
+                 dst, number(asked->dst_size), number(source->compacted_size->size),
+                 number(asked->needed_size));
+    else
+        violated(&finding, "dstAccelerationStructure",
+                 "{} was created with size {}, less than accelerationStructureSize ({}), and its "
+                 "source is not compacted",
+                 dst, number(asked->dst_size), number(asked->needed_size));
     walk->context->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
 }
 
@@ -74,11 +87,9 @@ static void judge(struct replay *replay, const struct journal *journal,
     struct check_context context = {.found = hand_on, .user = &judgement};
     struct walk walk = {.context = &context};
     memcpy(walk.wants, replay->active[command], sizeof(walk.wants));
-    struct update_view update = {
-        .command = command, .src = entry->src, .asked = &entry->built, .source = source};
+    struct update_view update = {.src = entry->src, .asked = &entry->built, .source = source};
     struct location location = {.command = command,
-                                .subject =
-                                    command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
+                                .subject = SUBJECT_BUILD,
                                 .build = entry->info,
                                 .geometry_by_pointer = entry->geometry_by_pointer};
     walk_update(&walk, &update, &location);
@@ -116,10 +127,14 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
         keep_copy(known, entry);
         break;
     case JOURNAL_FILL:
-        build_states_set(known, entry->dst_id, &nothing, moment_never());
+        build_states_set(known, entry->dst_id, &built_unknown, moment_never());
         break;
     case JOURNAL_EXECUTE:
         keep_entries(known, journal_start(entry->secondary));
+        break;
+    case JOURNAL_QUERY:
+    case JOURNAL_RESET_QUERIES:
+    case JOURNAL_ANSWER:
         break;
     }
 }
@@ -174,56 +189,18 @@ void replay_keep(struct command_buffer *command_buffer, const struct journal_mar
 
 /* Submissions. */
 
-/* Whether the batch certainly sees what was written then. */
-static bool is_settled(const struct replay *replay, struct moment written)
-{
-    return (written.queue == replay->now.queue && written.count == replay->now.count) ||
-           execution_clock_has(replay->follows, written);
-}
-
-static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)
-{
-    return resources_find_id(replay->resources, RESOURCE_ACCEL, entry->src) == entry->src_id;
-}
-
-/* What the source was last built with for a reader in this batch. A structure that nobody wrote has
- * never been built; but what is known of one goes with it when it is destroyed. */
-static const struct built *live(struct replay *replay, const struct journal_entry *entry)
-{
-    const struct build_state *state = build_states_find(replay->states, entry->src_id);
-    if (!entry->src_id || !replay->predecessors_known || replay->out_of_memory)
-        return &nothing;
-    if (!state)
-        return replay->never_is_certain && source_is_alive(replay, entry) ? &never : &nothing;
-    return is_settled(replay, state->written) ? &state->built : &nothing;
-}
-
-/* Two writes without an order between them leave open for good which came last. */
-static void write_state(struct replay *replay, uint64_t id, const struct built *built)
-{
-    struct build_state *before = build_states_find(replay->states, id);
-    bool contested = before && !is_settled(replay, before->written);
-    struct moment written = contested ? moment_never() : replay->now;
-    if (contested)
-        built = &nothing;
-    if (!id)
-        return;
-    if (replay->undo && !build_undo_note(replay->undo, id, before))
-        replay->out_of_memory = true;
-    if (before)
-        build_state_replace(before, built, written);
-    else if (!build_states_set(replay->states, id, built, written))
-        replay->out_of_memory = true;
-}
-
 static void write_copy(struct replay *replay, const struct journal_entry *entry)
 {
-    struct built copy = *live(replay, entry);
+    struct built copy = *replay_read(replay, entry->src, entry->src_id);
     if (copy.state == BUILT_NEVER)
-        copy = nothing;
+        copy = built_unknown;
+    /* An update of what is not compacted may compact to another size, and so may what is compacted
+     * again; of that nothing is known. */
+    if (copy.compacted ? entry->kind == JOURNAL_COMPACT : entry->kind == JOURNAL_UPDATE)
+        copy.compacted_size = NULL;
     if (entry->kind == JOURNAL_COMPACT)
         copy.compacted = true;
-    write_state(replay, entry->dst_id, &copy);
+    replay_write(replay, entry->dst_id, &copy);
 }
 
 static void submit_entry(struct replay *replay, const struct journal *journal,
@@ -231,11 +208,11 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
-        write_state(replay, entry->dst_id, &entry->built);
+        replay_write(replay, entry->dst_id, &entry->built);
         break;
     case JOURNAL_UPDATE:
         if (!entry->judged)
-            judge(replay, journal, entry, live(replay, entry));
+            judge(replay, journal, entry, replay_read(replay, entry->src, entry->src_id));
         write_copy(replay, entry);
         break;
     case JOURNAL_COPY:
@@ -243,10 +220,19 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
         write_copy(replay, entry);
         break;
     case JOURNAL_FILL:
-        write_state(replay, entry->dst_id, &nothing);
+        replay_write(replay, entry->dst_id, &built_unknown);
         break;
     case JOURNAL_EXECUTE:
         replay_submitted(replay, entry->secondary);
+        break;
+    case JOURNAL_QUERY:
+        replay_query(replay, entry);
+        break;
+    case JOURNAL_RESET_QUERIES:
+        replay_reset_queries(replay, entry);
+        break;
+    case JOURNAL_ANSWER:
+        replay_answer(replay, journal->host, entry);
         break;
     }
 }

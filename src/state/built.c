@@ -4,20 +4,49 @@
 
 #include <stdlib.h>
 
+static void add_reference(atomic_uint *references)
+{
+    atomic_fetch_add_explicit(references, 1, memory_order_relaxed);
+}
+
+/* Release and acquire: who takes the last one has seen what the other holders did. */
+static bool take_reference(atomic_uint *references)
+{
+    return atomic_fetch_sub_explicit(references, 1, memory_order_acq_rel) == 1;
+}
+
 struct built built_share(const struct built *built)
 {
     if (built->shapes)
-        atomic_fetch_add_explicit(&built->shapes->references, 1, memory_order_relaxed);
+        add_reference(&built->shapes->references);
+    if (built->compacted_size)
+        add_reference(&built->compacted_size->references);
     return *built;
 }
 
 void built_release(struct built *built)
 {
-    /* Release and acquire: who frees has seen what the other holders did. */
-    if (built->shapes &&
-        atomic_fetch_sub_explicit(&built->shapes->references, 1, memory_order_acq_rel) == 1)
+    if (built->shapes && take_reference(&built->shapes->references))
         free(built->shapes);
+    if (built->compacted_size && take_reference(&built->compacted_size->references))
+        free(built->compacted_size);
     *built = (struct built){0};
+}
+
+struct compacted_size *compacted_size_create(void)
+{
+    struct compacted_size *compacted = malloc(sizeof(*compacted));
+    if (!compacted)
+        return NULL;
+    atomic_init(&compacted->references, 1);
+    compacted->size = 0;
+    return compacted;
+}
+
+void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size)
+{
+    if (size && (!compacted->size || size < compacted->size))
+        compacted->size = size;
 }
 
 static struct geometry_shape

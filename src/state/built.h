@@ -32,6 +32,13 @@ struct geometry_shapes {
     struct geometry_shape items[];
 };
 
+/* What queries have told of the compacted size of one build: shared by the structure that holds it,
+ * its copies, and the queries that wait to be read. `size` is for who owns the live states. */
+struct compacted_size {
+    atomic_uint references;
+    VkDeviceSize size; /* bytes, the least answer; 0: none was read yet */
+};
+
 enum built_state {
     BUILT_UNKNOWN, /* deserialized, or of undetermined order: nothing is said of it */
     BUILT_NEVER,   /* created, and never written since */
@@ -49,7 +56,15 @@ struct built {
     struct geometry_shapes *shapes; /* NULL where they weren't kept */
     enum built_state state;
     bool compacted; /* it holds a compacting copy */
+    bool sole;      /* of a query: nothing was written there before */
+    /* Live, or of a query: of the build that it holds, or that a compacting copy was made of. NULL
+     * where nobody asked. */
+    struct compacted_size *compacted_size;
 };
+
+/* NULL without memory; with one reference. */
+struct compacted_size *compacted_size_create(void);
+void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size);
 
 /* A copy shares the shapes; each copy is released by itself. */
 struct built built_share(const struct built *built);

@@ -201,6 +201,7 @@ void journal_release(struct journal *journal)
         return;
     journal_clear(journal);
     free(journal->labels);
+    free(journal->host);
     free_spare(&journal->entries);
     free_spare(&journal->inputs);
     free(journal);

@@ -13,6 +13,7 @@
 
 #include "rules.h"
 #include "state/built.h"
+#include "state/execution_clock.h"
 #include "state/label_stack.h"
 
 enum journal_kind {
@@ -22,24 +23,27 @@ enum journal_kind {
     JOURNAL_COMPACT, /* as the latter */
     JOURNAL_FILL,    /* dst gets contents from memory: a deserialization */
     JOURNAL_EXECUTE, /* a secondary command buffer */
+    /* Queries of compacted sizes; their ids are those of query_pools.h. */
+    JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
+    JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first, info: how many */
+    JOURNAL_ANSWER,        /* the host read `size`; src: the structure, or src_id: the query */
 };
 
 struct journal_entry {
     unsigned char kind;          /* enum journal_kind */
-    unsigned char command;       /* enum build_command of builds and updates; of copies it tells
-                                    COMMAND_NV from others */
+    unsigned char command;       /* enum build_command, of builds and updates */
     bool judged;                 /* an update that recording could judge by itself */
     bool dst_backed, src_backed; /* by memory, when it was recorded */
     bool geometry_by_pointer;    /* of ppGeometries */
     uint32_t info;               /* index in pInfos, of builds and updates */
     uint32_t labels;             /* see journal_note_labels */
-    /* Structures by handle (of VkAccelerationStructureNV for COMMAND_NV) and by id; the id tells a
-     * handle that was reused. */
-    uint64_t dst, src;
+    /* Structures by handle and by id; the id tells a handle that was reused. */
+    VkAccelerationStructureKHR dst, src;
     uint64_t dst_id, src_id;
     union {
         struct built built; /* a build: what dst becomes; an update: what it asked for */
         struct journal *secondary;
+        VkDeviceSize size;
     };
 };
 
@@ -50,7 +54,6 @@ enum input_role {
     INPUT_TRANSFORM,
     INPUT_AABBS,
     INPUT_INSTANCES,
-    INPUT_MOTION_VERTEX,
     INPUT_SCRATCH,
 };
 
@@ -87,10 +90,17 @@ struct journal_input_chunk {
     struct journal_input items[JOURNAL_CHUNK];
 };
 
+/* What the host knew when it began a command of its own: which batches had executed, and which had
+ * been submitted. */
+struct host_view {
+    struct execution_clock executed, submitted;
+};
+
 struct journal {
     atomic_uint references;
-    VkCommandBuffer command_buffer;
-    uint64_t deaths; /* resources_deaths when recording began */
+    VkCommandBuffer command_buffer; /* null: a command of the host */
+    struct host_view *host;         /* of a command of the host that reads; else NULL */
+    uint64_t deaths;                /* resources_deaths when recording began */
     struct journal_chunks entries, inputs;
     struct label_stack *labels; /* each that builds were recorded under */
     uint32_t label_count, label_capacity, label_changes;

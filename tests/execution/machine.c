@@ -27,11 +27,11 @@ uint32_t machine_family(const struct world *world, uint32_t queue)
     return queue == 0 ? first : UINT32_MAX;
 }
 
-static void create_structure(struct machine *machine, uint32_t index,
+static void create_structure(struct machine *machine, uint32_t index, VkDeviceSize size,
                              VkAccelerationStructureTypeKHR type)
 {
-    machine->structures[index].handle = scene_accel_in(
-        machine->scene, &machine->structures[index].buffer, 0, MACHINE_ACCEL_SIZE, type);
+    machine->structures[index].handle =
+        scene_accel_in(machine->scene, &machine->structures[index].buffer, 0, size, type);
 }
 
 void machine_allocate(struct machine *machine, uint32_t index)
@@ -107,7 +107,7 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
     for (uint32_t i = 0; i < STRUCTURES; i++) {
         machine->structures[i].buffer =
             scene_buffer(machine->scene, MACHINE_ACCEL_SIZE, ACCEL_USAGE);
-        create_structure(machine, i, type);
+        create_structure(machine, i, MACHINE_ACCEL_SIZE, type);
     }
     machine->scratch = scene_buffer(
         machine->scene, (VkDeviceSize)COMMAND_BUFFERS * 2 * MACHINE_ACCEL_SIZE, SCRATCH_USAGE);
@@ -120,6 +120,7 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
     for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
         create_command_buffer(machine, i);
     create_fence(machine);
+    machine_create_queries(machine);
     for (uint32_t i = 0; i < SEMAPHORES; i++) {
         machine->binaries[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_BINARY, false);
         machine->timelines[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, false);
@@ -167,6 +168,15 @@ static void change_input(struct machine *machine, const struct step *step)
         *input = scene_buffer(machine->scene, input->size, input->usage);
 }
 
+/* Of the structure that a step creates. */
+static VkDeviceSize size_of(const struct machine *machine, const struct step *step)
+{
+    if (step->action == ACTION_CREATE_FITTING)
+        return shape_size(machine->scene, &machine->good);
+    return step->action == ACTION_CREATE_COMPACTED ? machine->compacted - step->value
+                                                   : MACHINE_ACCEL_SIZE;
+}
+
 static void change_structure(struct machine *machine, const struct step *step)
 {
     struct scene *scene = machine->scene;
@@ -178,18 +188,20 @@ static void change_structure(struct machine *machine, const struct step *step)
     else if (step->action == ACTION_FREE_MEMORY)
         scene_destroy(scene, (uint64_t)buffer->memory);
     else
-        create_structure(machine, step->object,
-                         step->action == ACTION_CREATE
-                             ? machine->type
-                             : VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+        create_structure(machine, step->object, size_of(machine, step),
+                         step->action == ACTION_CREATE_GENERIC
+                             ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR
+                             : machine->type);
 }
 
 void machine_step(struct machine *machine, const struct step *step)
 {
     if (step->action < ACTION_BATCH)
         machine_record(machine, step);
-    else if (step->action < ACTION_CREATE)
+    else if (step->action < ACTION_HOST_RESET_QUERIES)
         machine_submit(machine, step);
+    else if (step->action < ACTION_CREATE)
+        machine_query(machine, step);
     else if (step->action < ACTION_DESTROY_INPUT)
         change_structure(machine, step);
     else

@@ -41,6 +41,8 @@ struct machine {
     VkQueue queues[QUEUES]; /* null where there is no second */
     VkSemaphore binaries[SEMAPHORES], timelines[SEMAPHORES + 1];
     VkFence fence;
+    VkQueryPool queries;
+    VkDeviceSize compacted; /* as read last */
 
     struct machine_batch batches[MACHINE_BATCHES];
     uint32_t batch_count;
@@ -69,6 +71,10 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer);
 
 /* machine_record.c */
 void machine_record(struct machine *machine, const struct step *step);
+
+/* machine_queries.c */
+void machine_create_queries(struct machine *machine);
+void machine_query(struct machine *machine, const struct step *step);
 
 /* machine_submit.c */
 void machine_submit(struct machine *machine, const struct step *step);

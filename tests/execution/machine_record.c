@@ -193,6 +193,14 @@ void machine_record(struct machine *machine, const struct step *step)
         machine->positions[step->object] += machine->positions[step->dst];
         machine->vk->CmdExecuteCommands(command_buffer, 1, &machine->command_buffers[step->dst]);
         break;
+    case ACTION_RESET_QUERIES:
+        machine->vk->CmdResetQueryPool(command_buffer, machine->queries, 0, QUERIES);
+        break;
+    case ACTION_QUERY:
+        machine->vk->CmdWriteAccelerationStructuresPropertiesKHR(
+            command_buffer, 1, &machine->structures[step->src].handle,
+            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, machine->queries, step->dst);
+        break;
     case ACTION_RESET:
         expect_success(machine->vk->ResetCommandBuffer(command_buffer, 0), "vkResetCommandBuffer");
         break;

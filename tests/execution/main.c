@@ -9,7 +9,7 @@
 #include "play.h"
 
 static const struct program_list *const lists[] = {&order_programs, &silent_programs,
-                                                   &death_programs};
+                                                   &death_programs, &size_programs};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {

@@ -15,6 +15,8 @@ enum { A, B, C, D, P, R, S, T, COMMAND_BUFFERS };
 /* Structures; all exist when a program starts, and are of a type that fits, or of the generic one.
  */
 enum { W, X, Y, Z, STRUCTURES };
+/* Queries of compacted sizes. */
+enum { QUERIES = 4 };
 /* So many binary semaphores, and so many timelines; and one timeline that is shared with others who
  * may signal it, on the null driver. */
 enum { QUEUES = 2, SEMAPHORES = 4, FOREIGN = SEMAPHORES };
@@ -43,6 +45,8 @@ enum action {
     ACTION_COMPACT,
     ACTION_FILL,
     ACTION_EXECUTE, /* dst: the secondary */
+    ACTION_RESET_QUERIES,
+    ACTION_QUERY, /* dst: the query; src: the structure */
     /* Submitting. */
     ACTION_BATCH,
     ACTION_WITH, /* object: a command buffer */
@@ -61,9 +65,16 @@ enum action {
     ACTION_POLL_FENCE,
     ACTION_HOST_WAIT, /* object: a timeline, and its value */
     ACTION_HOST_READ, /* object: a timeline */
+    /* Queries, by the host. What is read is the compacted size of the program. */
+    ACTION_HOST_RESET_QUERIES,
+    ACTION_READ_QUERIES, /* value: flags */
+    ACTION_CANNOT_READ,  /* the driver says VK_NOT_READY to the next read */
+    ACTION_HOST_QUERY,   /* src: the structure */
     /* Objects. */
     ACTION_CREATE, /* a structure, in its old place */
     ACTION_CREATE_GENERIC,
+    ACTION_CREATE_FITTING,   /* of the size that a good build needs */
+    ACTION_CREATE_COMPACTED, /* of the compacted size, less `value` bytes */
     ACTION_DESTROY,
     ACTION_DESTROY_BUFFER, /* of a structure */
     ACTION_FREE_MEMORY,    /* of a structure */
@@ -100,6 +111,12 @@ struct step {
 #define CLONE(cb, src, dst) STEP(ACTION_CLONE, cb, dst, src, 0, 0)
 #define COMPACT(cb, src, dst) STEP(ACTION_COMPACT, cb, dst, src, 0, 0)
 #define FILL(cb, dst) STEP(ACTION_FILL, cb, dst, 0, 0, 0)
+#define RESET_QUERIES(cb) STEP(ACTION_RESET_QUERIES, cb, 0, 0, 0, 0)
+#define QUERY(cb, structure, query) STEP(ACTION_QUERY, cb, query, structure, 0, 0)
+#define HOST_QUERY(structure) STEP(ACTION_HOST_QUERY, 0, 0, structure, 0, 0)
+#define HOST_RESET_QUERIES STEP(ACTION_HOST_RESET_QUERIES, 0, 0, 0, 0, 0)
+#define READ_QUERIES(flags) STEP(ACTION_READ_QUERIES, 0, 0, 0, 0, flags)
+#define CANNOT_READ STEP(ACTION_CANNOT_READ, 0, 0, 0, 0, 0)
 #define EXECUTE(cb, secondary) STEP(ACTION_EXECUTE, cb, secondary, 0, 0, 0)
 #define BATCH STEP(ACTION_BATCH, 0, 0, 0, 0, 0)
 #define WITH(cb) STEP(ACTION_WITH, cb, 0, 0, 0, 0)
@@ -123,6 +140,9 @@ struct step {
 #define HOST_READ(timeline) STEP(ACTION_HOST_READ, timeline, 0, 0, 0, 0)
 #define CREATE(structure) STEP(ACTION_CREATE, structure, 0, 0, 0, 0)
 #define CREATE_GENERIC(structure) STEP(ACTION_CREATE_GENERIC, structure, 0, 0, 0, 0)
+#define CREATE_FITTING(structure) STEP(ACTION_CREATE_FITTING, structure, 0, 0, 0, 0)
+#define CREATE_COMPACTED(structure) STEP(ACTION_CREATE_COMPACTED, structure, 0, 0, 0, 0)
+#define CREATE_TOO_SMALL(structure) STEP(ACTION_CREATE_COMPACTED, structure, 0, 0, 0, 1)
 #define DESTROY(structure) STEP(ACTION_DESTROY, structure, 0, 0, 0, 0)
 #define DESTROY_BUFFER(structure) STEP(ACTION_DESTROY_BUFFER, structure, 0, 0, 0, 0)
 #define FREE_MEMORY(structure) STEP(ACTION_FREE_MEMORY, structure, 0, 0, 0, 0)
@@ -173,6 +193,6 @@ struct program_list {
     const struct program_list name_ = {#name_, (programs_),                                        \
                                        sizeof(programs_) / sizeof((programs_)[0])}
 
-extern const struct program_list order_programs, silent_programs, death_programs;
+extern const struct program_list order_programs, silent_programs, death_programs, size_programs;
 
 #endif

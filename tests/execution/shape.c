@@ -83,6 +83,18 @@ void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
     };
 }
 
+VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape)
+{
+    struct shape_arguments arguments;
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    shape_fill(&arguments, scene, shape);
+    scene->vk->GetAccelerationStructureBuildSizesKHR(
+        scene->world->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &arguments.info,
+        arguments.counts, &sizes);
+    return sizes.accelerationStructureSize;
+}
+
 /* ---- differences */
 
 struct difference differences[DIFFERENCES] = {

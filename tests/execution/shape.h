@@ -38,6 +38,9 @@ struct shape_arguments {
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
                 const struct shape *shape);
 
+/* The size of a structure for a build of that shape. */
+VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape);
+
 /* An update that asks for `asked` of a source that was last built as `built` breaks the rules. */
 struct difference {
     const char *name;

@@ -94,6 +94,7 @@ static void chain_core(struct features *features, const struct setup *setup, con
         chain(head, &features->vulkan12, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
         features->vulkan12.bufferDeviceAddress = VK_TRUE;
         features->vulkan12.timelineSemaphore = VK_TRUE;
+        features->vulkan12.hostQueryReset = VK_TRUE;
     }
     chain(head, &features->vulkan13, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
     features->vulkan13.dynamicRendering = VK_TRUE;

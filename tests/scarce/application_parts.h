@@ -16,6 +16,7 @@ enum {
     SCRATCH_SIZE = 8192,
     SPARSE_PAGE = 65536,
     SPARSE_PAGES = 12,
+    QUERIES = 4,
 };
 
 /* A structure in a buffer in memory of its own, and a command buffer in a pool of its own. */
@@ -41,6 +42,7 @@ struct application {
 
     struct set sets[SETS];
     VkSemaphore semaphore;
+    VkQueryPool queries; /* of compacted sizes */
     /* Inputs and scratch: one memory, in which small buffers without the right usage alias the
      * large one that has it. */
     VkDeviceMemory memory;

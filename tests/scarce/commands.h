@@ -27,14 +27,17 @@
     COMMAND(CmdEndDebugUtilsLabelEXT)                                                              \
     COMMAND(CmdExecuteCommands)                                                                    \
     COMMAND(CmdInsertDebugUtilsLabelEXT)                                                           \
+    COMMAND(CmdWriteAccelerationStructuresPropertiesKHR)                                           \
     COMMAND(CreateAccelerationStructureKHR)                                                        \
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(CreateCommandPool)                                                                     \
+    COMMAND(CreateQueryPool)                                                                       \
     COMMAND(CreateSemaphore)                                                                       \
     COMMAND(DestroyAccelerationStructureKHR)                                                       \
     COMMAND(DestroyBuffer)                                                                         \
     COMMAND(DestroyCommandPool)                                                                    \
     COMMAND(DestroyDevice)                                                                         \
+    COMMAND(DestroyQueryPool)                                                                      \
     COMMAND(DestroySemaphore)                                                                      \
     COMMAND(DeviceWaitIdle)                                                                        \
     COMMAND(EndCommandBuffer)                                                                      \
@@ -43,9 +46,11 @@
     COMMAND(GetAccelerationStructureBuildSizesKHR)                                                 \
     COMMAND(GetBufferDeviceAddress)                                                                \
     COMMAND(GetDeviceQueue)                                                                        \
+    COMMAND(GetQueryPoolResults)                                                                   \
     COMMAND(QueueBindSparse)                                                                       \
     COMMAND(QueueSubmit)                                                                           \
     COMMAND(ResetCommandPool)                                                                      \
+    COMMAND(ResetQueryPool)                                                                        \
     COMMAND(SetDebugUtilsObjectNameEXT)
 
 struct commands {

@@ -139,6 +139,15 @@ static void destroy_tails(struct application *app)
     app->vk.FreeMemory(app->device, app->tails_memory, NULL);
 }
 
+static void create_queries(struct application *app)
+{
+    const VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                        .queryType =
+                                            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                                        .queryCount = QUERIES};
+    GET(app, "vkCreateQueryPool", app->vk.CreateQueryPool(app->device, &info, NULL, &app->queries));
+}
+
 void create_objects(struct application *app)
 {
     const VkSemaphoreCreateInfo semaphore = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
@@ -148,6 +157,7 @@ void create_objects(struct application *app)
         create_set(app, &app->sets[n], n);
         name_set(app, &app->sets[n], n);
     }
+    create_queries(app);
     create_inputs(app);
     create_sparse(app);
     create_tails(app);
@@ -160,6 +170,7 @@ void destroy_objects(struct application *app)
     destroy_tails(app);
     destroy_sparse(app);
     destroy_inputs(app);
+    app->vk.DestroyQueryPool(app->device, app->queries, NULL);
     for (unsigned n = 0; n < SETS; n++)
         destroy_set(app, &app->sets[n], n);
 }

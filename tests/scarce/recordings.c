@@ -163,6 +163,25 @@ static void record_copies(struct application *app, VkCommandBuffer command_buffe
     end(app, command_buffer);
 }
 
+/* Compacted sizes of what was built, read as soon as they are there. */
+static void query_sizes(struct application *app, VkCommandBuffer command_buffer)
+{
+    uint64_t sizes[QUERIES];
+    VkAccelerationStructureKHR accels[QUERIES];
+    for (unsigned i = 0; i < QUERIES; i++)
+        accels[i] = app->sets[i].accel;
+    app->vk.ResetQueryPool(app->device, app->queries, 0, QUERIES);
+    begin(app, command_buffer);
+    app->vk.CmdWriteAccelerationStructuresPropertiesKHR(
+        command_buffer, QUERIES, accels, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        app->queries, 0);
+    end(app, command_buffer);
+    submit(app, command_buffer, false, false);
+    GET(app, "vkGetQueryPoolResults",
+        app->vk.GetQueryPoolResults(app->device, app->queries, 0, QUERIES, sizeof(sizes), sizes,
+                                    sizeof(sizes[0]), VK_QUERY_RESULT_64_BIT));
+}
+
 /* A primary that executes two secondary command buffers, one of which updates what the other
  * builds. */
 static void record_secondaries(struct application *app, const struct set *builds,
@@ -230,6 +249,7 @@ void record_all(struct application *app)
     const struct set *sets = app->sets;
     record_builds(app, sets[0].primary);
     submit(app, sets[0].primary, false, true);
+    query_sizes(app, sets[4].primary);
     record_copies(app, sets[1].primary);
     submit(app, sets[1].primary, true, false);
     record_secondaries(app, &sets[2], &sets[3]);

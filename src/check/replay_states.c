@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading and writing live states in the order of execution. */
+#include "check/replay_states.h"
+
+const struct built built_unknown = {.state = BUILT_UNKNOWN};
+static const struct built never = {.state = BUILT_NEVER};
+
+/* Whether the batch certainly sees what was written then. */
+static bool is_settled(const struct replay *replay, struct moment written)
+{
+    return (written.queue == replay->now.queue && written.count == replay->now.count) ||
+           execution_clock_has(replay->follows, written);
+}
+
+static bool is_alive(struct replay *replay, VkAccelerationStructureKHR handle, uint64_t id)
+{
+    struct accel_facts facts;
+    unsigned token = resources_begin_reading(replay->resources);
+    resources_find_accel(replay->resources, handle, &facts);
+    resources_end_reading(replay->resources, token);
+    return facts.alive == YES && facts.id == id;
+}
+
+/* A structure that nobody wrote has never been built; but what is known of one goes with it when it
+ * is destroyed. */
+const struct built *replay_read(struct replay *replay, VkAccelerationStructureKHR handle,
+                                uint64_t id)
+{
+    const struct build_state *state = build_states_find(replay->states, id);
+    if (!id || !replay->predecessors_known || replay->out_of_memory)
+        return &built_unknown;
+    if (!state)
+        return replay->never_is_certain && is_alive(replay, handle, id) ? &never : &built_unknown;
+    return is_settled(replay, state->written) ? &state->built : &built_unknown;
+}
+
+static void note_before(struct replay *replay, uint64_t id, const struct build_state *before)
+{
+    if (replay->undo && !build_undo_note(replay->undo, id, before))
+        replay->out_of_memory = true;
+}
+
+/* Two writes without an order between them leave open for good which came last. */
+void replay_write(struct replay *replay, uint64_t id, const struct built *built)
+{
+    struct build_state *before = build_states_find(replay->states, id);
+    bool contested = before && !is_settled(replay, before->written);
+    struct moment written = contested ? moment_never() : replay->now;
+    if (contested)
+        built = &built_unknown;
+    if (!id)
+        return;
+    note_before(replay, id, before);
+    if (before)
+        build_state_replace(before, built, written);
+    else if (!build_states_set(replay->states, id, built, written))
+        replay->out_of_memory = true;
+}
+
+void replay_erase(struct replay *replay, uint64_t id)
+{
+    const struct build_state *before = build_states_find(replay->states, id);
+    if (!before)
+        return;
+    note_before(replay, id, before);
+    build_states_remove(replay->states, id);
+}

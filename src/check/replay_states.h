@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How a replay reads and writes the live states of a device, for the replay's own files. */
+#ifndef ASSAY_CHECK_REPLAY_STATES_H
+#define ASSAY_CHECK_REPLAY_STATES_H
+
+#include "check/replay.h"
+
+extern const struct built built_unknown;
+
+/* What the structure was last built with for a reader in this batch, as far as that is certain. */
+const struct built *replay_read(struct replay *replay, VkAccelerationStructureKHR handle,
+                                uint64_t id);
+
+/* What it is built with after this batch; `id` 0 is ignored. */
+void replay_write(struct replay *replay, uint64_t id, const struct built *built);
+
+/* As if nothing had ever been written. */
+void replay_erase(struct replay *replay, uint64_t id);
+
+/* Queries of compacted sizes: what each entry of the journal does. */
+void replay_query(struct replay *replay, const struct journal_entry *entry);
+void replay_reset_queries(struct replay *replay, const struct journal_entry *entry);
+void replay_answer(struct replay *replay, const struct host_view *host,
+                   const struct journal_entry *entry);
+
+#endif
