@@ -2,33 +2,10 @@
 /* Intercepts of the four build commands: observe, check, forward. */
 #include <stdatomic.h>
 
-#include "check/check.h"
+#include "build_call.h"
 #include "check/formats.h"
-#include "check/replay.h"
 #include "intercepts.h"
-#include "layer.h"
 #include "submissions.h"
-
-/* One call on its way through the checks. */
-struct build_call {
-    struct layer_device *device;
-    struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
-    struct call_origin origin;
-    struct call_view view;
-    struct recent_sizes recent_sizes;
-    struct journal_mark mark; /* before the call's entries */
-    bool skip;                /* a callback asked to skip the call */
-};
-
-static bool found(void *user, enum rule rule, const struct location *location,
-                  const struct finding *finding)
-{
-    struct build_call *call = user;
-    struct reporter *reporter = call->device->instance->reporter;
-    if (reporter_send(reporter, rule, location, &call->origin, finding))
-        call->skip = true;
-    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
-}
 
 static void find_sizes_of_device(struct layer_device *device,
                                  const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -96,11 +73,6 @@ static enum tristate vertex_format_supported(void *user, VkFormat format)
     return known;
 }
 
-static bool of_another_device(void *user, VkAccelerationStructureKHR handle)
-{
-    return layer_other_device_has_accel(((struct build_call *)user)->device, handle);
-}
-
 /* ---- the journal */
 
 static bool is_update(const struct build_view *build)
@@ -162,10 +134,10 @@ static void see_build(void *user, const struct build_view *build)
         .command = (unsigned char)call->view.command,
         .info = build->index,
         .labels = journal_note_labels(call->command_buffer->journal, &call->command_buffer->labels),
-        .dst = build->dst.handle,
+        .dst = (uint64_t)(uintptr_t)build->dst.handle,
         .dst_id = build->dst.id,
         .dst_backed = build->dst.backed == YES,
-        .src = build->src.handle,
+        .src = (uint64_t)(uintptr_t)build->src.handle,
         .src_id = build->src.id,
         .src_backed = build->src.backed == YES,
         .geometry_by_pointer = build->geometry_pointers != NULL,
@@ -176,60 +148,7 @@ static void see_build(void *user, const struct build_view *build)
         see_input(user, build, 0, INPUT_SCRATCH, &build->scratch);
 }
 
-static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
-{
-    struct build_call *call = user;
-    (void)journal;
-    (void)position;
-    (void)info;
-    call->origin.build_index = call->view.command_buffer.build_index;
-}
-
-static struct replay replay_of(struct build_call *call)
-{
-    return (struct replay){
-        .active = call->device->active_rules,
-        .resources = call->device->resources,
-        .locate = locate,
-        .found = found,
-        .user = call,
-    };
-}
-
-/* Judges updates whose sources the command buffer has built itself, and keeps the call's entries,
- * or takes them back if the call will be skipped. */
-static void settle_journal(struct build_call *call)
-{
-    struct command_buffer *command_buffer = call->command_buffer;
-    struct replay replay = replay_of(call);
-    replay_recorded(&replay, command_buffer, &call->mark);
-    if (call->skip)
-        journal_take_back(command_buffer->journal, &call->mark);
-    else
-        replay_keep(command_buffer, &call->mark);
-}
-
 /* ---- the calls */
-
-static void set_command_buffer(struct build_call *call, VkCommandBuffer handle)
-{
-    struct layer_device *device = call->device;
-    call->command_buffer = command_buffers_find(device->command_buffers, handle);
-    call->view.command_buffer =
-        command_buffers_facts(device->command_buffers, call->command_buffer, handle);
-    call->origin.command_buffer = handle;
-    call->origin.build_index = call->view.command_buffer.build_index;
-    call->origin.labels = call->command_buffer ? &call->command_buffer->labels : NULL;
-}
-
-static struct build_call start_call(struct layer_device *device, enum build_command command)
-{
-    return (struct build_call){
-        .device = device,
-        .origin = {.device = device->handle, .names = device->names},
-        .view = {.command = command, .device = &device->facts},
-    };
-}
 
 /* Large calls want memory, and are often followed by others: the device keeps that of one. */
 enum { LARGE_CALL = 16 };
@@ -258,34 +177,26 @@ static void run_checks(struct build_call *call)
         .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
         .resources = call->device->resources,
         .sweep = take_sweep(call),
-        .found = found,
+        .found = build_call_found,
         .find_sizes = find_sizes,
         .vertex_format_supported = vertex_format_supported,
-        .of_another_device = of_another_device,
+        .of_another_device = build_call_of_another_device,
         .user = call,
     };
     if (call->view.command == COMMAND_NV) {
         check_call(&context, &call->view); /* takes no large call */
         return;
     }
-    if (call->device->level >= LEVEL_EXECUTION && call->command_buffer &&
-        call->command_buffer->journal) {
+    if (build_call_begin_journal(call)) {
         context.see_build = see_build;
         context.see_input = see_input;
-        call->mark = journal_mark(call->command_buffer->journal);
     }
     if (call->view.command == COMMAND_HOST && call->device->level >= LEVEL_EXECUTION)
         context.see_build = see_host_build;
     check_builds(&context, &call->view);
     give_back_sweep(call, context.sweep);
     if (context.see_input)
-        settle_journal(call);
-}
-
-static void count_builds(struct build_call *call, uint32_t count)
-{
-    if (call->command_buffer)
-        call->command_buffer->build_count += count;
+        build_call_settle_journal(call);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
@@ -294,15 +205,15 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct build_call call = start_call(device, COMMAND_DEVICE);
-    set_command_buffer(&call, commandBuffer);
+    struct build_call call = build_call_start(device, COMMAND_DEVICE);
+    build_call_set_command_buffer(&call, commandBuffer);
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;
     run_checks(&call);
     if (call.skip)
         return;
-    count_builds(&call, infoCount);
+    build_call_count_builds(&call, infoCount);
     device->vk.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
                                                  ppBuildRangeInfos);
 }
@@ -314,15 +225,15 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
     const uint32_t *const *ppMaxPrimitiveCounts)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct build_call call = start_call(device, COMMAND_INDIRECT);
-    set_command_buffer(&call, commandBuffer);
+    struct build_call call = build_call_start(device, COMMAND_INDIRECT);
+    build_call_set_command_buffer(&call, commandBuffer);
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.max_primitive_counts = ppMaxPrimitiveCounts;
     run_checks(&call);
     if (call.skip)
         return;
-    count_builds(&call, infoCount);
+    build_call_count_builds(&call, infoCount);
     device->vk.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
                                                          pIndirectDeviceAddresses, pIndirectStrides,
                                                          ppMaxPrimitiveCounts);
@@ -334,7 +245,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
     struct layer_device *state = layer_find_device(device);
-    struct build_call call = start_call(state, COMMAND_HOST);
+    struct build_call call = build_call_start(state, COMMAND_HOST);
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;
@@ -352,12 +263,12 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
     VkDeviceSize scratchOffset)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct build_call call = start_call(device, COMMAND_NV);
-    set_command_buffer(&call, commandBuffer);
+    struct build_call call = build_call_start(device, COMMAND_NV);
+    build_call_set_command_buffer(&call, commandBuffer);
     run_checks(&call);
     if (call.skip)
         return;
-    count_builds(&call, 1);
+    build_call_count_builds(&call, 1);
     device->vk.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
                                                update, dst, src, scratch, scratchOffset);
 }

@@ -26,8 +26,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     struct journal_entry entry = {
         .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
                                                                                : JOURNAL_COPY,
-        .dst = pInfo->dst,
-        .src = pInfo->src,
+        .dst = (uint64_t)(uintptr_t)pInfo->dst,
+        .src = (uint64_t)(uintptr_t)pInfo->src,
         .dst_id = layer_accel_id(device, pInfo->dst),
         .src_id = layer_accel_id(device, pInfo->src),
     };
@@ -39,8 +39,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct journal_entry entry = {
-        .kind = JOURNAL_FILL, .dst = pInfo->dst, .dst_id = layer_accel_id(device, pInfo->dst)};
+    struct journal_entry entry = {.kind = JOURNAL_FILL,
+                                  .dst = (uint64_t)(uintptr_t)pInfo->dst,
+                                  .dst_id = layer_accel_id(device, pInfo->dst)};
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
 }

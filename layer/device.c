@@ -3,6 +3,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+#include "cpu/overlay.h"
 #include "intercepts.h"
 #include "layer.h"
 #include "submissions.h"
@@ -29,6 +30,7 @@ static void select_rules(struct layer_device *device)
 
 static void free_device(struct layer_device *device)
 {
+    cpu_overlay_destroy(device->cpu);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
     resources_destroy(device->resources);
@@ -76,7 +78,10 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result != VK_SUCCESS)
         return result;
     select_rules(device);
-    result = follow_submissions(device);
+    if (reporter_settings(device->instance->reporter)->backend == BACKEND_CPU)
+        result = cpu_overlay_create(device, create_info);
+    if (result == VK_SUCCESS)
+        result = follow_submissions(device);
     if (result == VK_SUCCESS)
         layer_add_device(device);
     return result;

@@ -35,6 +35,10 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         is_enabled(create_info, VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME);
     facts->extension.cluster_acceleration_structure_nv =
         is_enabled(create_info, VK_NV_CLUSTER_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    facts->extension.adds_to_inputs =
+        facts->extension.motion_blur_nv || facts->extension.linear_swept_spheres_nv ||
+        facts->extension.dense_geometry_format_amdx || facts->extension.opacity_micromap_ext ||
+        facts->extension.opacity_micromap_khr || facts->extension.displacement_micromap_nv;
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
         if (!registry_knows_extension(create_info->ppEnabledExtensionNames[i]))
             facts->newer_than_registry = true;

@@ -77,14 +77,14 @@ void layer_remove_device(struct layer_device *device)
     take_out(&devices, &device->link);
 }
 
-bool layer_other_device_has_accel(const struct layer_device *device,
-                                  VkAccelerationStructureKHR handle)
+bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
+                            uint64_t handle)
 {
     bool found = false;
     unsigned stripe = reader_lock_enter(&registry_lock);
     for (struct layer_link *link = devices; link && !found; link = link->next)
         found = link != &device->link &&
-                resources_has_accel(((struct layer_device *)link)->resources, handle);
+                resources_find_id(((struct layer_device *)link)->resources, kind, handle) != 0;
     reader_lock_leave(&registry_lock, stripe);
     return found;
 }

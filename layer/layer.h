@@ -53,6 +53,7 @@ struct layer_device {
     VkPhysicalDevice physical_device;
     struct layer_instance *instance;
     VkuDeviceDispatchTable vk;
+    struct cpu_overlay *cpu; /* backend cpu (cpu/overlay.h); NULL on backend driver */
 
     /* Never change after creation. */
     struct device_facts facts;
@@ -91,9 +92,9 @@ void layer_remove_instance(struct layer_instance *instance);
 void layer_add_device(struct layer_device *device);
 void layer_remove_device(struct layer_device *device);
 
-/* Whether a device other than this one has an acceleration structure of that handle. */
-bool layer_other_device_has_accel(const struct layer_device *device,
-                                  VkAccelerationStructureKHR handle);
+/* Whether a device other than this one has such a thing of that handle. */
+bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
+                            uint64_t handle);
 
 /* The loader's link information in a creation chain; NULL if it isn't there. */
 VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info);

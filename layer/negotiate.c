@@ -2,6 +2,7 @@
 /* What the loader asks of the layer: the one exported function, and commands by name. */
 #include <string.h>
 
+#include "cpu/overlay.h"
 #include "intercepts.h"
 #include "layer.h"
 
@@ -50,7 +51,9 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device
     if (!state)
         return NULL;
     PFN_vkVoidFunction own = FIND(device_commands, pName);
-    PFN_vkVoidFunction next = state->vk.GetDeviceProcAddr(device, pName);
+    PFN_vkVoidFunction next = state->cpu ? cpu_overlay_command(state->cpu, pName) : NULL;
+    if (!next)
+        next = state->vk.GetDeviceProcAddr(device, pName);
     return next && own ? own : next;
 }
 

@@ -54,7 +54,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdWriteAccelerationStructuresPropertiesKHR(
         journal_add(recording->journal,
                     &(struct journal_entry){
                         .kind = JOURNAL_QUERY,
-                        .src = pAccelerationStructures[i],
+                        .src = (uint64_t)(uintptr_t)pAccelerationStructures[i],
                         .src_id = layer_accel_id(device, pAccelerationStructures[i]),
                         .dst_id = pool.first_id + firstQuery + i,
                     });
@@ -219,7 +219,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WriteAccelerationStructuresPropertiesKHR(
     for (uint32_t i = 0; journal && i < accelerationStructureCount && has_result(&results, i);
          i++) {
         struct journal_entry answer = {.kind = JOURNAL_ANSWER,
-                                       .src = pAccelerationStructures[i],
+                                       .src = (uint64_t)(uintptr_t)pAccelerationStructures[i],
                                        .src_id = layer_accel_id(state, pAccelerationStructures[i]),
                                        .size = read_result(&results, i)};
         journal_add(journal, &answer);

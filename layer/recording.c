@@ -4,11 +4,7 @@
 
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)
 {
-    struct accel_facts facts;
-    unsigned token = resources_begin_reading(device->resources);
-    resources_find_accel(device->resources, handle, &facts);
-    resources_end_reading(device->resources, token);
-    return facts.id;
+    return resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)handle);
 }
 
 struct command_buffer *layer_find_recording(const struct layer_device *device,

@@ -10,6 +10,7 @@ const struct rule_info rule_infos[RULE_COUNT] = {
     .vuid[COMMAND_INDIRECT] = VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail,
 #define HOST(tail) .vuid[COMMAND_HOST] = VUID_vkBuildAccelerationStructuresKHR_##tail,
 #define NV(tail) .vuid[COMMAND_NV] = VUID_vkCmdBuildAccelerationStructureNV_##tail,
+#define IN_NV(structure, tail) .vuid[COMMAND_NV] = VUID_##structure##_##tail,
 #define IN(structure, tail)                                                                        \
     .vuid = {VUID_##structure##_##tail, VUID_##structure##_##tail, VUID_##structure##_##tail,      \
              VUID_##structure##_##tail},
@@ -29,6 +30,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define HOST(tail) case VUID_vkBuildAccelerationStructuresKHR_##tail:
 #define NV(tail) case VUID_vkCmdBuildAccelerationStructureNV_##tail:
 #define IN(structure, tail) case VUID_##structure##_##tail:
+#define IN_NV(structure, tail) case VUID_##structure##_##tail:
 #define RULE(subject, name, level, ids) ids return RULE_##name;
 #define PENDING(name, level, waits_for, ids) ids return RULE_##name;
 #include "rules.def"

@@ -8,7 +8,7 @@
  *
  * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
  * command whose statement it is, or IN(structure, tail) for a structure's own, which every command
- * shares.
+ * shares; IN_NV for that of a structure that only the NV command takes.
  */
 #ifndef ASSAY_VUID_TABLES_RULES_H
 #define ASSAY_VUID_TABLES_RULES_H

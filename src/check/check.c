@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/extensions.h"
 #include "check/sweep.h"
 #include "check/views.h"
 #include "check/walk.h"
@@ -31,6 +32,9 @@ static void see_inputs(struct check_context *context, const struct geometry_view
     context->see_input(context->user, build, geometry->index, INPUT_TRANSFORM,
                        &geometry->transform);
     context->see_input(context->user, build, geometry->index, data_role, &geometry->data);
+    for (uint32_t i = 0; geometry->chained && i < geometry->chained->count; i++)
+        context->see_input(context->user, build, geometry->index, geometry->chained->items[i].role,
+                           &geometry->chained->items[i].facts);
 }
 
 /* One geometry of a build, at each level. */
@@ -40,6 +44,9 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
     struct range_view range = {.geometry = geometry,
                                .range = build->ranges ? &build->ranges[geometry->index] : NULL};
     bool has_count = view_primitive_count(build, geometry->index, &range.primitive_count);
+    struct chained_inputs chained;
+    if (build->call->device->extension.adds_to_inputs)
+        check_extended_geometry(walk, geometry, &chained, with_state);
     walk_geometry(walk, geometry, LEVEL_PARAMETERS);
     if (has_count)
         walk_range(walk, &range, LEVEL_PARAMETERS);
@@ -151,6 +158,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
     uint32_t findings_before = walk->findings;
+    if (build->call->device->extension.adds_to_inputs)
+        check_extended_build(walk, build, with_state);
     walk_build(walk, build, LEVEL_PARAMETERS);
     check_geometries(walk, build, first, with_state);
     if (with_state) {

@@ -2,7 +2,7 @@
 /* What recorded builds use, asked for again at submission: structures and buffers may have been
  * destroyed, and memory freed, in between. An address that another buffer has taken over meanwhile
  * is as good as before. */
-
+#include "check/input.h"
 #include "check/replay.h"
 
 static bool is_wanted(const struct replay *replay, const struct journal_entry *entry,
@@ -24,12 +24,12 @@ struct structure_rules {
 };
 
 static void check_structure(struct replay *replay, const struct journal *journal,
-                            const struct journal_entry *entry, VkAccelerationStructureKHR handle,
-                            uint64_t id, bool was_backed, const struct structure_rules *rules)
+                            const struct journal_entry *entry, uint64_t handle, uint64_t id,
+                            bool was_backed, const struct structure_rules *rules)
 {
     struct accel_facts facts;
     unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, handle, &facts);
+    resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
     resources_end_reading(replay->resources, token);
 
     bool died = facts.alive == NO || (facts.alive == YES && facts.id != id);
@@ -41,12 +41,10 @@ static void check_structure(struct replay *replay, const struct journal *journal
                                 .subject = SUBJECT_BUILD,
                                 .build = entry->info};
     struct finding finding;
-    struct value structure =
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
     violated(&finding, rules->field,
              died ? "{} was destroyed after the build was recorded"
                   : "{} lost its memory, or its buffer, after the build was recorded",
-             structure);
+             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle));
     report(replay, journal, entry->built.position, rule, &location, &finding);
 }
 
@@ -66,25 +64,6 @@ static void check_entry(struct replay *replay, const struct journal *journal,
 }
 
 /* Inputs. */
-
-static const char *field_of_input(enum input_role role)
-{
-    switch (role) {
-    case INPUT_VERTEX:
-        return "geometry.triangles.vertexData.deviceAddress";
-    case INPUT_INDEX:
-        return "geometry.triangles.indexData.deviceAddress";
-    case INPUT_TRANSFORM:
-        return "geometry.triangles.transformData.deviceAddress";
-    case INPUT_AABBS:
-        return "geometry.aabbs.data.deviceAddress";
-    case INPUT_INSTANCES:
-        return "geometry.instances.data.deviceAddress";
-    case INPUT_SCRATCH:
-        break;
-    }
-    return "scratchData.deviceAddress";
-}
 
 static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
 {
@@ -116,7 +95,7 @@ static void check_input(struct replay *replay, const struct journal *journal,
                                 .geometry = input->geometry,
                                 .geometry_by_pointer = input->geometry_by_pointer};
     struct finding finding;
-    violated(&finding, field_of_input((enum input_role)input->role),
+    violated(&finding, input_field((enum input_role)input->role),
              facts.status == ADDRESS_NOWHERE
                  ? "{} was in a buffer that was destroyed after the build was recorded"
                  : "{} is in a buffer whose memory was freed after the build was recorded",

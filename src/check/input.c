@@ -1,28 +1,47 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the addresses that a geometry reads from. */
+#include "check/input.h"
 #include "check/formats.h"
 #include "check/geometry_data.h"
 #include "check/predicates.h"
 
-/* The addresses of a geometry by their paths; those that it doesn't use have status
- * ADDRESS_UNKNOWN. */
+const char *input_field(enum input_role role)
+{
+    switch (role) {
+    case INPUT_VERTEX:
+        return "geometry.triangles.vertexData.deviceAddress";
+    case INPUT_INDEX:
+        return "geometry.triangles.indexData.deviceAddress";
+    case INPUT_TRANSFORM:
+        return "geometry.triangles.transformData.deviceAddress";
+    case INPUT_AABBS:
+        return "geometry.aabbs.data.deviceAddress";
+    case INPUT_INSTANCES:
+        return "geometry.instances.data.deviceAddress";
+    case INPUT_MOTION_VERTEX:
+        return "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>"
+               ".vertexData.deviceAddress";
+    case INPUT_SCRATCH:
+        break;
+    }
+    return "scratchData.deviceAddress";
+}
+
+/* The addresses of a geometry; those that it doesn't use have status ADDRESS_UNKNOWN. */
 enum { INPUTS = 4 };
 
 struct input {
-    const char *field;
+    enum input_role role;
     const struct address_facts *facts;
 };
 
 static void list_inputs(const struct geometry_view *geometry, struct input inputs[INPUTS])
 {
     bool is_aabbs = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    inputs[0] = (struct input){"geometry.triangles.vertexData.deviceAddress", &geometry->vertex};
-    inputs[1] = (struct input){"geometry.triangles.indexData.deviceAddress", &geometry->index_data};
-    inputs[2] =
-        (struct input){"geometry.triangles.transformData.deviceAddress", &geometry->transform};
-    inputs[3] = (struct input){is_aabbs ? "geometry.aabbs.data.deviceAddress"
-                                        : "geometry.instances.data.deviceAddress",
-                               &geometry->data};
+    inputs[0] = (struct input){INPUT_VERTEX, &geometry->vertex};
+    inputs[1] = (struct input){INPUT_INDEX, &geometry->index_data};
+    inputs[2] = (struct input){INPUT_TRANSFORM, &geometry->transform};
+    inputs[3] = (struct input){is_aabbs ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data};
 }
 
 static struct value buffer(const struct address_facts *facts)
@@ -134,31 +153,46 @@ bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct 
                       instances->data.deviceAddress, 8);
 }
 
-/* 03808 speaks for transformData itself. */
-bool input_address_is_in_a_buffer(const struct geometry_view *geometry, struct finding *finding)
+/* The first address of that status, of the geometry itself or in what extensions chain to it. 03808
+ * speaks for transformData that is nowhere. */
+static bool find_input(const struct geometry_view *geometry, enum address_status status,
+                       struct input *found)
 {
     struct input inputs[INPUTS];
+    const struct chained_inputs *chained = geometry->chained;
     list_inputs(geometry, inputs);
     for (int i = 0; i < INPUTS; i++)
-        if (inputs[i].facts->status == ADDRESS_NOWHERE && inputs[i].facts != &geometry->transform)
-            return violated(finding, inputs[i].field,
-                            "{} is in no buffer whose address was retrieved",
-                            hex(inputs[i].facts->address));
-    return true;
+        if (inputs[i].facts->status == status &&
+            (status != ADDRESS_NOWHERE || inputs[i].role != INPUT_TRANSFORM)) {
+            *found = inputs[i];
+            return true;
+        }
+    for (uint32_t i = 0; chained && i < chained->count; i++)
+        if (chained->items[i].facts.status == status) {
+            *found = (struct input){chained->items[i].role, &chained->items[i].facts};
+            return true;
+        }
+    return false;
+}
+
+bool input_address_is_in_a_buffer(const struct geometry_view *geometry, struct finding *finding)
+{
+    struct input input;
+    return !find_input(geometry, ADDRESS_NOWHERE, &input) ||
+           violated(finding, input_field(input.role),
+                    "{} is in no buffer whose address was retrieved", hex(input.facts->address));
 }
 
 bool input_buffer_is_bound(const struct geometry_view *geometry, struct finding *finding)
 {
-    struct input inputs[INPUTS];
-    list_inputs(geometry, inputs);
-    for (int i = 0; i < INPUTS; i++)
-        if (inputs[i].facts->status == ADDRESS_UNBOUND)
-            return violated(finding, inputs[i].field,
-                            "{} is in {}, which is not bound to live memory",
-                            hex(inputs[i].facts->address), buffer(inputs[i].facts));
-    return true;
+    struct input input;
+    return !find_input(geometry, ADDRESS_UNBOUND, &input) ||
+           violated(finding, input_field(input.role),
+                    "{} is in {}, which is not bound to live memory", hex(input.facts->address),
+                    buffer(input.facts));
 }
 
+/* The rule names the members that it means; those of extensions' structures aren't among them. */
 bool input_buffer_has_build_input_usage(const struct geometry_view *geometry,
                                         struct finding *finding)
 {
@@ -168,7 +202,7 @@ bool input_buffer_has_build_input_usage(const struct geometry_view *geometry,
     list_inputs(geometry, inputs);
     for (int i = 0; i < INPUTS; i++)
         if (inputs[i].facts->status == ADDRESS_IN_BUFFER && !(inputs[i].facts->usage & needed))
-            return violated(finding, inputs[i].field,
+            return violated(finding, input_field(inputs[i].role),
                             "{} is in {}, created with usage {}, without "
                             "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",
                             hex(inputs[i].facts->address), buffer(inputs[i].facts),

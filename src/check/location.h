@@ -8,7 +8,13 @@
 
 #include "rules.h"
 
-enum subject { SUBJECT_CALL, SUBJECT_BUILD, SUBJECT_GEOMETRY, SUBJECT_RANGE };
+enum subject {
+    SUBJECT_CALL,
+    SUBJECT_PARAMETER, /* of the call, which makes one build: COMMAND_NV */
+    SUBJECT_BUILD,
+    SUBJECT_GEOMETRY,
+    SUBJECT_RANGE,
+};
 
 struct location {
     enum build_command command;

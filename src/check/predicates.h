@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 
+#include "check/extension_view.h"
 #include "check/finding.h"
 #include "check/view.h"
 

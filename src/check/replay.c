@@ -61,8 +61,7 @@ static void judge_size(struct walk *walk, const struct journal_entry *entry,
     if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(asked, source) ||
         !walk->wants[RULE_dst_is_large_enough])
         return;
-    struct value dst =
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)entry->dst);
+    struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
     if (source->compacted)
         violated(&finding, "dstAccelerationStructure",
                  "{} was created with size {}, less than the compacted size of its source ({}), as "
@@ -87,9 +86,11 @@ static void judge(struct replay *replay, const struct journal *journal,
     struct check_context context = {.found = hand_on, .user = &judgement};
     struct walk walk = {.context = &context};
     memcpy(walk.wants, replay->active[command], sizeof(walk.wants));
-    struct update_view update = {.src = entry->src, .asked = &entry->built, .source = source};
+    struct update_view update = {
+        .command = command, .src = entry->src, .asked = &entry->built, .source = source};
     struct location location = {.command = command,
-                                .subject = SUBJECT_BUILD,
+                                .subject =
+                                    command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
                                 .build = entry->info,
                                 .geometry_by_pointer = entry->geometry_by_pointer};
     walk_update(&walk, &update, &location);

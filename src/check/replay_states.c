@@ -12,25 +12,18 @@ static bool is_settled(const struct replay *replay, struct moment written)
            execution_clock_has(replay->follows, written);
 }
 
-static bool is_alive(struct replay *replay, VkAccelerationStructureKHR handle, uint64_t id)
-{
-    struct accel_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, handle, &facts);
-    resources_end_reading(replay->resources, token);
-    return facts.alive == YES && facts.id == id;
-}
-
 /* A structure that nobody wrote has never been built; but what is known of one goes with it when it
  * is destroyed. */
-const struct built *replay_read(struct replay *replay, VkAccelerationStructureKHR handle,
-                                uint64_t id)
+const struct built *replay_read(struct replay *replay, uint64_t handle, uint64_t id)
 {
     const struct build_state *state = build_states_find(replay->states, id);
     if (!id || !replay->predecessors_known || replay->out_of_memory)
         return &built_unknown;
     if (!state)
-        return replay->never_is_certain && is_alive(replay, handle, id) ? &never : &built_unknown;
+        return replay->never_is_certain &&
+                       resources_find_id(replay->resources, RESOURCE_ACCEL, handle) == id
+                   ? &never
+                   : &built_unknown;
     return is_settled(replay, state->written) ? &state->built : &built_unknown;
 }
 

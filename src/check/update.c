@@ -6,7 +6,9 @@
 
 static struct value source(const struct update_view *update)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)update->src);
+    return object(update->command == COMMAND_NV ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                                : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                  update->src);
 }
 
 static struct value command_buffer(const struct built *built)
@@ -27,12 +29,12 @@ static bool differs(const struct update_view *update, struct finding *finding, c
 bool update_source_was_built_with_allow_update(const struct update_view *update,
                                                struct finding *finding)
 {
+    const char *field = update->command == COMMAND_NV ? "src" : "srcAccelerationStructure";
     const struct built *last = update->source;
     if (last->state == BUILT_NEVER)
-        return violated(finding, "srcAccelerationStructure", "{} has never been built",
-                        source(update));
+        return violated(finding, field, "{} has never been built", source(update));
     return (last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
-           violated(finding, "srcAccelerationStructure",
+           violated(finding, field,
                     "{} was last built with flags {}, without "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR (in {}, build {})",
                     source(update), hex(last->flags), command_buffer(last), number(last->position));

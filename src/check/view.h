@@ -10,6 +10,7 @@
 #include "rules.h"
 #include "state/built.h"
 #include "state/facts.h"
+#include "state/journal.h"
 
 /* One call of a build command. */
 struct call_view {
@@ -59,12 +60,24 @@ struct chain_facts {
     VkStructureType duplicate;
 };
 
+/* Addresses in the structures that extensions chain to a geometry. */
+enum { CHAINED_INPUTS_MAX = 4 };
+
+struct chained_inputs {
+    uint32_t count;
+    struct {
+        enum input_role role;
+        struct address_facts facts;
+    } items[CHAINED_INPUTS_MAX];
+};
+
 /* One geometry of a build. */
 struct geometry_view {
     const struct build_view *build;
     uint32_t index;
     const VkAccelerationStructureGeometryKHR *geometry;
     struct chain_facts chain, triangles_chain;
+    struct chained_inputs *chained; /* NULL where no extension has any */
 
     /* From level STATE on; ADDRESS_UNKNOWN where the geometry has no such address. */
     struct address_facts vertex, index_data, transform, data; /* data: AABBs or instances */
@@ -101,7 +114,8 @@ struct pair_view {
 /* An update that was recorded, and what is known of its source when it executes: never built, or
  * built with `source`. */
 struct update_view {
-    VkAccelerationStructureKHR src;
+    enum build_command command;
+    uint64_t src; /* handle, see struct journal_entry */
     const struct built *asked, *source;
 };
 

@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/chains.h"
 #include "check/formats.h"
 #include "check/geometry_data.h"
 
-/* Chains longer than this are cyclic, or nobody's. */
-enum { CHAIN_MAX = 64, INLINE_COUNTS = 16 };
+enum { INLINE_COUNTS = 16 };
 
 void view_call(struct check_context *context, struct call_view *call)
 {
@@ -153,68 +153,6 @@ void view_build(struct check_context *context, const struct call_view *call, uin
     sum_primitives(build);
 }
 
-static bool may_follow_geometry(const struct device_facts *device, VkStructureType type)
-{
-    switch ((int)type) {
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
-        return device->extension.dense_geometry_format_amdx;
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV:
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV:
-        return device->extension.linear_swept_spheres_nv;
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
-        return device->extension.opacity_micromap_khr;
-    default:
-        return false;
-    }
-}
-
-static bool may_follow_triangles(const struct device_facts *device, VkStructureType type)
-{
-    switch ((int)type) {
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV:
-        return device->extension.motion_blur_nv;
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
-        return device->extension.displacement_micromap_nv;
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
-        return device->extension.opacity_micromap_ext;
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR:
-        return device->extension.opacity_micromap_khr;
-    default:
-        return false;
-    }
-}
-
-/* Whether one of the first `count` structures of a chain is of that type. */
-static bool comes_before(const VkBaseInStructure *chain, int count, VkStructureType type)
-{
-    for (; count; chain = chain->pNext, count--)
-        if (chain->sType == type)
-            return true;
-    return false;
-}
-
-static void view_chain(struct check_context *context, const struct device_facts *device,
-                       const void *chain,
-                       bool (*may_follow)(const struct device_facts *, VkStructureType),
-                       struct chain_facts *facts)
-{
-    const VkBaseInStructure *s = chain;
-    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
-        if (!readable(context->readable, s, sizeof(*s))) {
-            facts->unreadable = s;
-            return;
-        }
-        if (!facts->has_stray && !may_follow(device, s->sType)) {
-            facts->has_stray = true;
-            facts->stray = s->sType;
-        }
-        if (!facts->has_duplicate && comes_before(chain, i, s->sType)) {
-            facts->has_duplicate = true;
-            facts->duplicate = s->sType;
-        }
-    }
-}
-
 void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
                    struct geometry_view *geometry)
 {
@@ -225,22 +163,14 @@ void view_geometry(struct check_context *context, const struct build_view *build
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     const struct device_facts *device = build->call->device;
-    view_chain(context, device, geometry->geometry->pNext, may_follow_geometry, &geometry->chain);
-    if (triangles)
-        view_chain(context, device, triangles->pNext, may_follow_triangles,
+    if (geometry->geometry->pNext)
+        chain_view(context, device, CHAIN_OF_GEOMETRY, geometry->geometry->pNext, &geometry->chain);
+    if (triangles && triangles->pNext)
+        chain_view(context, device, CHAIN_OF_TRIANGLES, triangles->pNext,
                    &geometry->triangles_chain);
 }
 
 /* State. */
-
-static bool chain_is_readable(struct check_context *context, const void *chain)
-{
-    const VkBaseInStructure *s = chain;
-    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)
-        if (!readable(context->readable, s, sizeof(*s)))
-            return false;
-    return !s;
-}
 
 static bool triangles_are_sound(struct check_context *context,
                                 const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
@@ -291,7 +221,8 @@ static void find_sizes(struct check_context *context, struct build_view *build)
 static void look_elsewhere(struct check_context *context, struct accel_facts *accel)
 {
     if (accel->handle && accel->alive == NO)
-        accel->of_another_device = context->of_another_device(context->user, accel->handle);
+        accel->of_another_device = context->of_another_device(context->user, RESOURCE_ACCEL,
+                                                              (uint64_t)(uintptr_t)accel->handle);
 }
 
 void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes)

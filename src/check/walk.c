@@ -18,16 +18,9 @@ static void hand_on(struct walk *walk, enum rule rule, const struct location *lo
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(view, &finding))           \
         hand_on(walk, RULE_##name, &location, &finding);
 
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
-
+#include "check/ask_nobody.h"
+#undef ASK_call
 #define ASK_call(name, level) ASK(name, level, call)
-#define ASK_build(name, level)
-#define ASK_geometry(name, level)
-#define ASK_range(name, level)
-#define ASK_pair(name, level)
-#define ASK_update(name, level)
-#define ASK_updated_geometry(name, level)
 
 void walk_call(struct walk *walk, const struct call_view *call, enum level level)
 {
@@ -36,17 +29,19 @@ void walk_call(struct walk *walk, const struct call_view *call, enum level level
 #include "rules.def"
 }
 
-#undef ASK_call
-#define ASK_call(name, level)
+static struct location location_of_build(const struct build_view *build)
+{
+    return (struct location){
+        .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
+}
+
+#include "check/ask_nobody.h"
 #undef ASK_build
 #define ASK_build(name, level) ASK(name, level, build)
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
 
 void walk_build(struct walk *walk, const struct build_view *build, enum level level)
 {
-    const struct location location = {
-        .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
+    const struct location location = location_of_build(build);
     struct finding finding;
 #include "rules.def"
 }
@@ -60,12 +55,9 @@ static struct location location_of(const struct geometry_view *geometry, enum su
                              .geometry_by_pointer = geometry->build->geometry_pointers != NULL};
 }
 
-#undef ASK_build
-#define ASK_build(name, level)
+#include "check/ask_nobody.h"
 #undef ASK_geometry
 #define ASK_geometry(name, level) ASK(name, level, geometry)
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
 
 void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level)
 {
@@ -74,12 +66,9 @@ void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum
 #include "rules.def"
 }
 
-#undef ASK_geometry
-#define ASK_geometry(name, level)
+#include "check/ask_nobody.h"
 #undef ASK_range
 #define ASK_range(name, level) ASK(name, level, range)
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
 
 void walk_range(struct walk *walk, const struct range_view *range, enum level level)
 {
@@ -89,14 +78,11 @@ void walk_range(struct walk *walk, const struct range_view *range, enum level le
 }
 
 /* Pairs are met once, whatever their rows' levels. */
-#undef ASK_range
-#define ASK_range(name, level)
+#include "check/ask_nobody.h"
 #undef ASK_pair
 #define ASK_pair(name, row_level)                                                                  \
     if (walk->wants[RULE_##name] && !name(pair, &finding))                                         \
         hand_on(walk, RULE_##name, &location, &finding);
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
 
 void walk_pair(struct walk *walk, const struct pair_view *pair)
 {
@@ -106,17 +92,40 @@ void walk_pair(struct walk *walk, const struct pair_view *pair)
 #include "rules.def"
 }
 
+/* What extensions add to builds and geometries. */
+
+#include "check/ask_nobody.h"
+#undef ASK_motion_build
+#define ASK_motion_build(name, level) ASK(name, level, motion_build)
+
+void walk_motion_build(struct walk *walk, const struct motion_build_view *motion_build,
+                       enum level level)
+{
+    const struct location location = location_of_build(motion_build->build);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_motion_triangles
+#define ASK_motion_triangles(name, level) ASK(name, level, motion_triangles)
+
+void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
+                           enum level level)
+{
+    const struct location location = location_of(motion_triangles->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
 /* Updates are judged once, where their source is known. */
 #define ASK_HERE(name, view)                                                                       \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
         hand_on(walk, RULE_##name, location, &finding);
 
-#undef ASK_pair
-#define ASK_pair(name, level)
+#include "check/ask_nobody.h"
 #undef ASK_update
 #define ASK_update(name, level) ASK_HERE(name, update)
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
 
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location)
@@ -125,12 +134,9 @@ void walk_update(struct walk *walk, const struct update_view *update,
 #include "rules.def"
 }
 
-#undef ASK_update
-#define ASK_update(name, level)
+#include "check/ask_nobody.h"
 #undef ASK_updated_geometry
 #define ASK_updated_geometry(name, level) ASK_HERE(name, updated_geometry)
-#define PENDING(name, level, waits_for, ids)
-#define RULE(subject, name, level, ids) ASK_##subject(name, level)
 
 void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
                            const struct location *location)

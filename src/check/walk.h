@@ -4,6 +4,7 @@
 #define ASSAY_CHECK_WALK_H
 
 #include "check/check.h"
+#include "check/extension_view.h"
 
 /* The state of one check. */
 struct walk {
@@ -17,6 +18,10 @@ void walk_call(struct walk *walk, const struct call_view *call, enum level level
 void walk_build(struct walk *walk, const struct build_view *build, enum level level);
 void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level);
 void walk_range(struct walk *walk, const struct range_view *range, enum level level);
+void walk_motion_build(struct walk *walk, const struct motion_build_view *motion_build,
+                       enum level level);
+void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
+                           enum level level);
 void walk_pair(struct walk *walk, const struct pair_view *pair);
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location);

@@ -104,6 +104,7 @@ static void append_path(struct text_buffer *text, const struct location *at, con
     const char *of_build = at->command == COMMAND_NV ? "->" : ".";
     switch (at->subject) {
     case SUBJECT_CALL:
+    case SUBJECT_PARAMETER:
         text_append(text, "%s", field);
         return;
     case SUBJECT_BUILD:

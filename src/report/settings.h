@@ -10,7 +10,7 @@
 
 #include "rules.h"
 
-enum backend { BACKEND_DRIVER };
+enum backend { BACKEND_DRIVER, BACKEND_CPU };
 
 /* What to do with a message. The application's messengers hear it, unless it is ignored. */
 enum debug_action {

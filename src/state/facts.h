@@ -97,7 +97,8 @@ struct device_facts {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
             displacement_micromap_nv, linear_swept_spheres_nv, dense_geometry_format_amdx,
             position_fetch_khr, cluster_acceleration_structure_nv;
-    } extension; /* enabled */
+        bool adds_to_inputs; /* any of those that chain structures to geometries */
+    } extension;             /* enabled */
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
 };
 

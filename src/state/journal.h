@@ -31,14 +31,16 @@ enum journal_kind {
 
 struct journal_entry {
     unsigned char kind;          /* enum journal_kind */
-    unsigned char command;       /* enum build_command, of builds and updates */
+    unsigned char command;       /* enum build_command of builds and updates; of copies it tells
+                                    COMMAND_NV from others */
     bool judged;                 /* an update that recording could judge by itself */
     bool dst_backed, src_backed; /* by memory, when it was recorded */
     bool geometry_by_pointer;    /* of ppGeometries */
     uint32_t info;               /* index in pInfos, of builds and updates */
     uint32_t labels;             /* see journal_note_labels */
-    /* Structures by handle and by id; the id tells a handle that was reused. */
-    VkAccelerationStructureKHR dst, src;
+    /* Structures by handle (of VkAccelerationStructureNV for COMMAND_NV) and by id; the id tells a
+     * handle that was reused. */
+    uint64_t dst, src;
     uint64_t dst_id, src_id;
     union {
         struct built built; /* a build: what dst becomes; an update: what it asked for */
@@ -54,6 +56,7 @@ enum input_role {
     INPUT_TRANSFORM,
     INPUT_AABBS,
     INPUT_INSTANCES,
+    INPUT_MOTION_VERTEX,
     INPUT_SCRATCH,
 };
 

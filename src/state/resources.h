@@ -86,7 +86,8 @@ void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDevic
 /* How many records have died so far; while it stays, all that was found alive still is. */
 uint64_t resources_deaths(struct resources *resources);
 
-/* Whether the handle is a structure of this device; takes the lock itself. */
-bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR handle);
+/* The id of a thing that the device has by that handle, or 0; takes the lock itself. */
+enum resource_kind { RESOURCE_ACCEL, RESOURCE_BUFFER };
+uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
 
 #endif

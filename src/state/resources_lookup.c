@@ -116,12 +116,27 @@ uint64_t resources_deaths(struct resources *resources)
     return atomic_load_explicit(&resources->deaths, memory_order_relaxed);
 }
 
-bool resources_has_accel(struct resources *resources, VkAccelerationStructureKHR handle)
+static uint64_t find_id(const struct resources *resources, enum resource_kind kind, uint64_t handle)
+{
+    switch (kind) {
+    case RESOURCE_ACCEL: {
+        const struct accel_record *accel = handle_table_find(&resources->accels, handle);
+        return accel ? accel->id : 0;
+    }
+    case RESOURCE_BUFFER: {
+        const struct buffer_record *buffer = handle_table_find(&resources->buffers, handle);
+        return buffer ? buffer->where.id : 0;
+    }
+    }
+    return 0;
+}
+
+uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle)
 {
     unsigned token = resources_begin_reading(resources);
-    bool found = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle) != NULL;
+    uint64_t id = find_id(resources, kind, handle);
     resources_end_reading(resources, token);
-    return found;
+    return id;
 }
 
 /* Where buffers share an address a bound one outweighs an unbound one. One whose binding isn't

@@ -80,6 +80,8 @@ static void test_paths(void **state)
         {COMMAND_INDIRECT, SUBJECT_RANGE, false, "primitiveCount",
          INDIRECT "ppMaxPrimitiveCounts[3][5] is wrong."},
         {COMMAND_INDIRECT, SUBJECT_BUILD, false, "mode", INDIRECT "pInfos[3].mode is wrong."},
+        {COMMAND_NV, SUBJECT_PARAMETER, false, "scratchOffset",
+         "vkCmdBuildAccelerationStructureNV(): scratchOffset is wrong."},
         {COMMAND_NV, SUBJECT_BUILD, false, "flags",
          "vkCmdBuildAccelerationStructureNV(): pInfo->flags is wrong."},
         {COMMAND_NV, SUBJECT_GEOMETRY, false, "flags",

@@ -94,7 +94,6 @@ static void build_micromap_with_source(struct scene *scene)
     scene->infos[AABBS].srcAccelerationStructure = scene_accel_for(scene, INDEXED);
 }
 
-static const struct setup with_motion = {.enable = ENABLE_MOTION};
 static const struct setup with_micromaps = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
 static const struct setup with_micromaps_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
 static const struct setup with_future = {.enable = ENABLE_FUTURE};
@@ -163,11 +162,6 @@ static const struct test_case cases[] = {
      .silent = true,
      .setup = &with_micromaps,
      .edits = EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAGS))},
-    {.name = "flags_of_motion",
-     RULES(RULE_build_flags_are_valid),
-     .silent = true,
-     .setup = &with_motion,
-     .edits = EDITS(SET(infos[AABBS].flags, VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))},
     {.name = "flags_nobody_knows",
      RULES(RULE_build_flags_are_valid),
      .silent = true,

@@ -13,10 +13,10 @@
 #include "play.h"
 
 static const struct case_list *const lists[] = {
-    &cases_call,        &cases_recording, &cases_pointers, &cases_build,
-    &cases_build_state, &cases_scratch,   &cases_geometry, &cases_chain,
-    &cases_address,     &cases_range,     &cases_overlap,  &cases_pairs,
-    &cases_memory,      &cases_sparse,    &cases_silent,   &cases_update,
+    &cases_call,    &cases_recording, &cases_pointers, &cases_build,   &cases_build_state,
+    &cases_scratch, &cases_geometry,  &cases_chain,    &cases_address, &cases_range,
+    &cases_overlap, &cases_pairs,     &cases_memory,   &cases_sparse,  &cases_silent,
+    &cases_update,  &cases_motion,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
@@ -136,10 +136,12 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
 /* Rules about geometries are asked of both arrays. */
 static bool wants_pointers(const struct test_case *test_case)
 {
+    static const char *const subjects[] = {"geometry", "range", "motion_triangles"};
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->keep_arrays; i++) {
         const char *subject = rule_infos[test_case->rules[i]].subject;
-        if (subject != NULL && (strcmp(subject, "geometry") == 0 || strcmp(subject, "range") == 0))
-            return true;
+        for (size_t j = 0; subject != NULL && j < sizeof(subjects) / sizeof(subjects[0]); j++)
+            if (strcmp(subject, subjects[j]) == 0)
+                return true;
     }
     return false;
 }

@@ -93,6 +93,9 @@ struct scene {
     VkDevice other_device; /* made by scene_other_device */
     VkuDeviceDispatchTable other_vk;
 
+    /* Structures of extensions, for cases that chain them. */
+    VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
+
     uint32_t cleanup_count;
     struct scene_cleanup cleanups[SCENE_CLEANUPS];
 };
@@ -155,6 +158,8 @@ VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buf
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 
+VkAccelerationStructureKHR
+scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoKHR *create_info);
 VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type);

@@ -185,6 +185,18 @@ struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBuffer
 
 /* ---- acceleration structures ---- */
 
+VkAccelerationStructureKHR
+scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoKHR *create_info)
+{
+    const VkDevice device = scene->world->device;
+    VkAccelerationStructureKHR accel;
+
+    expect_success(scene->vk->CreateAccelerationStructureKHR(device, create_info, NULL, &accel),
+                   "vkCreateAccelerationStructureKHR");
+    scene_defer(scene, device, (uint64_t)accel, destroy_accel);
+    return accel;
+}
+
 VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type)
@@ -196,13 +208,7 @@ VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test
         .size = size,
         .type = type,
     };
-    const VkDevice device = scene->world->device;
-    VkAccelerationStructureKHR accel;
-
-    expect_success(scene->vk->CreateAccelerationStructureKHR(device, &create_info, NULL, &accel),
-                   "vkCreateAccelerationStructureKHR");
-    scene_defer(scene, device, (uint64_t)accel, destroy_accel);
-    return accel;
+    return scene_create_accel(scene, &create_info);
 }
 
 VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build)

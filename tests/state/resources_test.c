@@ -112,18 +112,18 @@ static void test_a_structure_destroyed_is_no_structure(void **state)
     struct resources *resources = no_resources();
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
-    assert_true(resources_has_accel(resources, accel(1)));
+    assert_true(resources_find_id(resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(1)));
     uint64_t id = accel_facts(resources, 1).id;
     assert_int_equal(resources_remove_accel(resources, accel(1)), id);
     assert_int_equal(resources_remove_accel(resources, accel(1)), 0);
     assert_int_equal(accel_facts(resources, 1).alive, NO);
     assert_int_equal(accel_facts(resources, 1).id, 0);
     assert_false(accel_facts(resources, 1).details_known);
-    assert_false(resources_has_accel(resources, accel(1)));
+    assert_false(resources_find_id(resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(1)));
     have_accel(resources, 1, 1, 0, 0x100);
     assert_int_not_equal(accel_facts(resources, 1).id, id);
     assert_int_equal(accel_facts(resources, 0).alive, UNKNOWN); /* VK_NULL_HANDLE: nothing to say */
-    assert_false(resources_has_accel(resources, VK_NULL_HANDLE));
+    assert_false(resources_find_id(resources, RESOURCE_ACCEL, 0));
     resources_destroy(resources);
 }
 

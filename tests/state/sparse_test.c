@@ -52,7 +52,8 @@ static enum tristate backed(struct resources *resources)
     struct accel_facts facts = accel_facts(resources, 1);
     assert_no_span(&facts.span);
     assert_true(facts.in_pieces ==
-                (resources_has_accel(resources, accel(1)) && facts.backed != NO));
+                (resources_find_id(resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(1)) &&
+                 facts.backed != NO));
     return facts.backed;
 }
 

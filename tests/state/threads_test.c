@@ -93,7 +93,7 @@ static void look_up(unsigned n, unsigned others)
     EXPECT(scratch.status == ADDRESS_IN_BUFFER && scratch.buffer == buffer(n) &&
            scratch.bytes_left == SIZE - 0x10);
     EXPECT(input.status != ADDRESS_IN_BUFFER || input.bytes_left <= SIZE);
-    resources_has_accel(device.resources, accel(others));
+    resources_find_id(device.resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(others));
 }
 
 static void ask_for_sizes(struct random *random)

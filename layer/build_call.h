@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One call of a build command on its way through the checks: what its intercepts share. */
+#ifndef ASSAY_LAYER_BUILD_CALL_H
+#define ASSAY_LAYER_BUILD_CALL_H
+
+#include "check/check.h"
+#include "layer.h"
+
+struct build_call {
+    struct layer_device *device;
+    struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
+    struct call_origin origin;
+    struct call_view view;
+    struct recent_sizes recent_sizes;
+    struct journal_mark mark; /* before the call's entries */
+    bool skip;                /* a callback asked to skip the call */
+};
+
+struct build_call build_call_start(struct layer_device *device, enum build_command command);
+void build_call_set_command_buffer(struct build_call *call, VkCommandBuffer handle);
+
+/* For struct check_context; `user` is the call. */
+bool build_call_found(void *user, enum rule rule, const struct location *location,
+                      const struct finding *finding);
+bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle);
+
+/* Whether what the call builds is noted; if so, its entries come behind `mark`. */
+bool build_call_begin_journal(struct build_call *call);
+
+/* Judges updates whose sources the command buffer has built itself, and keeps the call's entries,
+ * or takes them back if the call will be skipped. */
+void build_call_settle_journal(struct build_call *call);
+
+void build_call_count_builds(struct build_call *call, uint32_t count);
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The commands that backend cpu supplies, each by a function cpu_NAME.
+ *
+ * COMMAND(extension, name): the overlay has it where the application has enabled the extension (a
+ * member of struct cpu_overlay). */
+#ifndef ASSAY_LAYER_CPU_COMMANDS_H
+#define ASSAY_LAYER_CPU_COMMANDS_H
+
+#include <vulkan/vulkan.h>
+
+#define CPU_COMMANDS(COMMAND)                                                                      \
+    COMMAND(acceleration_structure, CreateAccelerationStructureKHR)                                \
+    COMMAND(acceleration_structure, CreateAccelerationStructure2KHR)                               \
+    COMMAND(acceleration_structure, DestroyAccelerationStructureKHR)                               \
+    COMMAND(acceleration_structure, GetAccelerationStructureDeviceAddressKHR)
+
+#define DECLARE(extension, name) __typeof__(*(PFN_vk##name)0) cpu_##name;
+CPU_COMMANDS(DECLARE)
+#undef DECLARE
+
+#endif

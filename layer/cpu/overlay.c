@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which commands of a device are the backend's. */
+#include "overlay.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+
+static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extension)
+{
+    for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
+        if (strcmp(create_info->ppEnabledExtensionNames[i], extension) == 0)
+            return true;
+    return false;
+}
+
+static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_UUID_SIZE])
+{
+    const VkuInstanceDispatchTable *vk = &device->instance->vk;
+    PFN_vkGetPhysicalDeviceProperties2 get = vk->GetPhysicalDeviceProperties2
+                                                 ? vk->GetPhysicalDeviceProperties2
+                                                 : vk->GetPhysicalDeviceProperties2KHR;
+    VkPhysicalDeviceIDProperties ids = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &ids};
+    if (get)
+        get(device->physical_device, &properties);
+    memcpy(uuid, ids.driverUUID, VK_UUID_SIZE);
+}
+
+static void cover(struct layer_device *device, const struct cpu_overlay *overlay)
+{
+#define COVER(extension, name)                                                                     \
+    if (overlay->extension)                                                                        \
+        device->vk.name = cpu_##name;
+    CPU_COMMANDS(COVER)
+#undef COVER
+}
+
+VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
+{
+    struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
+    uint8_t uuid[VK_UUID_SIZE];
+    find_driver_uuid(device, uuid);
+    if (!overlay || cpu_device_create(uuid, &overlay->device) != VK_SUCCESS) {
+        free(overlay);
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    overlay->acceleration_structure =
+        is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    overlay->deferred_host_operations =
+        is_enabled(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    overlay->next = device->vk;
+    cover(device, overlay);
+    device->cpu = overlay;
+    return VK_SUCCESS;
+}
+
+void cpu_overlay_destroy(struct cpu_overlay *overlay)
+{
+    if (!overlay)
+        return;
+    cpu_device_destroy(overlay->device);
+    free(overlay);
+}
+
+PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name)
+{
+#define FIND(extension, command)                                                                   \
+    if (strcmp(name, "vk" #command) == 0)                                                          \
+        return overlay->extension ? (PFN_vkVoidFunction)cpu_##command : NULL;
+    CPU_COMMANDS(FIND)
+#undef FIND
+    return NULL;
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Before rules.def is included to walk the rows of some subjects: makes RULE ask ASK_subject, which
+ * for every subject is nothing. Define that of the subject to be walked anew. No include guard:
+ * included before each walk. */
+#undef ASK_call
+#undef ASK_build
+#undef ASK_geometry
+#undef ASK_range
+#undef ASK_pair
+#undef ASK_motion_build
+#undef ASK_motion_triangles
+#undef ASK_update
+#undef ASK_updated_geometry
+#define ASK_call(name, level)
+#define ASK_build(name, level)
+#define ASK_geometry(name, level)
+#define ASK_range(name, level)
+#define ASK_pair(name, level)
+#define ASK_motion_build(name, level)
+#define ASK_motion_triangles(name, level)
+#define ASK_update(name, level)
+#define ASK_updated_geometry(name, level)
+#define PENDING(name, level, waits_for, ids)
+#define RULE(subject, name, level, ids) ASK_##subject(name, level)

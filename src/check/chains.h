@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The pNext chains of geometries: what may stand in them, and whether it can be read. */
+#ifndef ASSAY_CHECK_CHAINS_H
+#define ASSAY_CHECK_CHAINS_H
+
+#include "check/check.h"
+
+enum chain_owner { CHAIN_OF_GEOMETRY, CHAIN_OF_TRIANGLES };
+
+/* Walks a chain; `facts` is zero before. */
+void chain_view(struct check_context *context, const struct device_facts *device,
+                enum chain_owner owner, const void *chain, struct chain_facts *facts);
+
+/* Whether each structure of a chain can be read, as far as its type tells how long it is. */
+bool chain_is_readable(struct check_context *context, const void *chain);
+
+/* The structure of that type in a chain that was viewed; NULL where there is none, or where the
+ * chain leaves open which is meant. */
+const void *chain_member(const void *chain, const struct chain_facts *facts, VkStructureType type);
+
+#endif

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which extensions have something to check. */
+#include "check/extensions.h"
+
+void check_extended_build(struct walk *walk, const struct build_view *build, bool with_state)
+{
+    const struct device_facts *device = build->call->device;
+    if (device->extension.motion_blur_nv)
+        check_motion_build(walk, build, with_state);
+}
+
+void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
+                             struct chained_inputs *chained, bool with_state)
+{
+    const struct device_facts *device = geometry->build->call->device;
+    chained->count = 0;
+    geometry->chained = chained;
+    if (device->extension.motion_blur_nv)
+        check_motion(walk, geometry, with_state);
+}
+
+const struct address_facts *chained_input(struct check_context *context,
+                                          struct geometry_view *geometry, enum input_role role,
+                                          VkDeviceAddress address)
+{
+    struct chained_inputs *chained = geometry->chained;
+    uint32_t i = chained->count++;
+    struct resource_query query = {.address = address, .address_facts = &chained->items[i].facts};
+    chained->items[i].role = role;
+    resources_find_all(context->resources, &query, 1);
+    return &chained->items[i].facts;
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Checking what extensions add to builds and geometries. */
+#ifndef ASSAY_CHECK_EXTENSIONS_H
+#define ASSAY_CHECK_EXTENSIONS_H
+
+#include "check/walk.h"
+
+/* Put what the enabled extensions add to a build, or to a geometry, to their rules, at level STATE
+ * too if `with_state`. `chained` lives as long as the geometry's check. */
+void check_extended_build(struct walk *walk, const struct build_view *build, bool with_state);
+void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
+                             struct chained_inputs *chained, bool with_state);
+
+/* The same of one extension that is enabled. */
+void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state);
+void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state);
+
+/* Looks up an address in a chained structure, for the rules about all inputs and for the journal.
+ * Not for host builds. */
+const struct address_facts *chained_input(struct check_context *context,
+                                          struct geometry_view *geometry, enum input_role role,
+                                          VkDeviceAddress address);
+
+#endif

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Creation and destruction of the backend's part of a device. */
+#include "cpu/device.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Changes whenever the bytes of structures do. */
+static const uint8_t compatibility[VK_UUID_SIZE] = "Assay trees 1";
+
+VkResult cpu_device_create(const uint8_t driver_uuid[VK_UUID_SIZE], struct cpu_device **device)
+{
+    struct cpu_device *state = calloc(1, sizeof(*state));
+    *device = state;
+    if (!state)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    memcpy(state->uuids.driver, driver_uuid, VK_UUID_SIZE);
+    memcpy(state->uuids.compatibility, compatibility, VK_UUID_SIZE);
+    VkResult result = cpu_structures_create(&state->structures);
+    if (result == VK_SUCCESS)
+        return VK_SUCCESS;
+    cpu_device_destroy(state);
+    *device = NULL;
+    return result;
+}
+
+void cpu_device_destroy(struct cpu_device *device)
+{
+    if (!device)
+        return;
+    cpu_structures_destroy(device->structures);
+    free(device);
+}

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Trees: reference counts, and work that is done late. */
+#include "cpu/tree.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "build/build.h"
+
+struct cpu_tree {
+    atomic_uint references;
+    void *bytes;
+    /* of trees that are made late; the lock guards both, and `bytes` until it is made */
+    pthread_mutex_t lock;
+    bool is_late;
+    struct cpu_tree_work work; /* make is NULL once it has run */
+};
+
+static struct cpu_tree *allocate(void)
+{
+    struct cpu_tree *tree = calloc(1, sizeof(*tree));
+    if (!tree)
+        return NULL;
+    atomic_init(&tree->references, 1);
+    pthread_mutex_init(&tree->lock, NULL);
+    return tree;
+}
+
+VkResult cpu_tree_create(uint64_t size, struct cpu_tree **tree)
+{
+    *tree = allocate();
+    if (*tree && cpu_tree_allocate(*tree, size))
+        return VK_SUCCESS;
+    cpu_tree_release(*tree);
+    *tree = NULL;
+    return VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+VkResult cpu_tree_create_late(const struct cpu_tree_work *work, struct cpu_tree **tree)
+{
+    *tree = allocate();
+    if (!*tree)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    (*tree)->is_late = true;
+    (*tree)->work = *work;
+    return VK_SUCCESS;
+}
+
+struct cpu_tree *cpu_tree_keep(struct cpu_tree *tree)
+{
+    atomic_fetch_add_explicit(&tree->references, 1, memory_order_relaxed);
+    return tree;
+}
+
+void cpu_tree_release(struct cpu_tree *tree)
+{
+    if (!tree || atomic_fetch_sub_explicit(&tree->references, 1, memory_order_acq_rel) != 1)
+        return;
+    if (tree->work.make)
+        tree->work.release(tree->work.context);
+    pthread_mutex_destroy(&tree->lock);
+    free(tree->bytes);
+    free(tree);
+}
+
+void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size)
+{
+    const uint64_t mask = BUILDER_ALIGNMENT - 1;
+    if (size > SIZE_MAX - mask)
+        return NULL;
+    tree->bytes = aligned_alloc(BUILDER_ALIGNMENT, (size + mask) & ~mask);
+    return tree->bytes;
+}
+
+static void make(struct cpu_tree *tree)
+{
+    struct cpu_tree_work work = tree->work;
+    tree->work.make = NULL;
+    if (work.make(work.context, tree) != VK_SUCCESS) {
+        free(tree->bytes);
+        tree->bytes = NULL;
+    }
+    work.release(work.context);
+}
+
+const void *cpu_tree_read(struct cpu_tree *tree)
+{
+    if (!tree->is_late)
+        return tree->bytes;
+    pthread_mutex_lock(&tree->lock);
+    if (tree->work.make)
+        make(tree);
+    const void *bytes = tree->bytes;
+    pthread_mutex_unlock(&tree->lock);
+    return bytes;
+}

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of triangles. */
+#include "case.h"
+
+#define MOTION_PATH                                                                                \
+    "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
+    "pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>.vertexData."
+
+#define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
+#define FLAGS_WITH_MOTION(build) SET(infos[build].flags, MOTION)
+
+static const struct setup with_motion = {.enable = ENABLE_MOTION};
+
+/* ---- structures that are made for motion ---- */
+
+static void give_motion_dst(struct scene *scene, uint32_t build)
+{
+    const VkAccelerationStructureMotionInfoNV motion_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV, .maxInstances = 3};
+    const VkAccelerationStructureCreateInfoKHR create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .pNext = &motion_info,
+        .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
+        .buffer = scene->dst_buffers[build].handle,
+        .size = scene_sizes(scene, build).accelerationStructureSize,
+        .type = scene->infos[build].type,
+    };
+    scene->infos[build].dstAccelerationStructure = scene_create_accel(scene, &create_info);
+}
+
+static void motion_blas(struct scene *scene)
+{
+    give_motion_dst(scene, INDEXED);
+}
+
+static void motion_tlas(struct scene *scene)
+{
+    give_motion_dst(scene, TLAS);
+}
+
+/* ---- second positions ---- */
+
+static void chain_motion(struct scene *scene, uint64_t address)
+{
+    scene->motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+        .vertexData.deviceAddress = address};
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &scene->motion;
+    give_motion_dst(scene, INDEXED);
+    scene->infos[INDEXED].flags = MOTION;
+}
+
+static void moving(struct scene *scene)
+{
+    chain_motion(scene, scene_address(scene, &scene->vertices, 12));
+}
+
+static void moving_to_null(struct scene *scene)
+{
+    chain_motion(scene, 0);
+}
+
+/* Not in a build with motion; the address has to be good all the same. */
+static void moving_to_null_without_flag(struct scene *scene)
+{
+    chain_motion(scene, 0);
+    scene->infos[INDEXED].flags = 0;
+    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_for(scene, INDEXED);
+}
+
+static void moving_to_freed_memory(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.memory);
+    chain_motion(scene, buffer.address);
+}
+
+static void moving_past_the_end(struct scene *scene)
+{
+    struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &buffer, &memory, 0);
+    chain_motion(scene, buffer.address + 4096);
+}
+
+static void moving_without_usage(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 4096, SCRATCH_USAGE);
+    chain_motion(scene, buffer.address);
+}
+
+/* The structure begins where it can be read and ends where it can't. */
+static void moving_off_the_page(struct scene *scene)
+{
+    moving(scene);
+    VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
+    cut->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV;
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = cut;
+}
+
+static const VkBaseInStructure info_for_creation = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
+
+static void moving_and_stray(struct scene *scene)
+{
+    moving(scene);
+    scene->motion.pNext = &info_for_creation;
+}
+
+static const struct test_case cases[] = {
+    {.name = "motion_dst_built_without_motion",
+     RULES(RULE_motion_dst_is_built_with_motion),
+     .setup = &with_motion,
+     .mutate = motion_blas,
+     .mutate_twin = motion_blas,
+     .twin_edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
+     .path = "pInfos[0].flags"},
+    {.name = "motion_tlas_built_without_motion",
+     RULES(RULE_motion_dst_is_built_with_motion),
+     .setup = &with_motion,
+     .mutate = motion_tlas,
+     .mutate_twin = motion_tlas,
+     .twin_edits = EDITS(FLAGS_WITH_MOTION(TLAS)),
+     .path = "pInfos[3].flags"},
+    {.name = "motion_build_of_plain_dst",
+     RULES(RULE_motion_build_has_a_motion_dst),
+     .setup = &with_motion,
+     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
+     .mutate_twin = motion_blas,
+     .twin_edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
+     .path = "pInfos[0].flags"},
+    {.name = "motion_build_of_generic_type",
+     RULES(RULE_motion_build_is_not_generic, RULE_build_type_is_not_generic),
+     .setup = &with_motion,
+     .mutate = motion_blas,
+     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED),
+                    SET(infos[INDEXED].type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
+     .mutate_twin = motion_blas,
+     .twin_edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
+     .path = "pInfos[0]."},
+    {.name = "flags_of_motion",
+     RULES(RULE_build_flags_are_valid),
+     .silent = true,
+     .setup = &with_motion,
+     .mutate = motion_blas,
+     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED))},
+
+    {.name = "motion_data_of_other_stype",
+     RULES(RULE_motion_triangles_have_their_stype, RULE_triangles_chain_is_known),
+     .setup = &with_motion,
+     .mutate = moving,
+     .edits = EDITS(SET(motion.sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV)),
+     .mutate_twin = moving,
+     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
+    {.name = "motion_data_without_stype",
+     RULES(RULE_motion_triangles_have_their_stype, RULE_triangles_chain_is_known),
+     .setup = &with_motion,
+     .mutate = moving,
+     .edits = EDITS(SET(motion.sType, 0)),
+     .mutate_twin = moving},
+    {.name = "motion_data_and_a_stray",
+     RULES(RULE_triangles_chain_is_known),
+     .setup = &with_motion,
+     .mutate = moving_and_stray,
+     .mutate_twin = moving},
+    {.name = "motion_build_of_still_triangles",
+     RULES(RULE_motion_triangles_have_their_stype),
+     .silent = true,
+     .setup = &with_motion,
+     .mutate = motion_blas,
+     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED))},
+    {.name = "motion_data_off_the_page",
+     RULES(RULE_triangles_chain_is_known),
+     .setup = &with_motion,
+     .mutate = moving_off_the_page,
+     .mutate_twin = moving},
+
+    {.name = "motion_address_null",
+     RULES(RULE_motion_vertex_address_is_given),
+     .setup = &with_motion,
+     .mutate = moving_to_null,
+     .mutate_twin = moving,
+     .path = MOTION_PATH},
+    {.name = "motion_address_null_in_build_without_motion",
+     RULES(RULE_motion_vertex_address_is_given),
+     .setup = &with_motion,
+     .mutate = moving_to_null_without_flag,
+     .mutate_twin = moving,
+     .path = MOTION_PATH},
+    {.name = "motion_address_null_of_indirect_build",
+     .silent = true,
+     .setup = &with_motion,
+     .mutate = moving_to_null,
+     .commands = ON_INDIRECT},
+    {.name = "motion_address_past_the_end",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .setup = &with_motion,
+     .mutate = moving_past_the_end,
+     .mutate_twin = moving,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = MOTION_PATH "deviceAddress"},
+    {.name = "motion_address_in_freed_memory",
+     RULES(RULE_input_buffer_is_bound),
+     .setup = &with_motion,
+     .mutate = moving_to_freed_memory,
+     .mutate_twin = moving,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = MOTION_PATH "deviceAddress"},
+    /* 03673 lists members, and this is none of them. */
+    {.name = "motion_buffer_without_usage",
+     RULES(RULE_input_buffer_has_build_input_usage),
+     .silent = true,
+     .setup = &with_motion,
+     .mutate = moving_without_usage},
+};
+
+CASE_LIST(cases_motion, cases);
