@@ -12,7 +12,19 @@
     COMMAND(acceleration_structure, CreateAccelerationStructureKHR)                                \
     COMMAND(acceleration_structure, CreateAccelerationStructure2KHR)                               \
     COMMAND(acceleration_structure, DestroyAccelerationStructureKHR)                               \
-    COMMAND(acceleration_structure, GetAccelerationStructureDeviceAddressKHR)
+    COMMAND(acceleration_structure, GetAccelerationStructureDeviceAddressKHR)                      \
+    COMMAND(acceleration_structure, GetAccelerationStructureBuildSizesKHR)                         \
+    COMMAND(acceleration_structure, BuildAccelerationStructuresKHR)                                \
+    COMMAND(acceleration_structure, CopyAccelerationStructureKHR)                                  \
+    COMMAND(acceleration_structure, CopyAccelerationStructureToMemoryKHR)                          \
+    COMMAND(acceleration_structure, CopyMemoryToAccelerationStructureKHR)                          \
+    COMMAND(acceleration_structure, WriteAccelerationStructuresPropertiesKHR)                      \
+    COMMAND(acceleration_structure, GetDeviceAccelerationStructureCompatibilityKHR)                \
+    COMMAND(deferred_host_operations, CreateDeferredOperationKHR)                                  \
+    COMMAND(deferred_host_operations, DestroyDeferredOperationKHR)                                 \
+    COMMAND(deferred_host_operations, GetDeferredOperationMaxConcurrencyKHR)                       \
+    COMMAND(deferred_host_operations, GetDeferredOperationResultKHR)                               \
+    COMMAND(deferred_host_operations, DeferredOperationJoinKHR)
 
 #define DECLARE(extension, name) __typeof__(*(PFN_vk##name)0) cpu_##name;
 CPU_COMMANDS(DECLARE)

@@ -27,4 +27,7 @@ struct readable_cache {
 /* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. */
 bool readable(struct readable_cache *cache, const void *pointer, size_t size);
 
+/* How many bytes from `pointer` on can be read, at most `size`. */
+size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size);
+
 #endif
