@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: builds, copies and queries by the host, and what they need. */
-#include "commands.h"
 #include "cpu/build_info.h"
+#include "cpu/commands.h"
 #include "cpu/host.h"
-#include "overlay.h"
+#include "cpu/overlay.h"
 
 #include <string.h>
 

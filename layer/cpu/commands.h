@@ -8,6 +8,8 @@
 
 #include <vulkan/vulkan.h>
 
+#include "assay.h"
+
 #define CPU_COMMANDS(COMMAND)                                                                      \
     COMMAND(acceleration_structure, CreateAccelerationStructureKHR)                                \
     COMMAND(acceleration_structure, CreateAccelerationStructure2KHR)                               \
@@ -26,8 +28,14 @@
     COMMAND(deferred_host_operations, GetDeferredOperationResultKHR)                               \
     COMMAND(deferred_host_operations, DeferredOperationJoinKHR)
 
+/* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
+#define CPU_OWN_COMMANDS(COMMAND)                                                                  \
+    COMMAND(acceleration_structure, TraceRaysASSAY)                                                \
+    COMMAND(acceleration_structure, GetCountersASSAY)
+
 #define DECLARE(extension, name) __typeof__(*(PFN_vk##name)0) cpu_##name;
 CPU_COMMANDS(DECLARE)
+CPU_OWN_COMMANDS(DECLARE)
 #undef DECLARE
 
 #endif

@@ -2,8 +2,8 @@
 /* Commands of backend cpu: deferred operations. */
 #include "cpu/deferred.h"
 
-#include "commands.h"
-#include "overlay.h"
+#include "cpu/commands.h"
+#include "cpu/overlay.h"
 
 static struct cpu_deferred_operations *operations_of(VkDevice device)
 {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which commands of a device are the backend's. */
-#include "overlay.h"
+#include "cpu/overlay.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "commands.h"
+#include "cpu/commands.h"
 
 static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extension)
 {
@@ -71,6 +71,7 @@ PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const 
     if (strcmp(name, "vk" #command) == 0)                                                          \
         return overlay->extension ? (PFN_vkVoidFunction)cpu_##command : NULL;
     CPU_COMMANDS(FIND)
+    CPU_OWN_COMMANDS(FIND)
 #undef FIND
     return NULL;
 }

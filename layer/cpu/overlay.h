@@ -5,8 +5,8 @@
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
-#include "../layer.h"
 #include "cpu/device.h"
+#include "layer.h"
 
 /* layer_device.cpu; NULL on backend driver. */
 struct cpu_overlay {

@@ -38,6 +38,8 @@ static VkResult run_builder(const struct cpu_making *making, const struct builde
         making->source ? builder_refit(input, making->source, tree, sizes->tree, scratch.bytes,
                                        scratch.size, NULL)
                        : builder_build(input, tree, sizes->tree, scratch.bytes, scratch.size, NULL);
+    if (making->scratch && scratch.owned)
+        cpu_count(&making->device->counters.own_scratch, 1);
     cpu_scratch_return(&scratch);
     return cpu_result(result);
 }
