@@ -78,7 +78,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result != VK_SUCCESS)
         return result;
     select_rules(device);
-    if (reporter_settings(device->instance->reporter)->backend == BACKEND_CPU)
+    if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)
         result = follow_submissions(device);
@@ -108,13 +108,15 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
     if (!device)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
-    VkResult result = create(physicalDevice, pCreateInfo, pAllocator, pDevice);
+    device->physical_device = physicalDevice;
+    device->instance = instance;
+    VkResult result = instance->backend == BACKEND_CPU
+                          ? cpu_create_device(device, create, pCreateInfo, pAllocator, pDevice)
+                          : create(physicalDevice, pCreateInfo, pAllocator, pDevice);
     if (result != VK_SUCCESS)
         goto fail_create;
 
     device->handle = *pDevice;
-    device->physical_device = physicalDevice;
-    device->instance = instance;
     result = set_up(device, pCreateInfo, next_proc_addr);
     if (result != VK_SUCCESS)
         goto fail_set_up;

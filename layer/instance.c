@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cpu/overlay.h"
 #include "intercepts.h"
 #include "layer.h"
 
@@ -128,6 +129,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
     state->handle = *pInstance;
     state->api_version = asked_api_version(pCreateInfo);
     vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);
+    state->backend = reporter_settings(state->reporter)->backend;
+    if (state->backend == BACKEND_CPU)
+        cpu_overlay_instance(state);
     layer_add_instance(state);
     reporter_set_instance_alive(state->reporter, true);
     return VK_SUCCESS;

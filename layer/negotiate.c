@@ -39,6 +39,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance in
     if (own || !state)
         return own;
     PFN_vkVoidFunction next = state->vk.GetInstanceProcAddr(instance, pName);
+    if (state->backend == BACKEND_CPU)
+        next = cpu_overlay_instance_command(pName, next);
     own = FIND(instance_commands, pName);
     if (!own)
         own = FIND(device_commands, pName);
@@ -51,9 +53,9 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device
     if (!state)
         return NULL;
     PFN_vkVoidFunction own = FIND(device_commands, pName);
-    PFN_vkVoidFunction next = state->cpu ? cpu_overlay_command(state->cpu, pName) : NULL;
-    if (!next)
-        next = state->vk.GetDeviceProcAddr(device, pName);
+    PFN_vkVoidFunction next = state->vk.GetDeviceProcAddr(device, pName);
+    if (state->cpu)
+        next = cpu_overlay_command(state->cpu, pName, next);
     return next && own ? own : next;
 }
 

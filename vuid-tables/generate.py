@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes the tables that come from the installed registry: what it says of each id in scope
-(vuid_texts.c), and the extensions that it knows (registry_extensions.c)."""
+(vuid_texts.c), the extensions that it knows (registry_extensions.c), and the structures of pNext
+chains (registry_structures.c)."""
 
 import argparse
 import json
@@ -44,9 +45,56 @@ def read_usage(path):
     return usage["version info"]["api version"], entries
 
 
-def read_extensions(path):
-    tree = ElementTree.parse(path)
+def read_extensions(tree):
     return sorted({extension.get("name") for extension in tree.iterfind("extensions/extension")})
+
+
+# These, and every extension that needs one of them, are ray tracing.
+RAY_TRACING = {"VK_KHR_acceleration_structure", "VK_KHR_deferred_host_operations",
+               "VK_NV_ray_tracing"}
+
+
+def ray_tracing_extensions(tree):
+    needs = {extension.get("name"): set(re.findall(r"VK_\w+", extension.get("depends", "")))
+             for extension in tree.iterfind("extensions/extension")
+             if "vulkan" in extension.get("supported").split(",")}
+    found = RAY_TRACING & needs.keys()
+    while more := {name for name in needs.keys() - found if needs[name] & found}:
+        found |= more
+    return sorted(found)
+
+
+def types_of_vulkan(tree):
+    """Which core versions and extensions have a type, save those of one platform."""
+    owners = {}
+    for block in [*tree.iterfind("feature"), *tree.iterfind("extensions/extension")]:
+        apis = block.get("api" if block.tag == "feature" else "supported").split(",")
+        if "vulkan" in apis and block.get("platform") in (None, "provisional"):
+            for require in block.iterfind("require"):
+                if require.get("api") == "vulkansc":
+                    continue
+                for name in require.iterfind("type"):
+                    owners.setdefault(name.get("name"), set()).add(block.get("name"))
+    return owners
+
+
+def chained_structures(tree, ray_tracing):
+    """(sType, name, whether it tells features or properties of ray tracing, how many features) of
+    each structure that may stand in a pNext chain."""
+    owners = types_of_vulkan(tree)
+    structures = []
+    for structure in tree.iterfind("types/type[@category='struct'][@structextends]"):
+        name, kind = structure.get("name"), structure.find("member[@values]")
+        if name not in owners or kind is None:
+            continue
+        told = {"VkPhysicalDeviceFeatures2", "VkPhysicalDeviceProperties2"} & set(
+            structure.get("structextends").split(","))
+        features = [member for member in structure.iterfind("member")
+                    if member.findtext("type") == "VkBool32"]
+        structures.append((kind.get("values"), name,
+                           bool(told) and not owners[name].isdisjoint(ray_tracing),
+                           len(features) if "VkPhysicalDeviceFeatures2" in told else 0))
+    return sorted(structures)
 
 
 def c_string(text):
@@ -77,6 +125,18 @@ def extensions_source(version, names):
     return "".join(out)
 
 
+def structures_source(ray_tracing, structures):
+    out = [HEAD.format(source="vk.xml"), '#include "registry.h"\n\n',
+           "const char *const registry_ray_tracing[] = {\n"]
+    out += [f"    {c_string(name)},\n" for name in ray_tracing]
+    out += ["};\n\n", f"const size_t registry_ray_tracing_count = {len(ray_tracing)};\n\n",
+            "const struct registry_structure registry_structures[] = {\n"]
+    out += [f"    {{{kind}, sizeof({name}), {c_string(name) if traces else 'NULL'}, {features}}},\n"
+            for kind, name, traces, features in structures]
+    out += ["};\n\n", f"const size_t registry_structure_count = {len(structures)};\n"]
+    return "".join(out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--ids", type=pathlib.Path, required=True, help="vuids.def")
@@ -88,7 +148,10 @@ def main():
     try:
         ids = read_ids(arguments.ids)
         version, entries = read_usage(arguments.registry / "validusage.json")
-        names = read_extensions(arguments.registry / "vk.xml")
+        tree = ElementTree.parse(arguments.registry / "vk.xml")
+        names = read_extensions(tree)
+        ray_tracing = ray_tracing_extensions(tree)
+        structures = chained_structures(tree, ray_tracing)
     except (OSError, ValueError, KeyError, ElementTree.ParseError) as error:
         fail(f"{type(error).__name__}: {error}")
     if not names:
@@ -96,7 +159,8 @@ def main():
 
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name, source in (("vuid_texts.c", texts_source(ids, entries)),
-                         ("registry_extensions.c", extensions_source(version, names))):
+                         ("registry_extensions.c", extensions_source(version, names)),
+                         ("registry_structures.c", structures_source(ray_tracing, structures))):
         (arguments.out / name).write_text(source, encoding="utf-8")
 
 

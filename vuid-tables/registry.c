@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The search in the table of extension names. */
+/* The searches in the tables. */
 #include "registry.h"
 
 #include <stdlib.h>
@@ -10,8 +10,25 @@ static int compare_name(const void *key, const void *element)
     return strcmp(key, *(const char *const *)element);
 }
 
+static bool has_name(const char *const *names, size_t count, const char *name)
+{
+    return bsearch(name, names, count, sizeof(names[0]), compare_name) != NULL;
+}
+
 bool registry_knows_extension(const char *name)
 {
-    return bsearch(name, registry_extensions, registry_extension_count,
-                   sizeof(registry_extensions[0]), compare_name) != NULL;
+    return has_name(registry_extensions, registry_extension_count, name);
+}
+
+bool registry_is_ray_tracing(const char *extension)
+{
+    return has_name(registry_ray_tracing, registry_ray_tracing_count, extension);
+}
+
+const struct registry_structure *registry_find_structure(VkStructureType type)
+{
+    for (size_t i = 0; i < registry_structure_count; i++)
+        if (registry_structures[i].type == type)
+            return &registry_structures[i];
+    return NULL;
 }

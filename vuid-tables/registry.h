@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <vulkan/vulkan.h>
 
 /* "1.4.363": the version of validusage.json. */
 extern const char registry_version[];
@@ -16,5 +17,25 @@ extern const size_t registry_extension_count;
 
 /* False for an extension that is newer than the registry, whose structures nobody here knows. */
 bool registry_knows_extension(const char *name);
+
+/* Names of VK_KHR_acceleration_structure, VK_KHR_deferred_host_operations, VK_NV_ray_tracing, and
+ * of every device extension that needs one of them, sorted. */
+extern const char *const registry_ray_tracing[];
+extern const size_t registry_ray_tracing_count;
+
+bool registry_is_ray_tracing(const char *extension);
+
+/* Structures of pNext chains, but those of one platform. */
+struct registry_structure {
+    VkStructureType type;
+    size_t size;
+    const char *ray_tracing; /* its name, if it tells features or properties of that; else NULL */
+    unsigned feature_count;  /* VkBool32, from sizeof(VkBaseInStructure) on */
+};
+extern const struct registry_structure registry_structures[];
+extern const size_t registry_structure_count;
+
+/* NULL for a type that is newer than the registry. */
+const struct registry_structure *registry_find_structure(VkStructureType type);
 
 #endif

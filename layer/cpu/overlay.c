@@ -1,11 +1,41 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which commands of a device are the backend's. */
-#include "cpu/overlay.h"
+/* Which commands of instances and devices are the backend's. */
+#include "overlay.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/commands.h"
+#include "commands.h"
+#include "offer.h"
+
+/* ---- instances */
+
+void cpu_overlay_instance(struct layer_instance *instance)
+{
+    instance->next = instance->vk;
+#define COVER(name)                                                                                \
+    if (instance->vk.name)                                                                         \
+        instance->vk.name = cpu_##name;
+    CPU_INSTANCE_COMMANDS(COVER)
+#undef COVER
+}
+
+PFN_vkVoidFunction cpu_overlay_instance_command(const char *name, PFN_vkVoidFunction next)
+{
+#define FIND_SUPPLIED(extension, command)                                                          \
+    if (strcmp(name, "vk" #command) == 0)                                                          \
+        return (PFN_vkVoidFunction)cpu_##command;
+#define FIND(command)                                                                              \
+    if (strcmp(name, "vk" #command) == 0)                                                          \
+        return next ? (PFN_vkVoidFunction)cpu_##command : NULL;
+    CPU_COMMANDS(FIND_SUPPLIED)
+    CPU_INSTANCE_COMMANDS(FIND)
+#undef FIND_SUPPLIED
+#undef FIND
+    return next;
+}
+
+/* ---- devices */
 
 static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extension)
 {
@@ -40,6 +70,10 @@ static void cover(struct layer_device *device, const struct cpu_overlay *overlay
 
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
 {
+    const bool structures = is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    const bool deferred = is_enabled(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    if ((!structures && !deferred) || !cpu_offers(device->instance, device->physical_device))
+        return VK_SUCCESS;
     struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
     uint8_t uuid[VK_UUID_SIZE];
     find_driver_uuid(device, uuid);
@@ -47,10 +81,8 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
         free(overlay);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
-    overlay->acceleration_structure =
-        is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
-    overlay->deferred_host_operations =
-        is_enabled(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    overlay->acceleration_structure = structures;
+    overlay->deferred_host_operations = deferred;
     overlay->next = device->vk;
     cover(device, overlay);
     device->cpu = overlay;
@@ -65,13 +97,13 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
     free(overlay);
 }
 
-PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name)
+PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
+                                       PFN_vkVoidFunction next)
 {
 #define FIND(extension, command)                                                                   \
     if (strcmp(name, "vk" #command) == 0)                                                          \
         return overlay->extension ? (PFN_vkVoidFunction)cpu_##command : NULL;
     CPU_COMMANDS(FIND)
-    CPU_OWN_COMMANDS(FIND)
 #undef FIND
-    return NULL;
+    return next;
 }

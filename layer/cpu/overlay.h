@@ -1,14 +1,29 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu as an overlay on a device's dispatch table: for each command that it supplies,
- * device->vk has a function of layer/cpu instead of the next layer's, so that intercepts observe,
- * check and forward as on backend driver. What the next layer has stays in cpu_overlay.next. */
+/* Backend cpu as an overlay on dispatch tables: for each command that it has, device->vk (and
+ * instance->vk) has a function of layer/cpu instead of the next layer's, so that intercepts
+ * observe, check and forward as on backend driver. What the next layer has stays in
+ * cpu_overlay.next (and instance->next). */
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
+#include "../layer.h"
 #include "cpu/device.h"
-#include "layer.h"
 
-/* layer_device.cpu; NULL on backend driver. */
+/* Once instance->vk is filled in. */
+void cpu_overlay_instance(struct layer_instance *instance);
+
+/* What vkGetInstanceProcAddr answers, where the next layer has `next`. Of the extensions of a
+ * device it knows nothing, so it has all commands. */
+PFN_vkVoidFunction cpu_overlay_instance_command(const char *name, PFN_vkVoidFunction next);
+
+/* Creates a device below, without what the backend keeps from it. Fails, and tells why, where the
+ * application enables what cannot work. */
+VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice create,
+                           const VkDeviceCreateInfo *create_info,
+                           const VkAllocationCallbacks *allocator, VkDevice *handle);
+
+/* layer_device.cpu; NULL on backend driver, and for a device that enables nothing of the backend's.
+ */
 struct cpu_overlay {
     struct cpu_device *device;
     VkuDeviceDispatchTable next;
@@ -20,9 +35,9 @@ struct cpu_overlay {
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info);
 void cpu_overlay_destroy(struct cpu_overlay *overlay); /* NULL: nothing */
 
-/* What vkGetDeviceProcAddr answers for a command that is the backend's: NULL where it isn't, or
- * where its extension isn't enabled. */
-PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name);
+/* What vkGetDeviceProcAddr answers, where the next layer has `next`. */
+PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
+                                       PFN_vkVoidFunction next);
 
 /* The backend of a dispatchable handle's device. */
 static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "check/chains.h"
-#include "check/extensions.h"
 #include "check/formats.h"
 #include "check/geometry_data.h"
 
@@ -195,8 +194,7 @@ static bool is_sound(struct check_context *context, const struct build_view *bui
         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
         if (!chain_is_readable(context, geometry->pNext) ||
             (triangles ? !triangles_are_sound(context, triangles)
-                       : !aabbs_in(geometry) && !instances_in(geometry) &&
-                             !extended_geometry_is_sound(geometry)))
+                       : !aabbs_in(geometry) && !instances_in(geometry)))
             return false;
     }
     return true;

@@ -261,10 +261,10 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
         append_last_notice(&text, last_of);
 }
 
-void message_of_warning(struct message *message, const char *line)
+void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
     struct text_buffer text;
-    begin(message, &text, REPORT_WARNING, "ASSAY-warning");
+    begin(message, &text, severity, severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning");
     text_append(&text, "%s", line);
 }
 

@@ -40,8 +40,8 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
                         const struct call_origin *origin, const struct finding *finding,
                         uint32_t last_of);
 
-/* A message of the layer about itself. */
-void message_of_warning(struct message *message, const char *line);
+/* A message of the layer about itself, as no rule's finding. */
+void message_of_layer(struct message *message, enum report_flag severity, const char *line);
 
 /* Writes the message as the log shows it, in one piece among other threads' writes. */
 void message_write(const struct message *message, FILE *file);

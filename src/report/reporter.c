@@ -22,6 +22,7 @@ struct reporter {
     bool log_is_owned;
     /* How many messages of each id may still go out. The slot of VUID_NONE is for the warnings. */
     _Atomic uint32_t left[VUID_COUNT];
+    _Atomic uint32_t refusals_left;
 };
 
 static const uint32_t NO_LIMIT = UINT32_MAX;
@@ -29,17 +30,17 @@ static const uint32_t NO_LIMIT = UINT32_MAX;
 /* ---- sending */
 
 /* Takes one of the messages left; tells in `last` whether it was the last. */
-static bool take(struct reporter *reporter, enum vuid vuid, bool *last)
+static bool take(_Atomic uint32_t *messages, bool *last)
 {
-    uint32_t left = atomic_load_explicit(&reporter->left[vuid], memory_order_relaxed);
+    uint32_t left = atomic_load_explicit(messages, memory_order_relaxed);
     *last = false;
     do {
         if (left == 0)
             return false;
         if (left == NO_LIMIT)
             return true;
-    } while (!atomic_compare_exchange_weak_explicit(&reporter->left[vuid], &left, left - 1,
-                                                    memory_order_relaxed, memory_order_relaxed));
+    } while (!atomic_compare_exchange_weak_explicit(messages, &left, left - 1, memory_order_relaxed,
+                                                    memory_order_relaxed));
     *last = left == 1;
     return true;
 }
@@ -67,7 +68,7 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
 {
     enum vuid vuid = rule_infos[rule].vuid[location->command];
     bool last;
-    if (vuid == VUID_NONE || !take(reporter, vuid, &last))
+    if (vuid == VUID_NONE || !take(&reporter->left[vuid], &last))
         return false;
 
     struct message message;
@@ -76,14 +77,25 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
     return deliver(reporter, &message);
 }
 
-void reporter_warn(struct reporter *reporter, const char *line)
+static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
+                      enum report_flag severity, const char *line)
 {
     bool last;
-    if (!take(reporter, VUID_NONE, &last))
+    if (!take(messages, &last))
         return;
     struct message message;
-    message_of_warning(&message, line);
+    message_of_layer(&message, severity, line);
     deliver(reporter, &message);
+}
+
+void reporter_warn(struct reporter *reporter, const char *line)
+{
+    send_line(reporter, &reporter->left[VUID_NONE], REPORT_WARNING, line);
+}
+
+void reporter_refuse(struct reporter *reporter, const char *line)
+{
+    send_line(reporter, &reporter->refusals_left, REPORT_ERROR, line);
 }
 
 /* ---- creation */
@@ -133,16 +145,22 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
     keep_line(kept, line);
 }
 
+static uint32_t allowed(const struct settings *settings, enum report_flag severity)
+{
+    uint32_t limit = settings->duplicate_message_limit;
+    if (settings->debug_action & DEBUG_ACTION_IGNORE || !(settings->report_flags & severity))
+        return 0;
+    return limit ? limit : NO_LIMIT;
+}
+
 static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
-    uint32_t limit = settings->duplicate_message_limit;
-    bool silent = settings->debug_action & DEBUG_ACTION_IGNORE;
-    for (enum vuid vuid = VUID_NONE; vuid < VUID_COUNT; vuid++) {
-        uint32_t flag = vuid == VUID_NONE ? REPORT_WARNING : REPORT_ERROR;
-        bool quiet = silent || settings->muted[vuid] || !(settings->report_flags & flag);
-        atomic_init(&reporter->left[vuid], quiet ? 0 : limit ? limit : NO_LIMIT);
-    }
+    uint32_t errors = allowed(settings, REPORT_ERROR);
+    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++)
+        atomic_init(&reporter->left[vuid], settings->muted[vuid] ? 0 : errors);
+    atomic_init(&reporter->left[VUID_NONE], allowed(settings, REPORT_WARNING));
+    atomic_init(&reporter->refusals_left, errors);
 }
 
 /* Each is told, whatever the limit of duplicates: no two are the same. */
@@ -151,7 +169,7 @@ static void send_kept_lines(struct reporter *reporter, struct kept_lines *kept)
     struct message message;
     for (size_t i = 0; i < kept->count; i++) {
         if (reporter->left[VUID_NONE]) {
-            message_of_warning(&message, kept->lines[i]);
+            message_of_layer(&message, REPORT_WARNING, kept->lines[i]);
             deliver(reporter, &message);
         }
         free(kept->lines[i]);

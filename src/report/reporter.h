@@ -57,4 +57,7 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
 /* A message of the layer about itself (a bad setting, no memory), severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);
 
+/* The same of severity error: a call that the layer cannot carry out. */
+void reporter_refuse(struct reporter *reporter, const char *line);
+
 #endif

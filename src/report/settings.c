@@ -37,6 +37,7 @@ static const struct choice levels[] = {
 
 static const struct choice backends[] = {
     {"driver", BACKEND_DRIVER},
+    {"cpu", BACKEND_CPU},
     {NULL, 0},
 };
 
@@ -211,7 +212,7 @@ static const struct key {
     const char *takes, *used_instead;
 } keys[] = {
     {"level", load_level, "parameters, state, execution or content", "execution"},
-    {"backend", load_backend, "driver", "driver"},
+    {"backend", load_backend, "driver or cpu", "driver"},
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
     {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
     {"log_filename", NULL, "a file name", "stderr"},

@@ -10,7 +10,11 @@
 
 #include "rules.h"
 
-enum backend { BACKEND_DRIVER, BACKEND_CPU };
+/* What carries builds out. */
+enum backend {
+    BACKEND_DRIVER, /* the driver, after the checks */
+    BACKEND_CPU,    /* the layer, which keeps acceleration structures from the driver */
+};
 
 /* What to do with a message. The application's messengers hear it, unless it is ignored. */
 enum debug_action {

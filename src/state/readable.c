@@ -4,6 +4,7 @@
 #include "state/readable.h"
 
 #include <errno.h>
+#include <string.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -67,25 +68,42 @@ static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
     return count ? cache->ranges[range].end : 0;
 }
 
-size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)
-{
-    uintptr_t begin = (uintptr_t)pointer;
-    if (!size || !begin)
-        return 0;
-    uintptr_t last = size - 1 <= UINTPTR_MAX - begin ? begin + (size - 1) : UINTPTR_MAX;
-    uintptr_t at = begin;
-    while (at <= last) {
-        uintptr_t end = known_end(cache, at);
-        if (!end)
-            end = find_end(cache, at);
-        if (!end)
-            return at - begin;
-        at = end;
-    }
-    return size;
-}
-
 bool readable(struct readable_cache *cache, const void *pointer, size_t size)
 {
-    return readable_extent(cache, pointer, size) == size;
+    uintptr_t begin = (uintptr_t)pointer;
+    if (!size)
+        return true;
+    if (!begin || begin + (size - 1) < begin)
+        return false;
+    uintptr_t last = begin + (size - 1);
+    while (begin <= last) {
+        uintptr_t end = known_end(cache, begin);
+        if (!end)
+            end = find_end(cache, begin);
+        if (!end)
+            return false;
+        begin = end;
+    }
+    return true;
+}
+
+size_t readable_copy(void *to, const void *from, size_t size)
+{
+    /* Part by part, as none is copied in part; the first reaches to the end of its page. */
+    const size_t page = (size_t)1 << PAGE_SHIFT;
+    size_t first = page - ((uintptr_t)from & (page - 1));
+    if (first > size)
+        first = size;
+    struct iovec local = {.iov_base = to, .iov_len = size};
+    struct iovec remote[] = {
+        {.iov_base = (void *)(uintptr_t)from, .iov_len = first},
+        {.iov_base = (char *)(uintptr_t)from + first, .iov_len = size - first},
+    };
+    ssize_t count = process_vm_readv(getpid(), &local, 1, remote, 2, 0);
+    if (count >= 0)
+        return (size_t)count;
+    if (errno == EFAULT)
+        return 0;
+    memcpy(to, from, first);
+    return first;
 }

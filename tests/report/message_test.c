@@ -231,7 +231,7 @@ static void test_heading_and_log(void **state)
                         "        [1] VkBuffer 0xb[\"vertices\"]\n");
     free(log);
 
-    message_of_warning(&message, "Something is odd.");
+    message_of_layer(&message, REPORT_WARNING, "Something is odd.");
     file = open_memstream(&log, &size);
     message_write(&message, file);
     fclose(file);

@@ -281,9 +281,27 @@ static void test_report_flags(void **state)
     reporter = reporter_heard_by(&hearing);
     assert_false(reporter_wants(reporter, SENT_VUID));
     send_one(reporter);
+    reporter_refuse(reporter, "This can't be done.");
     assert_int_equal(hearing.count, 1);
     reporter_warn(reporter, "odd");
     assert_int_equal(hearing.count, 2);
+    reporter_destroy(reporter);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "2", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    for (int i = 0; i < 4; i++)
+        reporter_refuse(reporter, "This can't be done.");
+    assert_int_equal(hearing.count, 2);
+    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
+    assert_string_equal(hearing.id, "ASSAY-error");
+    assert_string_equal(hearing.text, "This can't be done.");
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 3);
     reporter_destroy(reporter);
 }
 
@@ -394,6 +412,7 @@ int main(void)
         cmocka_unit_test_setup(test_callback_only, clear),
         cmocka_unit_test_setup(test_break, clear),
         cmocka_unit_test_setup(test_report_flags, clear),
+        cmocka_unit_test_setup(test_refusals, clear),
         cmocka_unit_test_setup(test_muted_ids, clear),
         cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told, clear),
         cmocka_unit_test_setup(test_duplicates, clear),

@@ -215,7 +215,7 @@ static void test_values_that_are_not_understood(void **state)
     } cases[] = {
         {"level", "contents", "parameters, state, execution or content", "execution"},
         {"level", "state,content", "parameters, state, execution or content", "execution"},
-        {"backend", "cpu", "driver", "driver"},
+        {"backend", "gpu", "driver or cpu", "driver"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break",
          "default"},

@@ -159,6 +159,34 @@ static void test_registry_knows_its_extensions(void **state) {
     assert_false(registry_knows_extension(""));
 }
 
+static void test_registry_knows_ray_tracing(void **state) {
+    (void)state;
+    assert_true(registry_is_ray_tracing("VK_KHR_acceleration_structure"));
+    assert_true(registry_is_ray_tracing("VK_KHR_ray_query"));
+    assert_true(registry_is_ray_tracing("VK_NV_displacement_micromap")); /* through another one */
+    assert_false(registry_is_ray_tracing("VK_KHR_buffer_device_address"));
+    assert_false(registry_is_ray_tracing("VK_KHR_device_address_commands"));
+}
+
+static void test_registry_knows_structures(void **state) {
+    (void)state;
+    const struct registry_structure *found =
+        registry_find_structure(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
+    assert_non_null(found);
+    assert_int_equal(found->size, sizeof(VkPhysicalDeviceRayQueryFeaturesKHR));
+    assert_string_equal(found->ray_tracing, "VkPhysicalDeviceRayQueryFeaturesKHR");
+    assert_int_equal(found->feature_count, 1);
+    found = registry_find_structure(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+    assert_non_null(found);
+    assert_int_equal(found->size, sizeof(VkPhysicalDeviceVulkan12Features));
+    assert_null(found->ray_tracing);
+    found =
+        registry_find_structure(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR);
+    assert_non_null(found);
+    assert_null(found->ray_tracing);
+    assert_null(registry_find_structure(VK_STRUCTURE_TYPE_MAX_ENUM));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_id_has_exactly_one_row),
@@ -171,6 +199,8 @@ int main(void) {
         cmocka_unit_test(test_texts_are_plain),
         cmocka_unit_test(test_retired_ids_have_a_successor),
         cmocka_unit_test(test_registry_knows_its_extensions),
+        cmocka_unit_test(test_registry_knows_ray_tracing),
+        cmocka_unit_test(test_registry_knows_structures),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

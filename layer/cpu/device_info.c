@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Creating a device below the backend: which of what the application enables the driver may see. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "chain_copy.h"
+#include "offer.h"
+#include "overlay.h"
+#include "refuse.h"
+#include "registry.h"
+
+static bool is_offered(const char *extension)
+{
+    return strcmp(extension, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) == 0 ||
+           strcmp(extension, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0;
+}
+
+/* ---- what cannot work */
+
+static VkResult check_extensions(const struct layer_instance *instance,
+                                 const VkDeviceCreateInfo *create_info)
+{
+    VkResult result = VK_SUCCESS;
+    for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++) {
+        const char *name = create_info->ppEnabledExtensionNames[i];
+        if (is_offered(name) || !registry_is_ray_tracing(name))
+            continue;
+        cpu_refuse(instance, "vkCreateDevice", name);
+        result = VK_ERROR_EXTENSION_NOT_PRESENT;
+    }
+    return result;
+}
+
+/* Whether a feature is asked for that `offered`, a structure of the same type, hasn't got. */
+static bool asks_for_more(const VkBaseInStructure *asked, const void *offered, unsigned count)
+{
+    const VkBool32 *features = (const void *)&asked[1];
+    const VkBool32 *ours = offered ? (const void *)((const VkBaseInStructure *)offered + 1) : NULL;
+    for (unsigned i = 0; i < count; i++)
+        if (features[i] && !(ours && ours[i]))
+            return true;
+    return false;
+}
+
+static VkResult check_features(const struct layer_instance *instance,
+                               const VkDeviceCreateInfo *create_info)
+{
+    const VkPhysicalDeviceAccelerationStructureFeaturesKHR ours = cpu_features();
+    VkResult result = VK_SUCCESS;
+    for (const VkBaseInStructure *in = create_info->pNext; in; in = in->pNext) {
+        const struct registry_structure *structure = registry_find_structure(in->sType);
+        const bool is_ours =
+            in->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
+        if (!structure || !structure->ray_tracing ||
+            !asks_for_more(in, is_ours ? &ours : NULL, structure->feature_count))
+            continue;
+        cpu_refuse(instance, "vkCreateDevice",
+                   is_ours ? "accelerationStructureCaptureReplay or "
+                             "descriptorBindingAccelerationStructureUpdateAfterBind"
+                           : structure->ray_tracing);
+        result = VK_ERROR_FEATURE_NOT_PRESENT;
+    }
+    return result;
+}
+
+/* ---- what the driver sees */
+
+/* The names without those that the backend supplies; NULL without memory. */
+static const char **names_below(const VkDeviceCreateInfo *create_info, uint32_t *count)
+{
+    const char **names = malloc((create_info->enabledExtensionCount + 1) * sizeof(*names));
+    *count = 0;
+    for (uint32_t i = 0; names && i < create_info->enabledExtensionCount; i++)
+        if (!is_offered(create_info->ppEnabledExtensionNames[i]))
+            names[(*count)++] = create_info->ppEnabledExtensionNames[i];
+    return names;
+}
+
+static VkResult create_below(struct layer_device *device, PFN_vkCreateDevice create,
+                             const VkDeviceCreateInfo *create_info,
+                             const VkAllocationCallbacks *allocator, VkDevice *handle)
+{
+    struct chain_copy chain;
+    VkResult result =
+        chain_copy_begin(&chain, create_info->pNext,
+                         VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
+    if (result != VK_SUCCESS)
+        return result;
+    if (chain.found)
+        chain_copy_leave_out(&chain);
+    VkDeviceCreateInfo below = *create_info;
+    const char **names = names_below(create_info, &below.enabledExtensionCount);
+    below.pNext = chain.first;
+    below.ppEnabledExtensionNames = names;
+    result = names ? create(device->physical_device, &below, allocator, handle)
+                   : VK_ERROR_OUT_OF_HOST_MEMORY;
+    free(names);
+    chain_copy_end(&chain);
+    return result;
+}
+
+VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice create,
+                           const VkDeviceCreateInfo *create_info,
+                           const VkAllocationCallbacks *allocator, VkDevice *handle)
+{
+    if (!cpu_offers(device->instance, device->physical_device)) {
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.backend = cpu needs Vulkan 1.1 and the feature "
+                      "bufferDeviceAddress, which this device lacks; it is used as it is.");
+        return create(device->physical_device, create_info, allocator, handle);
+    }
+    VkResult result = check_extensions(device->instance, create_info);
+    if (result == VK_SUCCESS)
+        result = check_features(device->instance, create_info);
+    return result == VK_SUCCESS ? create_below(device, create, create_info, allocator, handle)
+                                : result;
+}

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Extensions, features, limits and formats of a physical device: the driver's, without its ray
+ * tracing, and with the backend's acceleration structures. */
+#include "offer.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "build/formats.h"
+#include "commands.h"
+#include "registry.h"
+
+uint32_t cpu_api_version(const struct layer_instance *instance, VkPhysicalDevice physical_device)
+{
+    VkPhysicalDeviceProperties properties;
+    instance->next.GetPhysicalDeviceProperties(physical_device, &properties);
+    return properties.apiVersion < instance->api_version ? properties.apiVersion
+                                                         : instance->api_version;
+}
+
+bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical_device)
+{
+    if (cpu_api_version(instance, physical_device) < VK_API_VERSION_1_1 ||
+        !instance->next.GetPhysicalDeviceFeatures2)
+        return false;
+    VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &addresses};
+    instance->next.GetPhysicalDeviceFeatures2(physical_device, &features);
+    return addresses.bufferDeviceAddress;
+}
+
+/* ---- extensions */
+
+static const VkExtensionProperties offered[] = {
+    {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_ACCELERATION_STRUCTURE_SPEC_VERSION},
+    {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_SPEC_VERSION},
+};
+
+enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
+
+/* All of the driver's, with room for those offered; the caller frees them. */
+static VkResult list_of_driver(PFN_vkEnumerateDeviceExtensionProperties enumerate,
+                               VkPhysicalDevice physical_device, uint32_t *count,
+                               VkExtensionProperties **list)
+{
+    VkResult result;
+    *list = NULL;
+    do {
+        result = enumerate(physical_device, NULL, count, NULL);
+        if (result != VK_SUCCESS)
+            break;
+        free(*list);
+        *list = calloc(*count + OFFERED, sizeof(**list));
+        result =
+            *list ? enumerate(physical_device, NULL, count, *list) : VK_ERROR_OUT_OF_HOST_MEMORY;
+    } while (result == VK_INCOMPLETE);
+    return result;
+}
+
+static uint32_t exchange_ray_tracing(VkExtensionProperties *list, uint32_t count)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (!registry_is_ray_tracing(list[i].extensionName))
+            list[kept++] = list[i];
+    memcpy(&list[kept], offered, sizeof(offered));
+    return kept + OFFERED;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL
+cpu_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice, const char *pLayerName,
+                                       uint32_t *pPropertyCount, VkExtensionProperties *pProperties)
+{
+    struct layer_instance *instance = layer_find_instance(physicalDevice);
+    PFN_vkEnumerateDeviceExtensionProperties next =
+        instance->next.EnumerateDeviceExtensionProperties;
+    if (pLayerName || !cpu_offers(instance, physicalDevice))
+        return next(physicalDevice, pLayerName, pPropertyCount, pProperties);
+
+    uint32_t count, room = pProperties ? *pPropertyCount : 0;
+    VkExtensionProperties *list;
+    VkResult result = list_of_driver(next, physicalDevice, &count, &list);
+    if (result == VK_SUCCESS) {
+        count = exchange_ray_tracing(list, count);
+        *pPropertyCount = !pProperties || count < room ? count : room;
+        if (pProperties) {
+            memcpy(pProperties, list, *pPropertyCount * sizeof(*list));
+            result = room < count ? VK_INCOMPLETE : VK_SUCCESS;
+        }
+    }
+    free(list);
+    return result;
+}
+
+/* ---- features and limits */
+
+VkPhysicalDeviceAccelerationStructureFeaturesKHR cpu_features(void)
+{
+    return (VkPhysicalDeviceAccelerationStructureFeaturesKHR){
+        .accelerationStructure = VK_TRUE,
+        .accelerationStructureIndirectBuild = VK_TRUE,
+        .accelerationStructureHostCommands = VK_TRUE,
+    };
+}
+
+/* Counts are the least that the specification allows, so that an application which stays within
+ * them runs on every device, and the alignment is the strictest that it allows. No descriptors:
+ * shaders cannot reach what the host has built. */
+static VkPhysicalDeviceAccelerationStructurePropertiesKHR limits(void)
+{
+    return (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
+        .maxGeometryCount = (1 << 24) - 1,
+        .maxInstanceCount = (1 << 24) - 1,
+        .maxPrimitiveCount = (1 << 29) - 1,
+        .minAccelerationStructureScratchOffsetAlignment = 256,
+    };
+}
+
+/* Writes `ours` over a structure of the application's, or zeros where there is none. */
+static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
+{
+    const size_t head = sizeof(*structure);
+    if (ours)
+        memcpy((char *)structure + head, (const char *)ours + head, size - head);
+    else
+        memset((char *)structure + head, 0, size - head);
+}
+
+/* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
+static void answer_chain(void *chain)
+{
+    const VkPhysicalDeviceAccelerationStructureFeaturesKHR our_features = cpu_features();
+    const VkPhysicalDeviceAccelerationStructurePropertiesKHR our_limits = limits();
+    for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
+        const struct registry_structure *structure = registry_find_structure(out->sType);
+        if (!structure || !structure->ray_tracing)
+            continue;
+        const void *ours = NULL;
+        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR)
+            ours = &our_features;
+        else if (out->sType ==
+                 VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR)
+            ours = &our_limits;
+        answer(out, structure->size, ours);
+    }
+}
+
+/* A command and its older name differ only in which of the next layer's is called. */
+#define DEFINE_GET_FEATURES(name)                                                                  \
+    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
+                                          VkPhysicalDeviceFeatures2 *pFeatures)                    \
+    {                                                                                              \
+        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
+        instance->next.name(physicalDevice, pFeatures);                                            \
+        if (cpu_offers(instance, physicalDevice))                                                  \
+            answer_chain(pFeatures->pNext);                                                        \
+    }
+
+#define DEFINE_GET_PROPERTIES(name)                                                                \
+    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
+                                          VkPhysicalDeviceProperties2 *pProperties)                \
+    {                                                                                              \
+        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
+        instance->next.name(physicalDevice, pProperties);                                          \
+        if (cpu_offers(instance, physicalDevice))                                                  \
+            answer_chain(pProperties->pNext);                                                      \
+    }
+
+DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2)
+DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2KHR)
+DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2)
+DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2KHR)
+
+/* ---- formats */
+
+/* The bits of VkFormatFeatureFlags are the lowest ones of VkFormatFeatureFlags2. */
+static VkFormatFeatureFlags2 exchange_vertices(VkFormatFeatureFlags2 features, VkFormat format)
+{
+    features &= ~(VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR |
+                  VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
+    if (vertex_format_find(format))
+        features |= VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR;
+    return features;
+}
+
+static void answer_format(VkFormatProperties *properties, VkFormat format)
+{
+    properties->bufferFeatures =
+        (VkFormatFeatureFlags)exchange_vertices(properties->bufferFeatures, format);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_GetPhysicalDeviceFormatProperties(
+    VkPhysicalDevice physicalDevice, VkFormat format, VkFormatProperties *pFormatProperties)
+{
+    struct layer_instance *instance = layer_find_instance(physicalDevice);
+    instance->next.GetPhysicalDeviceFormatProperties(physicalDevice, format, pFormatProperties);
+    if (cpu_offers(instance, physicalDevice))
+        answer_format(pFormatProperties, format);
+}
+
+static void answer_format_chain(VkFormatProperties2 *properties, VkFormat format)
+{
+    answer_format(&properties->formatProperties, format);
+    for (VkBaseOutStructure *out = properties->pNext; out; out = out->pNext) {
+        VkFormatProperties3 *properties3 = (VkFormatProperties3 *)out;
+        if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3)
+            properties3->bufferFeatures = exchange_vertices(properties3->bufferFeatures, format);
+    }
+}
+
+#define DEFINE_GET_FORMAT_PROPERTIES(name)                                                         \
+    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice, VkFormat format,        \
+                                          VkFormatProperties2 *pFormatProperties)                  \
+    {                                                                                              \
+        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
+        instance->next.name(physicalDevice, format, pFormatProperties);                            \
+        if (cpu_offers(instance, physicalDevice))                                                  \
+            answer_format_chain(pFormatProperties, format);                                        \
+    }
+
+DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2)
+DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2KHR)

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What backend cpu says of a physical device in the driver's place. */
+#ifndef ASSAY_LAYER_CPU_OFFER_H
+#define ASSAY_LAYER_CPU_OFFER_H
+
+#include "../layer.h"
+
+/* Whether the backend offers acceleration structures there: Vulkan 1.1 and buffer device addresses
+ * are what VK_KHR_acceleration_structure needs. */
+bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical_device);
+
+/* The features that the backend has; sType and pNext are 0. */
+VkPhysicalDeviceAccelerationStructureFeaturesKHR cpu_features(void);
+
+/* The lower of what the physical device has and the application asked for. */
+uint32_t cpu_api_version(const struct layer_instance *instance, VkPhysicalDevice physical_device);
+
+#endif

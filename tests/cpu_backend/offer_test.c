@@ -1,0 +1,369 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* offer_test null|lavapipe: what a physical device offers on backend cpu, and devices made of it.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "build/formats.h"
+#include "kit.h"
+#include "registry.h"
+
+static struct platform platform;
+static struct kit kit, other;
+
+static const struct kit_setup on_cpu = {0};
+static const struct kit_setup on_driver = {.backend = "driver", .driver_traces = true};
+
+static int open_kit(void **state)
+{
+    (void)state;
+    kit_open(&kit, &platform, &on_cpu);
+    return 0;
+}
+
+static int close_kit(void **state)
+{
+    (void)state;
+    kit_close(&kit);
+    return 0;
+}
+
+/* ---- extensions */
+
+static void test_extensions(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < registry_ray_tracing_count; i++) {
+        const char *name = registry_ray_tracing[i];
+        const bool is_offered = strcmp(name, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) == 0 ||
+                                strcmp(name, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0;
+        assert_int_equal(kit_count_extension(&kit, name), is_offered);
+    }
+    for (uint32_t i = 0; i < kit.extension_count; i++)
+        assert_int_equal(kit_count_extension(&kit, kit.extensions[i].extensionName), 1);
+}
+
+/* The rest is the driver's, in the driver's order. */
+static void test_other_extensions(void **state)
+{
+    (void)state;
+    kit_open(&other, &platform, &on_driver);
+    uint32_t at = 0;
+    for (uint32_t i = 0; i < other.extension_count; i++) {
+        const VkExtensionProperties *theirs = &other.extensions[i];
+        if (registry_is_ray_tracing(theirs->extensionName))
+            continue;
+        assert_string_equal(kit.extensions[at].extensionName, theirs->extensionName);
+        assert_int_equal(kit.extensions[at++].specVersion, theirs->specVersion);
+    }
+    assert_int_equal(at + 2, kit.extension_count);
+    if (platform.is_null)
+        assert_int_equal(kit_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME), 1);
+    kit_close(&other);
+}
+
+static void test_extension_counts(void **state)
+{
+    (void)state;
+    const PFN_vkEnumerateDeviceExtensionProperties enumerate =
+        kit.vk.EnumerateDeviceExtensionProperties;
+    static VkExtensionProperties list[KIT_EXTENSIONS_MAX];
+    uint32_t count = 77;
+    assert_int_equal(enumerate(kit.physical, NULL, &count, NULL), VK_SUCCESS);
+    assert_int_equal(count, kit.extension_count);
+
+    for (uint32_t room = 0; room <= kit.extension_count + 1; room++) {
+        memset(list, 0x5a, sizeof(list));
+        count = room;
+        const bool is_all = room >= kit.extension_count;
+        assert_int_equal(enumerate(kit.physical, NULL, &count, list),
+                         is_all ? VK_SUCCESS : VK_INCOMPLETE);
+        assert_int_equal(count, is_all ? kit.extension_count : room);
+        assert_memory_equal(list, kit.extensions, count * sizeof(*list));
+        assert_int_equal(list[count].extensionName[0], 0x5a);
+    }
+}
+
+static void test_failing_enumeration(void **state)
+{
+    (void)state;
+    if (!platform.is_null)
+        skip();
+    uint32_t count = 77;
+    platform.null_driver.fail_next("vkEnumerateDeviceExtensionProperties",
+                                   VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(kit.vk.EnumerateDeviceExtensionProperties(kit.physical, NULL, &count, NULL),
+                     VK_ERROR_OUT_OF_HOST_MEMORY);
+}
+
+/* ---- features and properties */
+
+static void test_features(void **state)
+{
+    (void)state;
+    VkPhysicalDeviceRayQueryFeaturesKHR query = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
+    struct {
+        VkStructureType sType;
+        void *pNext;
+        uint32_t unknown;
+    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &query, 77};
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .pNext = &unknown,
+        .accelerationStructureCaptureReplay = VK_TRUE,
+        .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE};
+    VkPhysicalDeviceVulkan12Features core = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &core};
+    kit.vk.GetPhysicalDeviceFeatures2(kit.physical, &features);
+    assert_true(structures.accelerationStructure);
+    assert_true(structures.accelerationStructureIndirectBuild);
+    assert_true(structures.accelerationStructureHostCommands);
+    assert_false(structures.accelerationStructureCaptureReplay);
+    assert_false(structures.descriptorBindingAccelerationStructureUpdateAfterBind);
+    assert_false(query.rayQuery);
+    assert_int_equal(unknown.unknown, 77);
+    assert_ptr_equal(core.pNext, &structures);
+    assert_ptr_equal(structures.pNext, &unknown);
+    assert_true(core.bufferDeviceAddress);
+    assert_true(core.timelineSemaphore);
+}
+
+static void test_properties(void **state)
+{
+    (void)state;
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
+        .maxRayRecursionDepth = 77};
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
+        .pNext = &pipelines};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &structures};
+    kit.vk.GetPhysicalDeviceProperties2(kit.physical, &properties);
+    /* The least that the specification allows. */
+    assert_true(structures.maxGeometryCount >= (1 << 24) - 1);
+    assert_true(structures.maxInstanceCount >= (1 << 24) - 1);
+    assert_true(structures.maxPrimitiveCount >= (1 << 29) - 1);
+    assert_int_equal(structures.minAccelerationStructureScratchOffsetAlignment, 256);
+    assert_int_equal(structures.maxPerStageDescriptorAccelerationStructures, 0);
+    assert_ptr_equal(structures.pNext, &pipelines);
+    assert_int_equal(pipelines.maxRayRecursionDepth, 0);
+    assert_true(properties.properties.limits.maxMemoryAllocationCount > 0);
+}
+
+/* ---- formats */
+
+enum {
+    VERTICES = VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR,
+};
+
+static void test_formats(void **state)
+{
+    (void)state;
+    for (VkFormat format = VK_FORMAT_UNDEFINED; format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
+         format++) {
+        const bool is_vertex = vertex_format_find(format) != NULL;
+        VkFormatProperties first;
+        kit.vk.GetPhysicalDeviceFormatProperties(kit.physical, format, &first);
+        assert_int_equal((first.bufferFeatures & VERTICES) != 0, is_vertex);
+
+        VkFormatProperties3 third = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
+        VkFormatProperties2 second = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
+                                      .pNext = &third};
+        kit.vk.GetPhysicalDeviceFormatProperties2(kit.physical, format, &second);
+        assert_int_equal(second.formatProperties.bufferFeatures, first.bufferFeatures);
+        assert_int_equal((third.bufferFeatures & VERTICES) != 0, is_vertex);
+        assert_false(third.bufferFeatures &
+                     VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
+    }
+}
+
+/* ---- devices */
+
+static void test_commands_by_name(void **state)
+{
+    (void)state;
+    VkuDeviceDispatchTable vk;
+    VkDevice device = kit_open_device(&kit, &vk);
+    assert_non_null(vk.CreateAccelerationStructureKHR);
+    assert_non_null(vk.GetAccelerationStructureDeviceAddressKHR);
+    assert_null(vk.CreateRayTracingPipelinesKHR);
+    assert_null(kit.get_device_proc_addr(device, "vkNoSuchCommand"));
+    vk.DestroyDevice(device, NULL);
+
+    assert_int_equal(kit_create_device(&kit, NULL, NULL, 0, &device, &vk), VK_SUCCESS);
+    assert_null(kit.get_device_proc_addr(device, "vkCreateAccelerationStructureKHR"));
+    assert_null(kit.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
+    vk.DestroyDevice(device, NULL);
+    assert_int_equal(kit.messages.count, 0);
+}
+
+static void test_two_devices(void **state)
+{
+    (void)state;
+    VkuDeviceDispatchTable vk, plain;
+    VkDevice with = kit_open_device(&kit, &vk), without;
+    assert_int_equal(kit_create_device(&kit, NULL, NULL, 0, &without, &plain), VK_SUCCESS);
+    plain.DestroyDevice(without, NULL);
+    assert_non_null(kit.get_device_proc_addr(with, "vkCreateAccelerationStructureKHR"));
+    vk.DestroyDevice(with, NULL);
+    assert_int_equal(kit.messages.count, 0);
+}
+
+/* Whatever stands before and behind the features in the chain, also what nobody knows. */
+static void test_chains(void **state)
+{
+    (void)state;
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    for (unsigned place = 0; place < 4; place++) {
+        struct {
+            VkStructureType sType;
+            void *pNext;
+            uint64_t members[300];
+        } unknown[2] = {{.sType = VK_STRUCTURE_TYPE_MAX_ENUM},
+                        {.sType = VK_STRUCTURE_TYPE_MAX_ENUM - 1}};
+        VkPhysicalDeviceRayQueryFeaturesKHR none = {
+            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
+        VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+            .accelerationStructure = VK_TRUE,
+            .accelerationStructureHostCommands = VK_TRUE};
+        VkBaseOutStructure *links[4], *chain = NULL, heads[4];
+        unsigned count = 0;
+        void *others[] = {&unknown[0], &none, &unknown[1]};
+        for (unsigned i = 0; i < 4; i++)
+            links[i] = i == place ? (void *)&structures : others[count++];
+        for (unsigned i = 4; i-- > 0;) {
+            links[i]->pNext = chain;
+            chain = links[i];
+        }
+        for (unsigned i = 0; i < 4; i++)
+            heads[i] = *links[i];
+        VkuDeviceDispatchTable vk;
+        VkDevice device;
+        assert_int_equal(kit_create_device(&kit, chain, extensions, 2, &device, &vk), VK_SUCCESS);
+        for (unsigned i = 0; i < 4; i++)
+            assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
+        vk.DestroyDevice(device, NULL);
+    }
+    assert_int_equal(kit.messages.count, 0);
+}
+
+static void test_what_is_not_offered(void **state)
+{
+    (void)state;
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_KHR_RAY_QUERY_EXTENSION_NAME};
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    VkPhysicalDeviceRayQueryFeaturesKHR query = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
+    assert_int_equal(kit_create_device(&kit, &query, extensions, 2, &device, &vk),
+                     VK_ERROR_FEATURE_NOT_PRESENT);
+    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "assay_validation.backend"), 1);
+    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "RayQueryFeatures"), 1);
+    assert_int_equal(kit_create_device(&kit, NULL, extensions, 3, &device, &vk),
+                     VK_ERROR_EXTENSION_NOT_PRESENT);
+
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .accelerationStructure = VK_TRUE,
+        .accelerationStructureCaptureReplay = VK_TRUE};
+    assert_int_equal(kit_create_device(&kit, &structures, extensions, 2, &device, &vk),
+                     VK_ERROR_FEATURE_NOT_PRESENT);
+    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "CaptureReplay"), 1);
+}
+
+/* ---- physical devices that the backend can't serve */
+
+static void test_without_what_it_needs(const struct kit_setup *setup)
+{
+    if (!platform.is_null)
+        skip();
+    kit_open(&other, &platform, setup);
+    assert_int_equal(kit_count_extension(&other, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME), 0);
+    VkFormatProperties properties;
+    other.vk.GetPhysicalDeviceFormatProperties(other.physical, VK_FORMAT_R8G8_UNORM, &properties);
+    assert_false(properties.bufferFeatures & VERTICES);
+    kit_close(&other);
+}
+
+static void configure_1_0(struct null_driver_config *config)
+{
+    config->api_version = VK_API_VERSION_1_0;
+}
+
+static void configure_without_addresses(struct null_driver_config *config)
+{
+    null_driver_set_feature(
+        config, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
+        offsetof(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress), VK_FALSE);
+}
+
+static void test_vulkan_1_0(void **state)
+{
+    (void)state;
+    test_without_what_it_needs(&(struct kit_setup){.configure = configure_1_0});
+    test_without_what_it_needs(&(struct kit_setup){.api_version = VK_API_VERSION_1_0});
+}
+
+static void test_no_buffer_addresses(void **state)
+{
+    (void)state;
+    test_without_what_it_needs(&(struct kit_setup){.configure = configure_without_addresses});
+}
+
+static void test_backend_driver(void **state)
+{
+    (void)state;
+    kit_open(&other, &platform, &on_driver);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &structures};
+    other.vk.GetPhysicalDeviceFeatures2(other.physical, &features);
+    assert_int_equal(structures.accelerationStructureCaptureReplay, platform.is_null);
+    kit_close(&other);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_extensions, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_other_extensions, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_extension_counts, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_failing_enumeration, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_features, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_properties, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_formats, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_commands_by_name, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_two_devices, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_chains, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_what_is_not_offered, open_kit, close_kit),
+        cmocka_unit_test(test_vulkan_1_0),
+        cmocka_unit_test(test_no_buffer_addresses),
+        cmocka_unit_test(test_backend_driver),
+    };
+    if (argc != 2) {
+        fputs("usage: offer_test null|lavapipe\n", stderr);
+        return 2;
+    }
+    const char *missing = platform_open(&platform, argv[1]);
+    if (missing != NULL) {
+        printf("%s: %s\n", argv[1], missing);
+        return 77;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
