@@ -3,7 +3,7 @@
 #include <stdatomic.h>
 
 #include "build_call.h"
-#include "check/formats.h"
+#include "formats.h"
 #include "intercepts.h"
 #include "submissions.h"
 
@@ -44,33 +44,14 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
     recent_sizes_set(&call->recent_sizes, info, counts, build_type, sizes);
 }
 
-static enum tristate ask_vertex_format(const struct layer_device *device, VkFormat format)
-{
-    VkFormatProperties properties;
-    device->instance->vk.GetPhysicalDeviceFormatProperties(device->physical_device, format,
-                                                           &properties);
-    return properties.bufferFeatures &
-                   VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR
-               ? YES
-               : NO;
-}
-
-/* A driver is asked only for formats that exist. */
 static enum tristate vertex_format_supported(void *user, VkFormat format)
 {
-    struct layer_device *device = ((struct build_call *)user)->device;
-    if (!format_is_known(format))
-        return UNKNOWN;
-    if ((uint32_t)format >= FORMAT_CACHE_SIZE)
-        return ask_vertex_format(device, format);
-    enum tristate known =
-        (enum tristate)atomic_load_explicit(&device->vertex_formats[format], memory_order_relaxed);
-    if (known == UNKNOWN) {
-        known = ask_vertex_format(device, format);
-        atomic_store_explicit(&device->vertex_formats[format], (unsigned char)known,
-                              memory_order_relaxed);
-    }
-    return known;
+    return layer_takes_vertices(((struct build_call *)user)->device, format);
+}
+
+static enum tristate radius_format_supported(void *user, VkFormat format)
+{
+    return layer_takes_radii(((struct build_call *)user)->device, format);
 }
 
 /* ---- the journal */
@@ -180,6 +161,7 @@ static void run_checks(struct build_call *call)
         .found = build_call_found,
         .find_sizes = find_sizes,
         .vertex_format_supported = vertex_format_supported,
+        .radius_format_supported = radius_format_supported,
         .of_another_device = build_call_of_another_device,
         .user = call,
     };

@@ -63,6 +63,11 @@ static void collect_features(struct device_facts *facts, const void *chain)
     facts->acceleration_structure_indirect_build =
         accel && accel->accelerationStructureIndirectBuild;
     facts->acceleration_structure_host_commands = accel && accel->accelerationStructureHostCommands;
+
+    const VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV *spheres = chain_find(
+        chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
+    facts->spheres = spheres && spheres->spheres;
+    facts->linear_swept_spheres = spheres && spheres->linearSweptSpheres;
 }
 
 /* Limits that can't be asked for bound nothing. */

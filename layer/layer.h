@@ -80,8 +80,9 @@ struct layer_device {
     /* Memory that checks of large calls leave to each other; NULL while one uses it. */
     struct sweep *_Atomic spare_sweep;
 
-    /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices. */
-    _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE];
+    /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices, and as
+     * radii of spheres; see formats.h. */
+    _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE], radius_formats[FORMAT_CACHE_SIZE];
 };
 
 /* NULL if the handle belongs to no instance or device of the layer. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copying structures by the sizes that the registry knows. */
-#include "chain_copy.h"
+#include "cpu/chain_copy.h"
 
 #include <stdalign.h>
 #include <stdlib.h>

@@ -5,6 +5,8 @@
 
 #include <vulkan/vulkan.h>
 
+#include "assay.h"
+
 /* In place of the next layer's, which they call, on all physical devices of the instance. */
 #define CPU_INSTANCE_COMMANDS(COMMAND)                                                             \
     COMMAND(EnumerateDeviceExtensionProperties)                                                    \
@@ -22,12 +24,30 @@
     COMMAND(acceleration_structure, CreateAccelerationStructureKHR)                                \
     COMMAND(acceleration_structure, CreateAccelerationStructure2KHR)                               \
     COMMAND(acceleration_structure, DestroyAccelerationStructureKHR)                               \
-    COMMAND(acceleration_structure, GetAccelerationStructureDeviceAddressKHR)
+    COMMAND(acceleration_structure, GetAccelerationStructureDeviceAddressKHR)                      \
+    COMMAND(acceleration_structure, GetAccelerationStructureBuildSizesKHR)                         \
+    COMMAND(acceleration_structure, BuildAccelerationStructuresKHR)                                \
+    COMMAND(acceleration_structure, CopyAccelerationStructureKHR)                                  \
+    COMMAND(acceleration_structure, CopyAccelerationStructureToMemoryKHR)                          \
+    COMMAND(acceleration_structure, CopyMemoryToAccelerationStructureKHR)                          \
+    COMMAND(acceleration_structure, WriteAccelerationStructuresPropertiesKHR)                      \
+    COMMAND(acceleration_structure, GetDeviceAccelerationStructureCompatibilityKHR)                \
+    COMMAND(deferred_host_operations, CreateDeferredOperationKHR)                                  \
+    COMMAND(deferred_host_operations, DestroyDeferredOperationKHR)                                 \
+    COMMAND(deferred_host_operations, GetDeferredOperationMaxConcurrencyKHR)                       \
+    COMMAND(deferred_host_operations, GetDeferredOperationResultKHR)                               \
+    COMMAND(deferred_host_operations, DeferredOperationJoinKHR)
+
+/* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
+#define CPU_OWN_COMMANDS(COMMAND)                                                                  \
+    COMMAND(acceleration_structure, TraceRaysASSAY)                                                \
+    COMMAND(acceleration_structure, GetCountersASSAY)
 
 #define DECLARE_COMMAND(name) __typeof__(*(PFN_vk##name)0) cpu_##name;
 #define DECLARE_SUPPLIED(extension, name) DECLARE_COMMAND(name)
 CPU_INSTANCE_COMMANDS(DECLARE_COMMAND)
 CPU_COMMANDS(DECLARE_SUPPLIED)
+CPU_OWN_COMMANDS(DECLARE_SUPPLIED)
 #undef DECLARE_COMMAND
 #undef DECLARE_SUPPLIED
 

@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "chain_copy.h"
-#include "offer.h"
-#include "overlay.h"
-#include "refuse.h"
+#include "cpu/chain_copy.h"
+#include "cpu/offer.h"
+#include "cpu/overlay.h"
+#include "cpu/refuse.h"
 #include "registry.h"
 
 static bool is_offered(const char *extension)

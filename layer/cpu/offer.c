@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Extensions, features, limits and formats of a physical device: the driver's, without its ray
  * tracing, and with the backend's acceleration structures. */
-#include "offer.h"
+#include "cpu/offer.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "build/formats.h"
-#include "commands.h"
+#include "cpu/commands.h"
 #include "registry.h"
 
 uint32_t cpu_api_version(const struct layer_instance *instance, VkPhysicalDevice physical_device)

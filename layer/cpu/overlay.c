@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which commands of instances and devices are the backend's. */
-#include "overlay.h"
+#include "cpu/overlay.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "commands.h"
-#include "offer.h"
+#include "cpu/commands.h"
+#include "cpu/offer.h"
 
 /* ---- instances */
 
@@ -29,6 +29,7 @@ PFN_vkVoidFunction cpu_overlay_instance_command(const char *name, PFN_vkVoidFunc
     if (strcmp(name, "vk" #command) == 0)                                                          \
         return next ? (PFN_vkVoidFunction)cpu_##command : NULL;
     CPU_COMMANDS(FIND_SUPPLIED)
+    CPU_OWN_COMMANDS(FIND_SUPPLIED)
     CPU_INSTANCE_COMMANDS(FIND)
 #undef FIND_SUPPLIED
 #undef FIND
@@ -104,6 +105,7 @@ PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const 
     if (strcmp(name, "vk" #command) == 0)                                                          \
         return overlay->extension ? (PFN_vkVoidFunction)cpu_##command : NULL;
     CPU_COMMANDS(FIND)
+    CPU_OWN_COMMANDS(FIND)
 #undef FIND
     return next;
 }

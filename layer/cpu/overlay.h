@@ -6,8 +6,8 @@
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
-#include "../layer.h"
 #include "cpu/device.h"
+#include "layer.h"
 
 /* Once instance->vk is filled in. */
 void cpu_overlay_instance(struct layer_instance *instance);

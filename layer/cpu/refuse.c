@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The wording of refusals. */
-#include "refuse.h"
+#include "cpu/refuse.h"
 
 #include "report/text_buffer.h"
 

@@ -3,7 +3,7 @@
 #ifndef ASSAY_LAYER_CPU_REFUSE_H
 #define ASSAY_LAYER_CPU_REFUSE_H
 
-#include "../layer.h"
+#include "layer.h"
 
 /* Tells the application that a command cannot do what is asked of it, and which setting brings
  * that: "vkCommand(): WHAT ...". */

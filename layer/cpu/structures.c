@@ -2,8 +2,8 @@
 /* Commands of backend cpu: acceleration structures as objects. */
 #include "cpu/structures.h"
 
-#include "commands.h"
-#include "overlay.h"
+#include "cpu/commands.h"
+#include "cpu/overlay.h"
 
 static VkResult create(VkDevice device, const struct cpu_structure_info *info,
                        VkAccelerationStructureKHR *structure)

@@ -113,7 +113,7 @@ struct builder_report {
 };
 
 /* vkGetAccelerationStructureBuildSizesKHR: of the input, only types, flags and geometry counts are
- * read, and `counts` in place of ranges. A size serves smaller counts, too. */
+ * read, and `counts` in place of ranges unless it is NULL. A size serves smaller counts, too. */
 struct builder_sizes {
     uint64_t structure, build_scratch, update_scratch;
 };
@@ -148,6 +148,13 @@ uint64_t builder_serialized_size(const void *structure);
 uint64_t builder_reference_count(const void *structure); /* BLAS pointers of the serialized form */
 enum builder_result builder_serialize(const void *structure, const struct builder_uuids *uuids,
                                       void *bytes, uint64_t size);
+/* What the first BUILDER_SERIALIZED_HEADER bytes say; false where they are none of ours. */
+#define BUILDER_SERIALIZED_HEADER 56u
+struct builder_serialized {
+    uint64_t size, structure_size, reference_count;
+};
+bool builder_read_header(const void *bytes, const struct builder_uuids *uuids,
+                         struct builder_serialized *serialized);
 /* Bytes may come from anywhere: everything that traversal relies on is checked first. The bounds of
  * a relocated TLAS are those of the structures that it was built with (the specification asks that
  * the new ones equal them). */

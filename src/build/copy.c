@@ -9,7 +9,8 @@ struct serialized_header {
     uint8_t driver[VK_UUID_SIZE], compatibility[VK_UUID_SIZE];
     uint64_t serialized_size, deserialized_size, reference_count;
 };
-_Static_assert(sizeof(struct serialized_header) == 56, "the specification's layout");
+_Static_assert(sizeof(struct serialized_header) == BUILDER_SERIALIZED_HEADER,
+               "the specification's layout");
 
 uint64_t builder_size(const void *structure)
 {
@@ -95,35 +96,36 @@ enum builder_result builder_serialize(const void *structure, const struct builde
     return BUILDER_OK;
 }
 
-static bool header_is_sound(const struct serialized_header *header,
-                            const struct builder_uuids *uuids, uint64_t size)
+bool builder_read_header(const void *bytes, const struct builder_uuids *uuids,
+                         struct builder_serialized *serialized)
 {
-    uint64_t rest = header->serialized_size - sizeof(*header);
-    return memcmp(header->driver, uuids->driver, VK_UUID_SIZE) == 0 &&
-           memcmp(header->compatibility, uuids->compatibility, VK_UUID_SIZE) == 0 &&
-           header->serialized_size >= sizeof(*header) && header->serialized_size <= size &&
-           header->deserialized_size <= rest &&
-           header->reference_count == (rest - header->deserialized_size) / sizeof(uint64_t) &&
-           (rest - header->deserialized_size) % sizeof(uint64_t) == 0;
+    struct serialized_header header;
+    memcpy(&header, bytes, sizeof(header));
+    uint64_t rest = header.serialized_size - sizeof(header);
+    *serialized = (struct builder_serialized){header.serialized_size, header.deserialized_size,
+                                              header.reference_count};
+    return memcmp(header.driver, uuids->driver, VK_UUID_SIZE) == 0 &&
+           memcmp(header.compatibility, uuids->compatibility, VK_UUID_SIZE) == 0 &&
+           header.serialized_size >= sizeof(header) && header.deserialized_size <= rest &&
+           header.reference_count == (rest - header.deserialized_size) / sizeof(uint64_t) &&
+           (rest - header.deserialized_size) % sizeof(uint64_t) == 0;
 }
 
 enum builder_result builder_deserialize(const void *bytes, uint64_t size,
                                         const struct builder_uuids *uuids, void *structure,
                                         uint64_t structure_size)
 {
-    struct serialized_header header;
-    if (size < sizeof(header))
+    struct builder_serialized header;
+    if (size < sizeof(struct serialized_header) || !builder_read_header(bytes, uuids, &header) ||
+        header.size > size)
         return BUILDER_INCOMPATIBLE;
-    memcpy(&header, bytes, sizeof(header));
-    if (!header_is_sound(&header, uuids, size))
-        return BUILDER_INCOMPATIBLE;
-    if (structure_size < header.deserialized_size)
+    if (structure_size < header.structure_size)
         return BUILDER_TOO_SMALL;
-    const uint8_t *references = (const uint8_t *)bytes + sizeof(header);
+    const uint8_t *references = (const uint8_t *)bytes + sizeof(struct serialized_header);
     memcpy(structure, references + header.reference_count * sizeof(uint64_t),
-           header.deserialized_size);
-    if (!structure_is_sound(structure, header.deserialized_size) ||
-        builder_size(structure) != header.deserialized_size ||
+           header.structure_size);
+    if (!structure_is_sound(structure, header.structure_size) ||
+        builder_size(structure) != header.structure_size ||
         builder_reference_count(structure) != header.reference_count)
         return BUILDER_INCOMPATIBLE;
     struct instance_record *records = structure_records(structure);

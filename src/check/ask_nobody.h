@@ -9,6 +9,8 @@
 #undef ASK_pair
 #undef ASK_motion_build
 #undef ASK_motion_triangles
+#undef ASK_spheres
+#undef ASK_swept_spheres
 #undef ASK_update
 #undef ASK_updated_geometry
 #define ASK_call(name, level)
@@ -18,6 +20,8 @@
 #define ASK_pair(name, level)
 #define ASK_motion_build(name, level)
 #define ASK_motion_triangles(name, level)
+#define ASK_spheres(name, level)
+#define ASK_swept_spheres(name, level)
 #define ASK_update(name, level)
 #define ASK_updated_geometry(name, level)
 #define PENDING(name, level, waits_for, ids)

@@ -30,6 +30,7 @@ struct check_context {
     void (*find_sizes)(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                        const uint32_t *counts, struct size_facts *sizes);
     enum tristate (*vertex_format_supported)(void *user, VkFormat format);
+    enum tristate (*radius_format_supported)(void *user, VkFormat format);
     /* Whether another device of the process has such a thing of that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
     /* Sees each build after its rules, and each address that it uses, for the journal. NULL below

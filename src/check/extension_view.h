@@ -18,4 +18,30 @@ struct motion_triangles_view {
     const VkAccelerationStructureGeometryMotionTrianglesDataNV *data; /* or NULL */
 };
 
+/* VK_NV_ray_tracing_linear_swept_spheres. What both of its structures have. */
+struct sphere_data {
+    const struct geometry_view *geometry;
+    bool missing; /* the structure certainly isn't there, though geometryType needs it */
+    bool given;   /* it is there, and says: */
+    VkFormat vertex_format, radius_format;
+    VkDeviceSize vertex_stride, radius_stride; /* bytes */
+    VkIndexType index_type;
+    VkDeviceOrHostAddressConstKHR vertices, radii, indices;
+
+    /* From level STATE on. */
+    enum tristate vertex_format_supported, radius_format_supported;
+    /* Host builds: an address that is given but can't be read. */
+    bool vertices_unreadable, radii_unreadable, indices_unreadable;
+};
+
+struct spheres_view {
+    struct sphere_data data;
+};
+
+struct swept_spheres_view {
+    struct sphere_data data;
+    VkRayTracingLssIndexingModeNV indexing_mode;
+    VkRayTracingLssPrimitiveEndCapsModeNV end_caps_mode;
+};
+
 #endif

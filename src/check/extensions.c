@@ -2,6 +2,17 @@
 /* Which extensions have something to check. */
 #include "check/extensions.h"
 
+bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    switch ((int)geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        return spheres_are_sound(geometry);
+    default:
+        return false;
+    }
+}
+
 void check_extended_build(struct walk *walk, const struct build_view *build, bool with_state)
 {
     const struct device_facts *device = build->call->device;
@@ -17,6 +28,8 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
     geometry->chained = chained;
     if (device->extension.motion_blur_nv)
         check_motion(walk, geometry, with_state);
+    if (device->extension.linear_swept_spheres_nv)
+        check_spheres(walk, geometry, with_state);
 }
 
 const struct address_facts *chained_input(struct check_context *context,

@@ -14,6 +14,11 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
 /* The same of one extension that is enabled. */
 void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state);
 void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state);
+void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state);
+
+/* Whether a driver can be asked about a geometry whose data is in its chain, which is readable. */
+bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
+bool spheres_are_sound(const VkAccelerationStructureGeometryKHR *geometry);
 
 /* Looks up an address in a chained structure, for the rules about all inputs and for the journal.
  * Not for host builds. */

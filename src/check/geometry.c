@@ -4,6 +4,7 @@
 #include "check/geometry_data.h"
 #include "check/names.h"
 #include "check/predicates.h"
+#include "check/statements.h"
 
 static const struct device_facts *device_of(const struct geometry_view *geometry)
 {
@@ -258,17 +259,12 @@ bool vertex_stride_is_aligned(const struct geometry_view *geometry, struct findi
                     number(triangles->vertexStride), format(triangles->vertexFormat), number(size));
 }
 
-static bool stride_fits(struct finding *finding, const char *field, VkDeviceSize stride)
-{
-    return stride <= UINT32_MAX || violated(finding, field, "{} exceeds 2^32 - 1", number(stride));
-}
-
 bool vertex_stride_fits_32_bits(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     return !triangles ||
-           stride_fits(finding, "geometry.triangles.vertexStride", triangles->vertexStride);
+           stride_fits_32_bits(finding, "geometry.triangles.vertexStride", triangles->vertexStride);
 }
 
 /* VK_INDEX_TYPE_UINT8 has a rule of its own. */
@@ -306,5 +302,5 @@ bool aabb_stride_is_aligned(const struct geometry_view *geometry, struct finding
 bool aabb_stride_fits_32_bits(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    return !aabbs || stride_fits(finding, "geometry.aabbs.stride", aabbs->stride);
+    return !aabbs || stride_fits_32_bits(finding, "geometry.aabbs.stride", aabbs->stride);
 }

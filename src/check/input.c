@@ -4,6 +4,7 @@
 #include "check/formats.h"
 #include "check/geometry_data.h"
 #include "check/predicates.h"
+#include "check/statements.h"
 
 const char *input_field(enum input_role role)
 {
@@ -19,8 +20,19 @@ const char *input_field(enum input_role role)
     case INPUT_INSTANCES:
         return "geometry.instances.data.deviceAddress";
     case INPUT_MOTION_VERTEX:
-        return "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>"
-               ".vertexData.deviceAddress";
+        return MOTION_DATA "vertexData.deviceAddress";
+    case INPUT_SPHERE_VERTEX:
+        return SPHERES_DATA "vertexData.deviceAddress";
+    case INPUT_SPHERE_RADIUS:
+        return SPHERES_DATA "radiusData.deviceAddress";
+    case INPUT_SPHERE_INDEX:
+        return SPHERES_DATA "indexData.deviceAddress";
+    case INPUT_SWEPT_VERTEX:
+        return SWEPT_DATA "vertexData.deviceAddress";
+    case INPUT_SWEPT_RADIUS:
+        return SWEPT_DATA "radiusData.deviceAddress";
+    case INPUT_SWEPT_INDEX:
+        return SWEPT_DATA "indexData.deviceAddress";
     case INPUT_SCRATCH:
         break;
     }
@@ -49,34 +61,21 @@ static struct value buffer(const struct address_facts *facts)
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
 }
 
-static bool is_given(struct finding *finding, const char *field, VkDeviceAddress address)
-{
-    return address || violated_plainly(finding, field, "is 0");
-}
-
-static bool is_aligned(struct finding *finding, const char *field, VkDeviceAddress address,
-                       uint32_t alignment)
-{
-    return !alignment || address % alignment == 0 ||
-           violated(finding, field, "{} is not aligned to {} bytes", hex(address),
-                    number(alignment));
-}
-
 bool vertex_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles || is_given(finding, "geometry.triangles.vertexData.deviceAddress",
-                                  triangles->vertexData.deviceAddress);
+    return !triangles || address_is_given(finding, "geometry.triangles.vertexData.deviceAddress",
+                                          triangles->vertexData.deviceAddress);
 }
 
 bool vertex_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles || is_aligned(finding, "geometry.triangles.vertexData.deviceAddress",
-                                    triangles->vertexData.deviceAddress,
-                                    format_alignment(triangles->vertexFormat));
+    return !triangles || address_is_aligned(finding, "geometry.triangles.vertexData.deviceAddress",
+                                            triangles->vertexData.deviceAddress,
+                                            format_alignment(triangles->vertexFormat));
 }
 
 bool index_address_is_given(const struct geometry_view *geometry, struct finding *finding)
@@ -84,17 +83,17 @@ bool index_address_is_given(const struct geometry_view *geometry, struct finding
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     return !triangles || !index_type_size(triangles->indexType) ||
-           is_given(finding, "geometry.triangles.indexData.deviceAddress",
-                    triangles->indexData.deviceAddress);
+           address_is_given(finding, "geometry.triangles.indexData.deviceAddress",
+                            triangles->indexData.deviceAddress);
 }
 
 bool index_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles ||
-           is_aligned(finding, "geometry.triangles.indexData.deviceAddress",
-                      triangles->indexData.deviceAddress, index_type_size(triangles->indexType));
+    return !triangles || address_is_aligned(finding, "geometry.triangles.indexData.deviceAddress",
+                                            triangles->indexData.deviceAddress,
+                                            index_type_size(triangles->indexType));
 }
 
 bool transform_address_is_valid(const struct geometry_view *geometry, struct finding *finding)
@@ -109,30 +108,31 @@ bool transform_address_is_aligned(const struct geometry_view *geometry, struct f
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles || is_aligned(finding, "geometry.triangles.transformData.deviceAddress",
-                                    triangles->transformData.deviceAddress, 16);
+    return !triangles ||
+           address_is_aligned(finding, "geometry.triangles.transformData.deviceAddress",
+                              triangles->transformData.deviceAddress, 16);
 }
 
 bool aabb_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    return !aabbs ||
-           is_given(finding, "geometry.aabbs.data.deviceAddress", aabbs->data.deviceAddress);
+    return !aabbs || address_is_given(finding, "geometry.aabbs.data.deviceAddress",
+                                      aabbs->data.deviceAddress);
 }
 
 bool aabb_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    return !aabbs ||
-           is_aligned(finding, "geometry.aabbs.data.deviceAddress", aabbs->data.deviceAddress, 8);
+    return !aabbs || address_is_aligned(finding, "geometry.aabbs.data.deviceAddress",
+                                        aabbs->data.deviceAddress, 8);
 }
 
 bool instance_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryInstancesDataKHR *instances =
         instances_in(geometry->geometry);
-    return !instances || is_given(finding, "geometry.instances.data.deviceAddress",
-                                  instances->data.deviceAddress);
+    return !instances || address_is_given(finding, "geometry.instances.data.deviceAddress",
+                                          instances->data.deviceAddress);
 }
 
 bool instance_array_is_aligned(const struct geometry_view *geometry, struct finding *finding)
@@ -140,8 +140,8 @@ bool instance_array_is_aligned(const struct geometry_view *geometry, struct find
     const VkAccelerationStructureGeometryInstancesDataKHR *instances =
         instances_in(geometry->geometry);
     return !instances || instances->arrayOfPointers ||
-           is_aligned(finding, "geometry.instances.data.deviceAddress",
-                      instances->data.deviceAddress, 16);
+           address_is_aligned(finding, "geometry.instances.data.deviceAddress",
+                              instances->data.deviceAddress, 16);
 }
 
 bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct finding *finding)
@@ -149,8 +149,8 @@ bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct 
     const VkAccelerationStructureGeometryInstancesDataKHR *instances =
         instances_in(geometry->geometry);
     return !instances || !instances->arrayOfPointers ||
-           is_aligned(finding, "geometry.instances.data.deviceAddress",
-                      instances->data.deviceAddress, 8);
+           address_is_aligned(finding, "geometry.instances.data.deviceAddress",
+                              instances->data.deviceAddress, 8);
 }
 
 /* The first address of that status, of the geometry itself or in what extensions chain to it. 03808

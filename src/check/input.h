@@ -5,6 +5,12 @@
 
 #include "state/journal.h"
 
+/* Paths of structures that extensions chain, relative to their geometry. */
+#define MOTION_DATA                                                                                \
+    "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>."
+#define SPHERES_DATA "pNext<VkAccelerationStructureGeometrySpheresDataNV>."
+#define SWEPT_DATA "pNext<VkAccelerationStructureGeometryLinearSweptSpheresDataNV>."
+
 /* The member that gives the address, relative to its geometry, or to the build for scratch. */
 const char *input_field(enum input_role role);
 

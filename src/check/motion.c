@@ -4,10 +4,10 @@
 #include "check/chains.h"
 #include "check/extensions.h"
 #include "check/geometry_data.h"
+#include "check/input.h"
 #include "check/names.h"
 #include "check/predicates.h"
-
-#define MOTION_DATA "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>"
+#include "check/statements.h"
 
 static bool has_motion_flag(const struct build_view *build)
 {
@@ -112,8 +112,8 @@ bool motion_vertex_address_is_given(const struct motion_triangles_view *motion_t
     if (!data)
         return true;
     if (motion_triangles->geometry->build->call->command == COMMAND_HOST)
-        return data->vertexData.hostAddress ||
-               violated_plainly(finding, MOTION_DATA ".vertexData.hostAddress", "is NULL");
-    return data->vertexData.deviceAddress ||
-           violated_plainly(finding, MOTION_DATA ".vertexData.deviceAddress", "is 0");
+        return host_address_is_given(finding, MOTION_DATA "vertexData.hostAddress",
+                                     data->vertexData.hostAddress);
+    return address_is_given(finding, MOTION_DATA "vertexData.deviceAddress",
+                            data->vertexData.deviceAddress);
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "check/chains.h"
+#include "check/extensions.h"
 #include "check/formats.h"
 #include "check/geometry_data.h"
 
@@ -194,7 +195,8 @@ static bool is_sound(struct check_context *context, const struct build_view *bui
         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
         if (!chain_is_readable(context, geometry->pNext) ||
             (triangles ? !triangles_are_sound(context, triangles)
-                       : !aabbs_in(geometry) && !instances_in(geometry)))
+                       : !aabbs_in(geometry) && !instances_in(geometry) &&
+                             !extended_geometry_is_sound(geometry)))
             return false;
     }
     return true;

@@ -118,6 +118,29 @@ void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view
 #include "rules.def"
 }
 
+#include "check/ask_nobody.h"
+#undef ASK_spheres
+#define ASK_spheres(name, level) ASK(name, level, spheres)
+
+void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level)
+{
+    const struct location location = location_of(spheres->data.geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_swept_spheres
+#define ASK_swept_spheres(name, level) ASK(name, level, swept_spheres)
+
+void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
+                        enum level level)
+{
+    const struct location location = location_of(swept_spheres->data.geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
 /* Updates are judged once, where their source is known. */
 #define ASK_HERE(name, view)                                                                       \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \

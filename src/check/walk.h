@@ -22,6 +22,9 @@ void walk_motion_build(struct walk *walk, const struct motion_build_view *motion
                        enum level level);
 void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
                            enum level level);
+void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level);
+void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
+                        enum level level);
 void walk_pair(struct walk *walk, const struct pair_view *pair);
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location);

@@ -5,29 +5,32 @@
 
 #include <stdatomic.h>
 
-/* COUNTER(name). Each has a member of the same name in struct assay_counters (layer/assay.h). */
+/* COUNTER(name, public): `public` is the member of AssayCounters (layer/assay.h), which tells what
+ * each counts. */
 #define CPU_COUNTERS(COUNTER)                                                                      \
-    COUNTER(builds)           /* trees built */                                                    \
-    COUNTER(updates)          /* trees made from another one by an update */                       \
-    COUNTER(copies)           /* clones, compactions, serializations, deserializations */          \
-    COUNTER(primitives)       /* that builds and updates read */                                   \
-    COUNTER(bytes_built)      /* of trees built, updated, copied or deserialized */                \
-    COUNTER(bytes_serialized) /* written */                                                        \
-    COUNTER(rays)             /* traced */                                                         \
-    COUNTER(nodes_visited)                                                                         \
-    COUNTER(instances_entered)                                                                     \
-    COUNTER(primitives_tested)                                                                     \
-    COUNTER(exact_calls) /* signs that needed exact arithmetic */
+    COUNTER(builds, builds)                                                                        \
+    COUNTER(updates, updates)                                                                      \
+    COUNTER(copies, copies)                                                                        \
+    COUNTER(primitives, primitives)                                                                \
+    COUNTER(bytes_built, bytesBuilt)                                                               \
+    COUNTER(bytes_serialized, bytesSerialized)                                                     \
+    COUNTER(own_scratch, ownScratch)                                                               \
+    COUNTER(rays, rays)                                                                            \
+    COUNTER(nodes_visited, nodesVisited)                                                           \
+    COUNTER(instances_entered, instancesEntered)                                                   \
+    COUNTER(primitives_tested, primitivesTested)                                                   \
+    COUNTER(exact_calls, exactCalls)
 
 struct cpu_counters {
-#define COUNTER(name) _Atomic unsigned long long name;
+#define COUNTER(name, public) _Atomic unsigned long long name;
     CPU_COUNTERS(COUNTER)
 #undef COUNTER
 };
 
 static inline void cpu_count(_Atomic unsigned long long *counter, unsigned long long by)
 {
-    atomic_fetch_add_explicit(counter, by, memory_order_relaxed);
+    if (by > 0)
+        atomic_fetch_add_explicit(counter, by, memory_order_relaxed);
 }
 
 #endif

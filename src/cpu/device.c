@@ -16,7 +16,10 @@ VkResult cpu_device_create(const uint8_t driver_uuid[VK_UUID_SIZE], struct cpu_d
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     memcpy(state->uuids.driver, driver_uuid, VK_UUID_SIZE);
     memcpy(state->uuids.compatibility, compatibility, VK_UUID_SIZE);
+    cpu_scratch_claims_init(&state->scratch_claims);
     VkResult result = cpu_structures_create(&state->structures);
+    if (result == VK_SUCCESS)
+        result = cpu_deferred_operations_create(&state->deferred);
     if (result == VK_SUCCESS)
         return VK_SUCCESS;
     cpu_device_destroy(state);
@@ -28,6 +31,8 @@ void cpu_device_destroy(struct cpu_device *device)
 {
     if (!device)
         return;
+    cpu_deferred_operations_destroy(device->deferred);
     cpu_structures_destroy(device->structures);
+    cpu_scratch_claims_release(&device->scratch_claims);
     free(device);
 }

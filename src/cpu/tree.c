@@ -18,7 +18,7 @@ struct cpu_tree {
     struct cpu_tree_work work; /* make is NULL once it has run */
 };
 
-static struct cpu_tree *allocate(void)
+struct cpu_tree *cpu_tree_create(void)
 {
     struct cpu_tree *tree = calloc(1, sizeof(*tree));
     if (!tree)
@@ -28,24 +28,14 @@ static struct cpu_tree *allocate(void)
     return tree;
 }
 
-VkResult cpu_tree_create(uint64_t size, struct cpu_tree **tree)
+struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work)
 {
-    *tree = allocate();
-    if (*tree && cpu_tree_allocate(*tree, size))
-        return VK_SUCCESS;
-    cpu_tree_release(*tree);
-    *tree = NULL;
-    return VK_ERROR_OUT_OF_HOST_MEMORY;
-}
-
-VkResult cpu_tree_create_late(const struct cpu_tree_work *work, struct cpu_tree **tree)
-{
-    *tree = allocate();
-    if (!*tree)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    (*tree)->is_late = true;
-    (*tree)->work = *work;
-    return VK_SUCCESS;
+    struct cpu_tree *tree = cpu_tree_create();
+    if (tree) {
+        tree->is_late = true;
+        tree->work = *work;
+    }
+    return tree;
 }
 
 struct cpu_tree *cpu_tree_keep(struct cpu_tree *tree)

@@ -22,9 +22,10 @@ struct cpu_tree_work {
     void *context;
 };
 
-/* Both return one reference; VK_ERROR_OUT_OF_HOST_MEMORY leaves the work with the caller. */
-VkResult cpu_tree_create(uint64_t size, struct cpu_tree **tree);
-VkResult cpu_tree_create_late(const struct cpu_tree_work *work, struct cpu_tree **tree);
+/* Return one reference; NULL without memory, and then the work stays with the caller. The first is
+ * without bytes until the caller has allocated and written them. */
+struct cpu_tree *cpu_tree_create(void);
+struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work);
 
 struct cpu_tree *cpu_tree_keep(struct cpu_tree *tree); /* returns it */
 void cpu_tree_release(struct cpu_tree *tree);          /* NULL: nothing */

@@ -68,23 +68,27 @@ static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
     return count ? cache->ranges[range].end : 0;
 }
 
-bool readable(struct readable_cache *cache, const void *pointer, size_t size)
+size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)
 {
     uintptr_t begin = (uintptr_t)pointer;
-    if (!size)
-        return true;
-    if (!begin || begin + (size - 1) < begin)
-        return false;
-    uintptr_t last = begin + (size - 1);
-    while (begin <= last) {
-        uintptr_t end = known_end(cache, begin);
+    if (!size || !begin)
+        return 0;
+    uintptr_t last = size - 1 <= UINTPTR_MAX - begin ? begin + (size - 1) : UINTPTR_MAX;
+    uintptr_t at = begin;
+    while (at <= last) {
+        uintptr_t end = known_end(cache, at);
         if (!end)
-            end = find_end(cache, begin);
+            end = find_end(cache, at);
         if (!end)
-            return false;
-        begin = end;
+            return at - begin;
+        at = end;
     }
-    return true;
+    return size;
+}
+
+bool readable(struct readable_cache *cache, const void *pointer, size_t size)
+{
+    return readable_extent(cache, pointer, size) == size;
 }
 
 size_t readable_copy(void *to, const void *from, size_t size)

@@ -27,6 +27,8 @@ struct readable_cache {
 /* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. */
 bool readable(struct readable_cache *cache, const void *pointer, size_t size);
 
+/* How many bytes from `pointer` on can be read, at most `size`. */
+size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size);
 /* Copies as much of [from, from + size) as can be read from its begin on; `size` is a page at most.
  * Returns how much that was. */
 size_t readable_copy(void *to, const void *from, size_t size);

@@ -134,8 +134,8 @@ static void chain_of_setup(struct features *features, const struct setup *setup,
     if ((setup->enable & ENABLE_SPHERES) != 0) {
         chain(head, &features->spheres,
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
-        features->spheres.spheres = VK_TRUE;
-        features->spheres.linearSweptSpheres = VK_TRUE;
+        features->spheres.spheres = (setup->disable & DISABLE_SPHERES) == 0;
+        features->spheres.linearSweptSpheres = (setup->disable & DISABLE_LINEAR_SWEPT_SPHERES) == 0;
     }
     if ((setup->enable & ENABLE_MAINTENANCE5) != 0) {
         chain(head, &features->maintenance5,

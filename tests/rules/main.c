@@ -16,7 +16,7 @@ static const struct case_list *const lists[] = {
     &cases_call,    &cases_recording, &cases_pointers, &cases_build,   &cases_build_state,
     &cases_scratch, &cases_geometry,  &cases_chain,    &cases_address, &cases_range,
     &cases_overlap, &cases_pairs,     &cases_memory,   &cases_sparse,  &cases_silent,
-    &cases_update,  &cases_motion,
+    &cases_update,  &cases_motion,    &cases_spheres,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
@@ -136,7 +136,8 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
 /* Rules about geometries are asked of both arrays. */
 static bool wants_pointers(const struct test_case *test_case)
 {
-    static const char *const subjects[] = {"geometry", "range", "motion_triangles"};
+    static const char *const subjects[] = {"geometry", "range", "motion_triangles", "spheres",
+                                           "swept_spheres"};
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->keep_arrays; i++) {
         const char *subject = rule_infos[test_case->rules[i]].subject;
         for (size_t j = 0; subject != NULL && j < sizeof(subjects) / sizeof(subjects[0]); j++)

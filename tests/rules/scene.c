@@ -300,7 +300,7 @@ struct scene *scene_open(struct world *world, enum build_command command)
     const uint32_t family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
     scene->command_buffer = scene_command_buffer(scene, family);
     scene_begin(scene, scene->command_buffer, 0);
-    if (world->setup.disable == 0)
+    if ((world->setup.disable & DISABLE_BUILDS) == 0)
         build_sources(scene);
     become_updates(scene);
     return scene;

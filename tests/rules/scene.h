@@ -95,6 +95,8 @@ struct scene {
 
     /* Structures of extensions, for cases that chain them. */
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
+    VkAccelerationStructureGeometrySpheresDataNV spheres;
+    VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept_spheres;
 
     uint32_t cleanup_count;
     struct scene_cleanup cleanups[SCENE_CLEANUPS];

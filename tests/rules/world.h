@@ -26,11 +26,15 @@ enum setup_enable {
     ENABLE_RAY_TRACING_NV = 1 << 14,
 };
 
-/* Features of VK_KHR_acceleration_structure that are left off. */
+/* Features that are left off though their extension is enabled. */
 enum setup_disable {
     DISABLE_ACCELERATION_STRUCTURE = 1 << 0,
     DISABLE_INDIRECT_BUILD = 1 << 1,
     DISABLE_HOST_COMMANDS = 1 << 2,
+    DISABLE_BUILDS =
+        DISABLE_ACCELERATION_STRUCTURE | DISABLE_INDIRECT_BUILD | DISABLE_HOST_COMMANDS,
+    DISABLE_SPHERES = 1 << 3,
+    DISABLE_LINEAR_SWEPT_SPHERES = 1 << 4,
 };
 
 /* How features are asked for, and buffer addresses retrieved. */

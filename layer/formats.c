@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Asking for format features, once for most formats. */
+#include "formats.h"
+
+#include <stdatomic.h>
+
+#include "check/formats.h"
+
+static enum tristate ask_for_vertices(const struct layer_device *device, VkFormat format)
+{
+    VkFormatProperties properties;
+    device->instance->vk.GetPhysicalDeviceFormatProperties(device->physical_device, format,
+                                                           &properties);
+    return properties.bufferFeatures &
+                   VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR
+               ? YES
+               : NO;
+}
+
+/* A driver that doesn't know the structure leaves all bits on. */
+static enum tristate ask_for_radii(const struct layer_device *device, VkFormat format)
+{
+    const VkuInstanceDispatchTable *vk = &device->instance->vk;
+    PFN_vkGetPhysicalDeviceFormatProperties2 get_properties =
+        vk->GetPhysicalDeviceFormatProperties2 ? vk->GetPhysicalDeviceFormatProperties2
+                                               : vk->GetPhysicalDeviceFormatProperties2KHR;
+    VkFormatProperties3 features = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3,
+                                    .bufferFeatures = UINT64_MAX};
+    VkFormatProperties2 properties = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
+                                      .pNext = &features};
+    if (!get_properties)
+        return UNKNOWN;
+    get_properties(device->physical_device, format, &properties);
+    if (features.bufferFeatures == UINT64_MAX)
+        return UNKNOWN;
+    return features.bufferFeatures & VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV
+               ? YES
+               : NO;
+}
+
+/* A driver is asked only for formats that exist. */
+static enum tristate find(const struct layer_device *device, VkFormat format,
+                          _Atomic unsigned char *cache,
+                          enum tristate (*ask)(const struct layer_device *, VkFormat))
+{
+    if (!format_is_known(format))
+        return UNKNOWN;
+    if ((uint32_t)format >= FORMAT_CACHE_SIZE)
+        return ask(device, format);
+    enum tristate known = (enum tristate)atomic_load_explicit(&cache[format], memory_order_relaxed);
+    if (known == UNKNOWN) {
+        known = ask(device, format);
+        atomic_store_explicit(&cache[format], (unsigned char)known, memory_order_relaxed);
+    }
+    return known;
+}
+
+enum tristate layer_takes_vertices(struct layer_device *device, VkFormat format)
+{
+    return find(device, format, device->vertex_formats, ask_for_vertices);
+}
+
+enum tristate layer_takes_radii(struct layer_device *device, VkFormat format)
+{
+    return find(device, format, device->radius_formats, ask_for_radii);
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The parameters of one build, copied, so that they can be used after the call. */
+#ifndef ASSAY_CPU_BUILD_INFO_H
+#define ASSAY_CPU_BUILD_INFO_H
+
+#include <vulkan/vulkan_core.h>
+
+#include "build/build.h"
+#include "state/readable.h"
+
+/* pNext of info and geometries is NULL; ppGeometries is resolved to pGeometries. */
+struct cpu_build_info {
+    VkAccelerationStructureBuildGeometryInfoKHR info;
+    VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
+    VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry; in the same block */
+};
+
+/* VK_ERROR_VALIDATION_FAILED where a parameter can't be read. `ranges` may be NULL: zeros, for the
+ * caller to fill in. */
+VkResult cpu_build_info_copy(struct readable_cache *cache,
+                             const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                             const VkAccelerationStructureBuildRangeInfoKHR *ranges,
+                             struct cpu_build_info *copy);
+void cpu_build_info_release(struct cpu_build_info *copy);
+
+/* vkGetAccelerationStructureBuildSizesKHR: zeros for geometries that the builder doesn't take. */
+void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                     const uint32_t *counts, struct builder_sizes *sizes);
+
+#endif

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Host builds: a call's builds are the parts of its work. */
+#include "cpu/host.h"
+
+#include <stdlib.h>
+
+#include "cpu/deferred.h"
+#include "cpu/make.h"
+#include "cpu/pins.h"
+
+struct build_call {
+    struct cpu_device *device;
+    struct cpu_host_memory memory;
+    uint32_t count;
+    struct cpu_build_info builds[]; /* zeros where one is not copied yet */
+};
+
+/* ---- one build */
+
+static VkResult make_tree(struct build_call *call, const struct cpu_build_info *build,
+                          uint64_t size_max, const void *source, struct cpu_tree *tree)
+{
+    struct cpu_pins pins;
+    cpu_pins_init(&pins, call->device->structures);
+    const struct cpu_making making = {
+        .device = call->device,
+        .build = build,
+        .memory = cpu_host_memory_of(&call->memory),
+        .resolver = cpu_pins_resolver(&pins),
+        .source = source,
+        .size_max = size_max,
+        .scratch = build->info.scratchData.hostAddress,
+    };
+    VkResult result = cpu_make_by_build(&making, tree);
+    if (pins.out_of_memory)
+        result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    cpu_pins_release(&pins);
+    return result;
+}
+
+static VkResult build_into(struct build_call *call, const struct cpu_build_info *build,
+                           uint64_t size_max, const void *source)
+{
+    struct cpu_tree *tree = cpu_tree_create();
+    if (!tree)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    VkResult result = make_tree(call, build, size_max, source, tree);
+    if (result != VK_SUCCESS) {
+        cpu_tree_release(tree);
+        return result;
+    }
+    uint64_t dst = (uint64_t)build->info.dstAccelerationStructure;
+    return cpu_structures_set_tree(call->device->structures, dst, tree)
+               ? VK_SUCCESS
+               : VK_ERROR_VALIDATION_FAILED;
+}
+
+static VkResult run(void *context, uint32_t part)
+{
+    struct build_call *call = context;
+    const struct cpu_build_info *build = &call->builds[part];
+    struct cpu_structures *structures = call->device->structures;
+    struct cpu_structure_info dst;
+    if (!cpu_structures_find(structures, (uint64_t)build->info.dstAccelerationStructure, &dst))
+        return VK_ERROR_VALIDATION_FAILED;
+    if (build->info.mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+        return build_into(call, build, dst.size, NULL);
+    struct cpu_tree *source =
+        cpu_structures_tree(structures, (uint64_t)build->info.srcAccelerationStructure);
+    const void *bytes = source ? cpu_tree_read(source) : NULL;
+    VkResult result = bytes ? build_into(call, build, dst.size, bytes) : VK_ERROR_VALIDATION_FAILED;
+    cpu_tree_release(source);
+    return result;
+}
+
+/* ---- the call */
+
+static void release(void *context)
+{
+    struct build_call *call = context;
+    for (uint32_t i = 0; i < call->count; i++)
+        cpu_build_info_release(&call->builds[i]);
+    cpu_host_memory_release(&call->memory);
+    free(call);
+}
+
+static VkResult copy_parameters(struct build_call *call,
+                                const VkAccelerationStructureBuildGeometryInfoKHR *infos,
+                                const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
+{
+    struct readable_cache *cache = &call->memory.readable;
+    for (uint32_t i = 0; i < call->count; i++) {
+        VkResult result = cpu_build_info_copy(cache, &infos[i], ranges[i], &call->builds[i]);
+        if (result != VK_SUCCESS)
+            return result;
+        if (call->builds[i].geometries && !ranges[i])
+            return VK_ERROR_VALIDATION_FAILED;
+    }
+    return VK_SUCCESS;
+}
+
+VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t count,
+                        const VkAccelerationStructureBuildGeometryInfoKHR *infos,
+                        const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
+{
+    struct readable_cache cache = {0};
+    if (!readable(&cache, infos, sizeof(*infos) * (size_t)count) ||
+        !readable(&cache, ranges, sizeof(*ranges) * (size_t)count))
+        return VK_ERROR_VALIDATION_FAILED;
+    struct build_call *call = calloc(1, sizeof(*call) + sizeof(call->builds[0]) * (size_t)count);
+    if (!call)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    call->device = device;
+    call->count = count;
+    cpu_host_memory_init(&call->memory);
+    call->memory.readable = cache;
+    VkResult result = copy_parameters(call, infos, ranges);
+    if (result != VK_SUCCESS) {
+        release(call);
+        return result;
+    }
+    const struct cpu_work work = {
+        .part_count = count,
+        .concurrency = count,
+        .run = run,
+        .release = release,
+        .context = call,
+    };
+    return operation ? cpu_deferred_start(device->deferred, operation, &work) : cpu_work_do(&work);
+}

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The host's memory, probed. */
+#define _GNU_SOURCE /* process_vm_readv */
+#include "cpu/memory.h"
+
+#include <errno.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+void cpu_host_memory_init(struct cpu_host_memory *host)
+{
+    pthread_mutex_init(&host->lock, NULL);
+    host->readable = (struct readable_cache){0};
+}
+
+void cpu_host_memory_release(struct cpu_host_memory *host)
+{
+    pthread_mutex_destroy(&host->lock);
+}
+
+/* No array is larger; where probing is forbidden and everything counts as readable, a wild stride
+ * would be probed for hours. */
+#define EXTENT_MAX (SIZE_MAX >> 24)
+
+static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    struct cpu_host_memory *host = context;
+    *bytes = (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
+    if ((uintptr_t)address != address)
+        return 0;
+    pthread_mutex_lock(&host->lock);
+    size_t found =
+        readable_extent(&host->readable, *bytes, size < EXTENT_MAX ? (size_t)size : EXTENT_MAX);
+    pthread_mutex_unlock(&host->lock);
+    return found;
+}
+
+struct cpu_memory cpu_host_memory_of(struct cpu_host_memory *host)
+{
+    return (struct cpu_memory){find, host};
+}
+
+/* The smallest page of the platforms. */
+#define PAGE_SIZE 4096u
+enum { PROBED_PAGES = 64 };
+
+/* Bytes of one page each. The kernel faults on the local side as it does on the remote one, and
+ * reports that as an error. */
+static bool probe(char *const bytes[], unsigned count)
+{
+    struct iovec pages[PROBED_PAGES];
+    for (unsigned i = 0; i < count; i++)
+        pages[i] = (struct iovec){.iov_base = bytes[i], .iov_len = 1};
+    ssize_t copied = process_vm_readv(getpid(), pages, count, pages, count, 0);
+    return copied == (ssize_t)count || (copied < 0 && errno != EFAULT);
+}
+
+bool cpu_is_writable(void *pointer, uint64_t size)
+{
+    uintptr_t begin = (uintptr_t)pointer;
+    if (size == 0)
+        return true;
+    if (!begin || size - 1 > UINTPTR_MAX - begin)
+        return false;
+    uintptr_t last = begin + (uintptr_t)(size - 1);
+    char *bytes[PROBED_PAGES];
+    unsigned count = 0;
+    for (uintptr_t at = begin;;) {
+        bytes[count++] = (char *)at; // NOLINT(performance-no-int-to-ptr)
+        uintptr_t next = (at / PAGE_SIZE + 1) * PAGE_SIZE;
+        bool is_end = next > last || next < at;
+        if ((is_end || count == PROBED_PAGES) && !probe(bytes, count))
+            return false;
+        if (is_end)
+            return true;
+        if (count == PROBED_PAGES)
+            count = 0;
+        at = next;
+    }
+}

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Held trees, by reference. */
+#include "cpu/pins.h"
+
+#include <stdlib.h>
+
+#include "build/structure.h"
+
+struct pin {
+    struct cpu_tree *tree; /* NULL: the reference leads nowhere */
+    const void *bytes;     /* NULL: to nothing that an instance may have */
+};
+
+void cpu_pins_init(struct cpu_pins *pins, struct cpu_structures *structures)
+{
+    *pins = (struct cpu_pins){.structures = structures};
+    pthread_mutex_init(&pins->lock, NULL);
+}
+
+static void release(void *record, void *context)
+{
+    struct pin *pin = record;
+    (void)context;
+    cpu_tree_release(pin->tree);
+    free(pin);
+}
+
+void cpu_pins_release(struct cpu_pins *pins)
+{
+    handle_table_each(&pins->pins, release, NULL);
+    handle_table_release(&pins->pins);
+    pthread_mutex_destroy(&pins->lock);
+}
+
+static struct pin *add(struct cpu_pins *pins, uint64_t reference)
+{
+    struct pin *pin = calloc(1, sizeof(*pin));
+    if (!pin || !handle_table_set(&pins->pins, reference, pin)) {
+        free(pin);
+        pins->out_of_memory = true;
+        return NULL;
+    }
+    pin->tree = cpu_structures_tree(pins->structures, reference);
+    const void *bytes = pin->tree ? cpu_tree_read(pin->tree) : NULL;
+    if (bytes && builder_type(bytes) == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        pin->bytes = bytes;
+    return pin;
+}
+
+static struct pin *find_or_add(struct cpu_pins *pins, uint64_t reference)
+{
+    struct pin *pin = handle_table_find(&pins->pins, reference);
+    return pin || reference == 0 ? pin : add(pins, reference);
+}
+
+static const void *find(void *context, uint64_t reference)
+{
+    struct cpu_pins *pins = context;
+    pthread_mutex_lock(&pins->lock);
+    const struct pin *pin = find_or_add(pins, reference);
+    pthread_mutex_unlock(&pins->lock);
+    return pin ? pin->bytes : NULL;
+}
+
+struct builder_resolver cpu_pins_resolver(struct cpu_pins *pins)
+{
+    return (struct builder_resolver){find, pins};
+}
+
+bool cpu_pins_collect(struct cpu_pins *pins, const void *tlas)
+{
+    const struct instance_record *instances = structure_records(tlas);
+    uint64_t count = builder_reference_count(tlas);
+    for (uint64_t i = 0; i < count && !pins->out_of_memory; i++)
+        find_or_add(pins, instances[i].instance.accelerationStructureReference);
+    return !pins->out_of_memory;
+}
+
+static const void *find_collected(void *context, uint64_t reference)
+{
+    const struct cpu_pins *pins = context;
+    const struct pin *pin = handle_table_find(&pins->pins, reference);
+    return pin ? pin->bytes : NULL;
+}
+
+struct builder_resolver cpu_pins_collected(struct cpu_pins *pins)
+{
+    return (struct builder_resolver){find_collected, pins};
+}
