@@ -35,10 +35,12 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         is_enabled(create_info, VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME);
     facts->extension.cluster_acceleration_structure_nv =
         is_enabled(create_info, VK_NV_CLUSTER_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    facts->micromap.any = facts->extension.opacity_micromap_ext ||
+                          facts->extension.opacity_micromap_khr ||
+                          facts->extension.displacement_micromap_nv;
     facts->extension.adds_to_inputs =
         facts->extension.motion_blur_nv || facts->extension.linear_swept_spheres_nv ||
-        facts->extension.dense_geometry_format_amdx || facts->extension.opacity_micromap_ext ||
-        facts->extension.opacity_micromap_khr || facts->extension.displacement_micromap_nv;
+        facts->extension.dense_geometry_format_amdx || facts->micromap.any;
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
         if (!registry_knows_extension(create_info->ppEnabledExtensionNames[i]))
             facts->newer_than_registry = true;
@@ -68,6 +70,56 @@ static void collect_features(struct device_facts *facts, const void *chain)
         chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
     facts->spheres = spheres && spheres->spheres;
     facts->linear_swept_spheres = spheres && spheres->linearSweptSpheres;
+    const VkPhysicalDeviceOpacityMicromapFeaturesEXT *ext =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
+    const VkPhysicalDeviceOpacityMicromapFeaturesKHR *khr =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
+    facts->micromap.ext = ext && ext->micromap;
+    facts->micromap.khr = khr && khr->micromap;
+}
+
+/* The structures of properties that a physical device may know. */
+struct micromap_properties {
+    VkPhysicalDeviceOpacityMicromapPropertiesEXT ext;
+    VkPhysicalDeviceOpacityMicromapPropertiesKHR khr;
+    VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement;
+};
+
+/* Prepends those of the extensions that are enabled; the others bound nothing. */
+static void chain_micromap_properties(const struct device_facts *facts, void **chain,
+                                      struct micromap_properties *properties)
+{
+    *properties = (struct micromap_properties){
+        .ext = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT, NULL, UINT32_MAX,
+                UINT32_MAX},
+        .khr = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR, NULL, UINT32_MAX,
+                UINT32_MAX, UINT32_MAX, UINT64_MAX},
+        .displacement = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV,
+                         NULL, UINT32_MAX}};
+    if (facts->extension.opacity_micromap_ext) {
+        properties->ext.pNext = *chain;
+        *chain = &properties->ext;
+    }
+    if (facts->extension.opacity_micromap_khr) {
+        properties->khr.pNext = *chain;
+        *chain = &properties->khr;
+    }
+    if (facts->extension.displacement_micromap_nv) {
+        properties->displacement.pNext = *chain;
+        *chain = &properties->displacement;
+    }
+}
+
+static void keep_micromap_limits(struct micromap_support *support,
+                                 const struct micromap_properties *properties)
+{
+    support->ext_limits.opacity_2_state_level = properties->ext.maxOpacity2StateSubdivisionLevel;
+    support->ext_limits.opacity_4_state_level = properties->ext.maxOpacity4StateSubdivisionLevel;
+    support->khr_limits.opacity_2_state_level = properties->khr.maxOpacity2StateSubdivisionLevel;
+    support->khr_limits.opacity_4_state_level = properties->khr.maxOpacity4StateSubdivisionLevel;
+    support->khr_limits.lossy_4_state_level = properties->khr.maxOpacityLossy4StateSubdivisionLevel;
+    support->khr_limits.triangles = properties->khr.maxMicromapTriangles;
+    support->displacement_level = properties->displacement.maxDisplacementMicromapSubdivisionLevel;
 }
 
 /* Limits that can't be asked for bound nothing. */
@@ -82,11 +134,14 @@ static void collect_limits(struct layer_device *device)
     limits->maxGeometryCount = UINT64_MAX;
     limits->maxPrimitiveCount = UINT64_MAX;
     limits->maxInstanceCount = UINT64_MAX;
-    if (!get_properties || !device->facts.extension.acceleration_structure)
-        return;
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = limits};
-    get_properties(device->physical_device, &properties);
+    struct micromap_properties micromap;
+    chain_micromap_properties(&device->facts, &properties.pNext, &micromap);
+    if (get_properties && device->facts.extension.acceleration_structure)
+        get_properties(device->physical_device, &properties);
+    keep_micromap_limits(&device->facts.micromap, &micromap);
+    limits->pNext = NULL;
 }
 
 static uint32_t usable_api_version(const struct layer_device *device)

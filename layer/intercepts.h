@@ -68,6 +68,8 @@
     INTERCEPT(CreateAccelerationStructureKHR)                                                      \
     INTERCEPT(CreateAccelerationStructure2KHR)                                                     \
     INTERCEPT(DestroyAccelerationStructureKHR)                                                     \
+    INTERCEPT(CreateMicromapEXT)                                                                   \
+    INTERCEPT(DestroyMicromapEXT)                                                                  \
     INTERCEPT(CreateCommandPool)                                                                   \
     INTERCEPT(DestroyCommandPool)                                                                  \
     INTERCEPT(ResetCommandPool)                                                                    \

@@ -11,6 +11,12 @@
 #undef ASK_motion_triangles
 #undef ASK_spheres
 #undef ASK_swept_spheres
+#undef ASK_micromap_build
+#undef ASK_micromap_geometry
+#undef ASK_micromap_data
+#undef ASK_opacity
+#undef ASK_opacity_ext
+#undef ASK_displacement
 #undef ASK_update
 #undef ASK_updated_geometry
 #define ASK_call(name, level)
@@ -22,6 +28,12 @@
 #define ASK_motion_triangles(name, level)
 #define ASK_spheres(name, level)
 #define ASK_swept_spheres(name, level)
+#define ASK_micromap_build(name, level)
+#define ASK_micromap_geometry(name, level)
+#define ASK_micromap_data(name, level)
+#define ASK_opacity(name, level)
+#define ASK_opacity_ext(name, level)
+#define ASK_displacement(name, level)
 #define ASK_update(name, level)
 #define ASK_updated_geometry(name, level)
 #define PENDING(name, level, waits_for, ids)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Walking the chains of geometries. */
 #include "check/chains.h"
+#include "check/micromap_views.h"
 
 #include <vulkan/vulkan.h>
 
@@ -104,7 +105,7 @@ bool chain_is_readable(struct check_context *context, const void *chain)
 {
     const VkBaseInStructure *s = chain;
     for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)
-        if (!is_readable(context, s))
+        if (!is_readable(context, s) || !usages_are_readable(context, s))
             return false;
     return !s;
 }

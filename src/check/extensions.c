@@ -18,6 +18,8 @@ void check_extended_build(struct walk *walk, const struct build_view *build, boo
     const struct device_facts *device = build->call->device;
     if (device->extension.motion_blur_nv)
         check_motion_build(walk, build, with_state);
+    if (device->micromap.any)
+        check_micromap_build(walk, build, with_state);
 }
 
 void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
@@ -30,6 +32,8 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
         check_motion(walk, geometry, with_state);
     if (device->extension.linear_swept_spheres_nv)
         check_spheres(walk, geometry, with_state);
+    if (device->micromap.any)
+        check_micromaps(walk, geometry, with_state);
 }
 
 const struct address_facts *chained_input(struct check_context *context,

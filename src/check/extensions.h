@@ -15,6 +15,8 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
 void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state);
 void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state);
 void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state);
+void check_micromap_build(struct walk *walk, const struct build_view *build, bool with_state);
+void check_micromaps(struct walk *walk, struct geometry_view *geometry, bool with_state);
 
 /* Whether a driver can be asked about a geometry whose data is in its chain, which is readable. */
 bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry);

@@ -33,6 +33,14 @@ const char *input_field(enum input_role role)
         return SWEPT_DATA "radiusData.deviceAddress";
     case INPUT_SWEPT_INDEX:
         return SWEPT_DATA "indexData.deviceAddress";
+    case INPUT_MICROMAP_DATA:
+        return MICROMAP_DATA "data";
+    case INPUT_MICROMAP_TRIANGLES:
+        return MICROMAP_DATA "triangleArray";
+    case INPUT_OPACITY_INDEX:
+        return OPACITY_DATA "indexBuffer";
+    case INPUT_OPACITY_EXT_INDEX:
+        return OPACITY_EXT_DATA "indexBuffer.deviceAddress";
     case INPUT_SCRATCH:
         break;
     }

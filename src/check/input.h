@@ -10,6 +10,12 @@
     "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>."
 #define SPHERES_DATA "pNext<VkAccelerationStructureGeometrySpheresDataNV>."
 #define SWEPT_DATA "pNext<VkAccelerationStructureGeometryLinearSweptSpheresDataNV>."
+#define MICROMAP_DATA "pNext<VkAccelerationStructureGeometryMicromapDataKHR>."
+#define OPACITY_DATA "geometry.triangles.pNext<VkAccelerationStructureTrianglesOpacityMicromapKHR>."
+#define OPACITY_EXT_DATA                                                                           \
+    "geometry.triangles.pNext<VkAccelerationStructureTrianglesOpacityMicromapEXT>."
+#define DISPLACEMENT_DATA                                                                          \
+    "geometry.triangles.pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>."
 
 /* The member that gives the address, relative to its geometry, or to the build for scratch. */
 const char *input_field(enum input_role role);

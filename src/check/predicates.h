@@ -11,6 +11,7 @@
 
 #include "check/extension_view.h"
 #include "check/finding.h"
+#include "check/micromap_view.h"
 #include "check/view.h"
 
 #define RULE(subject, name, level, ids)                                                            \

@@ -61,7 +61,7 @@ struct chain_facts {
 };
 
 /* Addresses in the structures that extensions chain to a geometry. */
-enum { CHAINED_INPUTS_MAX = 4 };
+enum { CHAINED_INPUTS_MAX = 8 };
 
 struct chained_inputs {
     uint32_t count;

@@ -4,8 +4,8 @@
 
 #include "check/predicates.h"
 
-static void hand_on(struct walk *walk, enum rule rule, const struct location *location,
-                    const struct finding *finding)
+void walk_hand_on(struct walk *walk, enum rule rule, const struct location *location,
+                  const struct finding *finding)
 {
     struct check_context *context = walk->context;
     walk->findings++;
@@ -16,7 +16,7 @@ static void hand_on(struct walk *walk, enum rule rule, const struct location *lo
 /* Asks one predicate, if its row is of the level and wanted. */
 #define ASK(name, row_level, view)                                                                 \
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(view, &finding))           \
-        hand_on(walk, RULE_##name, &location, &finding);
+        walk_hand_on(walk, RULE_##name, &location, &finding);
 
 #include "check/ask_nobody.h"
 #undef ASK_call
@@ -46,7 +46,7 @@ void walk_build(struct walk *walk, const struct build_view *build, enum level le
 #include "rules.def"
 }
 
-static struct location location_of(const struct geometry_view *geometry, enum subject subject)
+struct location walk_location(const struct geometry_view *geometry, enum subject subject)
 {
     return (struct location){.command = geometry->build->call->command,
                              .subject = subject,
@@ -61,7 +61,7 @@ static struct location location_of(const struct geometry_view *geometry, enum su
 
 void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level)
 {
-    const struct location location = location_of(geometry, SUBJECT_GEOMETRY);
+    const struct location location = walk_location(geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
@@ -72,7 +72,7 @@ void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum
 
 void walk_range(struct walk *walk, const struct range_view *range, enum level level)
 {
-    const struct location location = location_of(range->geometry, SUBJECT_RANGE);
+    const struct location location = walk_location(range->geometry, SUBJECT_RANGE);
     struct finding finding;
 #include "rules.def"
 }
@@ -82,7 +82,7 @@ void walk_range(struct walk *walk, const struct range_view *range, enum level le
 #undef ASK_pair
 #define ASK_pair(name, row_level)                                                                  \
     if (walk->wants[RULE_##name] && !name(pair, &finding))                                         \
-        hand_on(walk, RULE_##name, &location, &finding);
+        walk_hand_on(walk, RULE_##name, &location, &finding);
 
 void walk_pair(struct walk *walk, const struct pair_view *pair)
 {
@@ -113,7 +113,7 @@ void walk_motion_build(struct walk *walk, const struct motion_build_view *motion
 void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
                            enum level level)
 {
-    const struct location location = location_of(motion_triangles->geometry, SUBJECT_GEOMETRY);
+    const struct location location = walk_location(motion_triangles->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
@@ -124,7 +124,7 @@ void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view
 
 void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level)
 {
-    const struct location location = location_of(spheres->data.geometry, SUBJECT_GEOMETRY);
+    const struct location location = walk_location(spheres->data.geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
@@ -136,7 +136,7 @@ void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum le
 void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
                         enum level level)
 {
-    const struct location location = location_of(swept_spheres->data.geometry, SUBJECT_GEOMETRY);
+    const struct location location = walk_location(swept_spheres->data.geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
@@ -144,7 +144,7 @@ void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swep
 /* Updates are judged once, where their source is known. */
 #define ASK_HERE(name, view)                                                                       \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
-        hand_on(walk, RULE_##name, location, &finding);
+        walk_hand_on(walk, RULE_##name, location, &finding);
 
 #include "check/ask_nobody.h"
 #undef ASK_update

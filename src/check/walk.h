@@ -5,6 +5,7 @@
 
 #include "check/check.h"
 #include "check/extension_view.h"
+#include "check/micromap_view.h"
 
 /* The state of one check. */
 struct walk {
@@ -12,6 +13,12 @@ struct walk {
     bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
     uint32_t findings;
 };
+
+/* Where a geometry, or its build range, is. */
+struct location walk_location(const struct geometry_view *geometry, enum subject subject);
+/* Hands on a finding, and notes whether more of its rule are wanted. */
+void walk_hand_on(struct walk *walk, enum rule rule, const struct location *location,
+                  const struct finding *finding);
 
 /* Each walks the rows of its subject at one of the two levels that a call decides. */
 void walk_call(struct walk *walk, const struct call_view *call, enum level level);

@@ -82,6 +82,29 @@ struct size_facts {
     VkDeviceSize acceleration_structure, build_scratch, update_scratch;
 };
 
+/* What a device has of micromaps: features that were enabled, and limits. */
+struct micromap_support {
+    bool any;      /* one of the three extensions is enabled: geometries may have micromaps */
+    bool ext, khr; /* the feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
+    struct {
+        uint32_t opacity_2_state_level, opacity_4_state_level;
+    } ext_limits;
+    struct {
+        uint32_t opacity_2_state_level, opacity_4_state_level, lossy_4_state_level;
+        uint64_t triangles;
+    } khr_limits;
+    uint32_t displacement_level; /* maxDisplacementMicromapSubdivisionLevel */
+};
+
+/* A VkMicromapEXT. */
+struct micromap_facts {
+    VkMicromapEXT handle;
+    uint64_t id;         /* never reused, nor that of an acceleration structure; 0 unless alive */
+    enum tristate alive; /* a micromap of this device */
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    VkMicromapTypeEXT type; /* alive == YES */
+};
+
 /* A device: what was enabled, and the limits. Never changes after its creation. */
 struct device_facts {
     VkDevice handle;
@@ -92,8 +115,8 @@ struct device_facts {
     /* Commands that the layer doesn't see may build acceleration structures. */
     bool has_other_builders;
     bool acceleration_structure, acceleration_structure_indirect_build,
-        acceleration_structure_host_commands;  /* features */
-    bool spheres, linear_swept_spheres; /* likewise */
+        acceleration_structure_host_commands; /* features */
+    bool spheres, linear_swept_spheres;       /* likewise */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
             displacement_micromap_nv, linear_swept_spheres_nv, dense_geometry_format_amdx,
@@ -101,6 +124,7 @@ struct device_facts {
         bool adds_to_inputs; /* any of those that chain structures to geometries */
     } extension;             /* enabled */
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
+    struct micromap_support micromap;
 };
 
 #endif

@@ -78,17 +78,28 @@ struct accel_record {
     struct accel_record *previous, *next; /* in the same buffer */
 };
 
+/* A VkMicromapEXT. */
+struct micromap_record {
+    uint64_t id;
+    VkMicromapTypeEXT type;
+};
+
 struct resources {
     struct reader_lock lock;
-    struct handle_table memories, buffers, accels;
+    struct handle_table memories, buffers, accels, micromaps;
     struct address_map addresses; /* of buffer records */
     atomic_uint_fast64_t deaths;  /* of records of any kind */
     bool incomplete;
     /* A buffer may have been given an address that the application never retrieves: what is in no
      * known one may be in that. */
     bool replays_addresses;
-    uint64_t last_id; /* of buffers and acceleration structures; 0 is nobody's */
+    uint64_t last_id; /* of buffers, acceleration structures, micromaps; 0 is nobody's */
 };
+
+/* Puts a new record into a table; without memory for it the state is incomplete from now on. */
+bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
+                       void *record);
+void resources_note_death(struct resources *resources);
 
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);

@@ -76,6 +76,12 @@ static void free_buffer(void *record, void *context)
     buffer_record_release(record);
 }
 
+static void free_micromap(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
 static void free_memory(void *record, void *context)
 {
     (void)context;
@@ -87,9 +93,11 @@ void resources_destroy(struct resources *resources)
     if (!resources)
         return;
     handle_table_each(&resources->accels, free_accel, NULL);
+    handle_table_each(&resources->micromaps, free_micromap, NULL);
     handle_table_each(&resources->buffers, free_buffer, NULL);
     handle_table_each(&resources->memories, free_memory, NULL);
     handle_table_release(&resources->accels);
+    handle_table_release(&resources->micromaps);
     handle_table_release(&resources->buffers);
     handle_table_release(&resources->memories);
     address_map_release(&resources->addresses);
@@ -97,9 +105,8 @@ void resources_destroy(struct resources *resources)
     free(resources);
 }
 
-/* Puts a new record into a table; without memory for it the state is incomplete from now on. */
-static bool publish(struct resources *resources, struct handle_table *table, uint64_t handle,
-                    void *record)
+bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
+                       void *record)
 {
     bool kept = record && handle_table_set(table, handle, record);
     if (!kept) {
@@ -109,7 +116,7 @@ static bool publish(struct resources *resources, struct handle_table *table, uin
     return kept;
 }
 
-static void note_death(struct resources *resources)
+void resources_note_death(struct resources *resources)
 {
     atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
 }
@@ -122,7 +129,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
         handle_table_remove(&resources->memories, (uint64_t)(uintptr_t)handle);
     if (!memory)
         return;
-    note_death(resources);
+    resources_note_death(resources);
     memory->alive = false;
     for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
         resources_refresh(buffer);
@@ -142,7 +149,7 @@ void resources_add_memory(struct resources *resources, VkDeviceMemory handle, Vk
                                          .multi_instance = multi_instance};
     reader_lock_write(&resources->lock);
     remove_memory(resources, handle);
-    publish(resources, &resources->memories, (uint64_t)(uintptr_t)handle, memory);
+    resources_publish(resources, &resources->memories, (uint64_t)(uintptr_t)handle, memory);
     reader_lock_write_done(&resources->lock);
 }
 
@@ -163,7 +170,7 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
         return;
     if (buffer->where.address)
         address_map_remove(&resources->addresses, buffer->where.address, buffer);
-    note_death(resources);
+    resources_note_death(resources);
     buffer->alive = false;
     resources_refresh(buffer);
     buffer_record_release(buffer);
@@ -207,7 +214,7 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
         resources->replays_addresses = true;
     if (buffer)
         buffer->where.id = ++resources->last_id;
-    publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
+    resources_publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
     reader_lock_write_done(&resources->lock);
 }
 
@@ -321,7 +328,7 @@ static uint64_t remove_accel(struct resources *resources, VkAccelerationStructur
     if (!accel)
         return 0;
     uint64_t id = accel->id;
-    note_death(resources);
+    resources_note_death(resources);
     free_accel(accel, NULL);
     return id;
 }
@@ -343,7 +350,8 @@ static void add_accel(struct resources *resources, struct accel_record *accel,
     remove_accel(resources, handle);
     if (accel)
         accel->id = ++resources->last_id;
-    if (publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel) && buffer)
+    if (resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel) &&
+        buffer)
         put_into_buffer(accel, buffer);
 }
 

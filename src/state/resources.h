@@ -53,6 +53,15 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
 /* Returns the id that the structure had, or 0. */
 uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle);
 
+/* Micromaps of VK_EXT_opacity_micromap (resources_micromap.c). */
+void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
+                            VkMicromapTypeEXT type);
+/* Returns the id that the micromap had, or 0. */
+uint64_t resources_remove_micromap(struct resources *resources, VkMicromapEXT handle);
+/* Takes the lock itself. */
+void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
+                             struct micromap_facts *facts);
+
 /* Look-ups. Between begin and end the caller calls nothing but the two below, and no lock of
  * another module. `begin` returns what `end` wants. */
 unsigned resources_begin_reading(struct resources *resources);
@@ -87,7 +96,7 @@ void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDevic
 uint64_t resources_deaths(struct resources *resources);
 
 /* The id of a thing that the device has by that handle, or 0; takes the lock itself. */
-enum resource_kind { RESOURCE_ACCEL, RESOURCE_BUFFER };
+enum resource_kind { RESOURCE_ACCEL, RESOURCE_BUFFER, RESOURCE_MICROMAP };
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
 
 #endif

@@ -127,6 +127,10 @@ static uint64_t find_id(const struct resources *resources, enum resource_kind ki
         const struct buffer_record *buffer = handle_table_find(&resources->buffers, handle);
         return buffer ? buffer->where.id : 0;
     }
+    case RESOURCE_MICROMAP: {
+        const struct micromap_record *micromap = handle_table_find(&resources->micromaps, handle);
+        return micromap ? micromap->id : 0;
+    }
     }
     return 0;
 }

@@ -58,39 +58,9 @@ static void give_tlas_two_geometries(struct scene *scene)
         scene_address(scene, &scene->scratch_buffers[TLAS], 0);
 }
 
-/* Makes AABBS the build of an opacity micromap. */
-static void build_micromap(struct scene *scene)
-{
-    static const VkMicromapUsageKHR usage = {
-        .count = 1, .subdivisionLevel = 0, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
-    static VkAccelerationStructureGeometryMicromapDataKHR micromap;
-    const struct test_buffer input = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
-    const struct test_buffer buffer = scene_buffer(scene, 1 << 20, ACCEL_USAGE);
-
-    micromap = (VkAccelerationStructureGeometryMicromapDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .data = input.address,
-        .triangleArray = input.address + 256,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
-    };
-    scene->infos[AABBS].type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
-    scene->infos[AABBS].flags = 0;
-    scene->infos[AABBS].geometryCount = 1;
-    scene->geometries[AABBS][0] = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = &micromap,
-        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
-    };
-    scene->range_pointers[AABBS] = NULL;
-    scene->infos[AABBS].dstAccelerationStructure = scene_accel_in(
-        scene, &buffer, 0, buffer.size, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-}
-
 static void build_micromap_with_source(struct scene *scene)
 {
-    build_micromap(scene);
+    scene_build_micromap(scene);
     scene->infos[AABBS].srcAccelerationStructure = scene_accel_for(scene, INDEXED);
 }
 
@@ -188,15 +158,15 @@ static const struct test_case cases[] = {
     {.name = "micromap_updated",
      RULES(RULE_micromap_build_is_no_update),
      .setup = &with_micromaps_khr,
-     .mutate = build_micromap,
+     .mutate = scene_build_micromap,
      .edits = EDITS(SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)),
-     .mutate_twin = build_micromap,
+     .mutate_twin = scene_build_micromap,
      .path = "pInfos[2].mode"},
     {.name = "micromap_with_source",
      RULES(RULE_micromap_build_has_no_source),
      .setup = &with_micromaps_khr,
      .mutate = build_micromap_with_source,
-     .mutate_twin = build_micromap,
+     .mutate_twin = scene_build_micromap,
      .path = "pInfos[2].srcAccelerationStructure"},
     {.name = "update_without_source",
      RULES(RULE_update_has_a_source),

@@ -19,9 +19,6 @@ static const VkAccelerationStructureTrianglesOpacityMicromapEXT micromap_and_str
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
     .pNext = (void *)&stray,
     .indexType = VK_INDEX_TYPE_NONE_KHR};
-static const VkAccelerationStructureTrianglesOpacityMicromapKHR micromap_khr = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-    .indexType = VK_INDEX_TYPE_NONE_KHR};
 static const VkAccelerationStructureTrianglesDisplacementMicromapNV displacement = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
     .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
@@ -53,7 +50,6 @@ ADDS_CHAIN(triangles_motion, TRIANGLES(INDEXED, 0), motion)
 ADDS_CHAIN(triangles_motion_twice, TRIANGLES(INDEXED, 0), motion_twice)
 ADDS_CHAIN(triangles_motion_loop, TRIANGLES(INDEXED, 0), motion_loop)
 ADDS_CHAIN(triangles_micromap, TRIANGLES(INDEXED, 0), micromap)
-ADDS_CHAIN(triangles_micromap_khr, TRIANGLES(INDEXED, 0), micromap_khr)
 ADDS_CHAIN(triangles_micromap_and_stray, TRIANGLES(INDEXED, 0), micromap_and_stray)
 ADDS_CHAIN(triangles_displacement, TRIANGLES(INDEXED, 0), displacement)
 ADDS_CHAIN(triangles_spheres, TRIANGLES(INDEXED, 0), spheres)
@@ -160,7 +156,7 @@ static const struct test_case cases[] = {
      RULES(RULE_triangles_chain_is_known),
      .silent = true,
      .setup = &with_micromap_khr,
-     .mutate = triangles_micromap_khr},
+     .mutate = scene_use_micromap},
     {.name = "triangles_chain_displacement",
      RULES(RULE_triangles_chain_is_known),
      .silent = true,

@@ -114,12 +114,12 @@ static void chain_of_setup(struct features *features, const struct setup *setup,
     if ((setup->enable & (ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP)) != 0) {
         chain(head, &features->micromap_ext,
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
-        features->micromap_ext.micromap = VK_TRUE;
+        features->micromap_ext.micromap = (setup->disable & DISABLE_MICROMAP_EXT) == 0;
     }
     if ((setup->enable & ENABLE_OPACITY_MICROMAP_KHR) != 0) {
         chain(head, &features->micromap_khr,
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
-        features->micromap_khr.micromap = VK_TRUE;
+        features->micromap_khr.micromap = (setup->disable & DISABLE_MICROMAP_KHR) == 0;
     }
     if ((setup->enable & ENABLE_DISPLACEMENT_MICROMAP) != 0) {
         chain(head, &features->displacement,

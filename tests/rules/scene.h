@@ -8,6 +8,7 @@
 #define RULES_SCENE_H
 
 #include "rules.h"
+#include "scene_micromap.h"
 #include "world.h"
 
 /* The builds of the call. */
@@ -89,6 +90,7 @@ struct scene {
 
     /* What the builds use. */
     struct test_buffer vertices, indices, transforms, boxes, instances;
+    struct scene_micromaps micromaps;
     struct test_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
     VkDevice other_device; /* made by scene_other_device */
     VkuDeviceDispatchTable other_vk;

@@ -35,6 +35,8 @@ enum setup_disable {
         DISABLE_ACCELERATION_STRUCTURE | DISABLE_INDIRECT_BUILD | DISABLE_HOST_COMMANDS,
     DISABLE_SPHERES = 1 << 3,
     DISABLE_LINEAR_SWEPT_SPHERES = 1 << 4,
+    DISABLE_MICROMAP_EXT = 1 << 5,
+    DISABLE_MICROMAP_KHR = 1 << 6,
 };
 
 /* How features are asked for, and buffer addresses retrieved. */

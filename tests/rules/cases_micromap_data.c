@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a micromap of VK_KHR_opacity_micromap is built from. */
+#include "case.h"
+
+#define DATA_PATH(member)                                                                          \
+    "pInfos[2].pGeometries[0].pNext<VkAccelerationStructureGeometryMicromapDataKHR>." member
+
+enum {
+    LOSSY = VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR,
+    STATES_2 = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR,
+    STATES_4 = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR,
+    /* As the null driver has them. */
+    LIMIT_2_STATE = 6,
+    LIMIT_4_STATE = 5,
+    LIMIT_LOSSY = 4,
+    LIMIT_TRIANGLES = 4096,
+};
+
+static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
+
+/* ---- usages ---- */
+
+static void use_usage_pointers(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    scene->micromaps.data.pUsageCounts = NULL;
+    scene->micromaps.data.ppUsageCounts = scene->micromaps.usage_pointers;
+}
+
+static void use_both_arrays(struct scene *scene)
+{
+    use_usage_pointers(scene);
+    scene->micromaps.data.pUsageCounts = scene->micromaps.usages;
+}
+
+static void lose_usages(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    scene->micromaps.data.pUsageCounts = unreadable_page();
+}
+
+/* Two of them are there. */
+static void cut_usages(struct scene *scene)
+{
+    VkMicromapUsageKHR *usages = bytes_before_unreadable_page(2 * sizeof(*usages));
+    scene_build_micromap(scene);
+    usages[0] = usages[1] = scene->micromaps.usages[0];
+    scene->micromaps.data.pUsageCounts = usages;
+}
+
+static void lose_usage_pointers(struct scene *scene)
+{
+    use_usage_pointers(scene);
+    scene->micromaps.data.ppUsageCounts = unreadable_page();
+}
+
+static void lose_a_usage(struct scene *scene)
+{
+    use_usage_pointers(scene);
+    scene->micromaps.usage_pointers[1] = unreadable_page();
+}
+
+static void lose_unused_usages(struct scene *scene)
+{
+    lose_usages(scene);
+    scene->micromaps.data.usageCountsCount = 0;
+}
+
+static void lose_the_structure(struct scene *scene)
+{
+    VkBaseInStructure *header = bytes_before_unreadable_page(sizeof(*header));
+    scene_build_micromap(scene);
+    header->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
+    scene->geometries[AABBS][0].pNext = header;
+}
+
+/* ---- addresses ---- */
+
+static void use_inputs_without_usage(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
+    scene_build_micromap(scene);
+    scene->micromaps.data.data = buffer.address;
+}
+
+static void use_triangles_without_usage(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
+    scene_build_micromap(scene);
+    scene->micromaps.data.triangleArray = buffer.address;
+}
+
+/* The last 128 bytes of the buffer, for 16 triangles of 8 bytes. */
+static void use_end_of_buffer(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    scene->micromaps.data.triangleArray += SCENE_MICROMAP_INPUT_SIZE - 128;
+    scene->micromaps.data.usageCountsCount = 2;
+    scene->micromaps.usages[0].count = 8;
+    scene->micromaps.usages[1].count = 8;
+}
+
+#define USAGE_CASE(name_, rule, edits_, twin_edits_)                                               \
+    {                                                                                              \
+        .name = name_, RULES(rule), .commands = ON_DEVICE, .setup = &with_khr,                     \
+        .mutate = scene_build_micromap, .edits = edits_, .mutate_twin = scene_build_micromap,      \
+        .twin_edits = twin_edits_, .path = DATA_PATH("pUsageCounts")                               \
+    }
+#define TWO_USAGES SET(micromaps.data.usageCountsCount, 2)
+
+static const struct test_case cases[] = {
+    {.name = "usages_both",
+     RULES(RULE_micromap_data_has_one_usage_array),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = use_both_arrays,
+     .mutate_twin = use_usage_pointers,
+     .path = DATA_PATH("pUsageCounts")},
+    {.name = "usages_unreadable",
+     RULES(RULE_micromap_data_usages_are_readable),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = lose_usages,
+     .mutate_twin = lose_unused_usages,
+     .path = DATA_PATH("pUsageCounts")},
+    {.name = "usages_end_too_early",
+     RULES(RULE_micromap_data_usages_are_readable),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = cut_usages,
+     .edits = EDITS(SET(micromaps.data.usageCountsCount, 3)),
+     .mutate_twin = cut_usages,
+     .twin_edits = EDITS(TWO_USAGES)},
+    {.name = "usages_too_many",
+     RULES(RULE_micromap_data_usages_are_readable),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = cut_usages,
+     .edits = EDITS(SET(micromaps.data.usageCountsCount, UINT32_MAX))},
+    {.name = "usage_pointers_unreadable",
+     RULES(RULE_micromap_data_usage_pointers_are_readable),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = lose_usage_pointers,
+     .mutate_twin = use_usage_pointers,
+     .path = DATA_PATH("ppUsageCounts")},
+    {.name = "usage_behind_pointer_unreadable",
+     RULES(RULE_micromap_data_usage_pointers_are_readable),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = lose_a_usage,
+     .edits = EDITS(TWO_USAGES),
+     .mutate_twin = lose_a_usage},
+    {.name = "micromap_data_ends_too_early",
+     RULES(RULE_geometry_chain_is_known),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = lose_the_structure,
+     .mutate_twin = scene_build_micromap,
+     .path = "pInfos[2].pGeometries[0].pNext"},
+
+    USAGE_CASE("usage_format_0", RULE_micromap_data_usage_format_is_valid,
+               EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 0)),
+               EDITS(SET(micromaps.usages[1].format, 0))),
+    USAGE_CASE("usage_format_3", RULE_micromap_data_usage_format_is_valid,
+               EDITS(SET(micromaps.usages[0].format, 3)),
+               EDITS(SET(micromaps.usages[0].format, STATES_4))),
+    {.name = "usage_format_behind_pointer",
+     RULES(RULE_micromap_data_usage_format_is_valid),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = use_usage_pointers,
+     .edits = EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 7)),
+     .mutate_twin = use_usage_pointers,
+     .path = DATA_PATH("ppUsageCounts")},
+    USAGE_CASE("lossy_usage_of_2_states", RULE_lossy_usage_is_4_state,
+               EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
+                     SET(micromaps.usages[0].format, STATES_4)),
+               EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
+                     SET(micromaps.usages[0].format, STATES_4),
+                     SET(micromaps.usages[1].format, STATES_4))),
+    USAGE_CASE("usage_of_2_states_too_fine", RULE_usage_2_state_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE + 1)),
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE))),
+    USAGE_CASE("usage_of_4_states_too_fine", RULE_usage_4_state_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE + 1),
+                     SET(micromaps.usages[0].format, STATES_4)),
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
+                     SET(micromaps.usages[0].format, STATES_4))),
+    USAGE_CASE("lossy_usage_too_fine", RULE_lossy_usage_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
+                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
+                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
+    USAGE_CASE("too_many_triangles", RULE_micromap_triangle_count_is_within_limit,
+               EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES)),
+               EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES - 1))),
+
+    {.name = "triangle_stride_4",
+     RULES(RULE_micromap_triangle_stride_holds_a_triangle),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = scene_build_micromap,
+     .edits = EDITS(SET(micromaps.data.triangleArrayStride, 4)),
+     .mutate_twin = scene_build_micromap,
+     .twin_edits = EDITS(SET(micromaps.data.triangleArrayStride, 8)),
+     .path = DATA_PATH("triangleArrayStride")},
+    {.name = "triangle_stride_10",
+     RULES(RULE_micromap_triangle_stride_is_aligned),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = scene_build_micromap,
+     .edits = EDITS(SET(micromaps.data.triangleArrayStride, 10)),
+     .mutate_twin = scene_build_micromap,
+     .twin_edits = EDITS(SET(micromaps.data.triangleArrayStride, 12)),
+     .path = DATA_PATH("triangleArrayStride")},
+    {.name = "triangles_at_0",
+     RULES(RULE_micromap_addresses_are_given),
+     .setup = &with_khr,
+     .mutate = scene_build_micromap,
+     .edits = EDITS(SET(micromaps.data.triangleArray, 0)),
+     .mutate_twin = scene_build_micromap,
+     .path = DATA_PATH("triangleArray")},
+    {.name = "micromap_data_at_0",
+     RULES(RULE_micromap_addresses_are_given),
+     .setup = &with_khr,
+     .mutate = scene_build_micromap,
+     .edits = EDITS(SET(micromaps.data.data, 0)),
+     .mutate_twin = scene_build_micromap,
+     .path = DATA_PATH("data")},
+    {.name = "triangles_unaligned",
+     RULES(RULE_micromap_addresses_are_aligned),
+     .setup = &with_khr,
+     .mutate = scene_build_micromap,
+     .edits = EDITS(ADD(micromaps.data.triangleArray, 64)),
+     .mutate_twin = scene_build_micromap,
+     .twin_edits = EDITS(ADD(micromaps.data.triangleArray, 128)),
+     .path = DATA_PATH("triangleArray")},
+    {.name = "micromap_data_unaligned",
+     RULES(RULE_micromap_addresses_are_aligned),
+     .setup = &with_khr,
+     .mutate = scene_build_micromap,
+     .edits = EDITS(ADD(micromaps.data.data, 4)),
+     .mutate_twin = scene_build_micromap,
+     .twin_edits = EDITS(ADD(micromaps.data.data, 128)),
+     .path = DATA_PATH("data")},
+    {.name = "micromap_data_without_usage",
+     RULES(RULE_micromap_buffers_have_build_input_usage),
+     .setup = &with_khr,
+     .mutate = use_inputs_without_usage,
+     .mutate_twin = scene_build_micromap,
+     .path = DATA_PATH("data")},
+    {.name = "triangles_without_usage",
+     RULES(RULE_micromap_buffers_have_build_input_usage),
+     .setup = &with_khr,
+     .mutate = use_triangles_without_usage,
+     .mutate_twin = scene_build_micromap,
+     .path = DATA_PATH("triangleArray")},
+    {.name = "triangles_beyond_the_buffer",
+     RULES(RULE_micromap_triangles_are_in_one_buffer),
+     .setup = &with_khr,
+     .mutate = use_end_of_buffer,
+     .edits = EDITS(ADD(micromaps.usages[1].count, 1)),
+     .mutate_twin = use_end_of_buffer,
+     .path = DATA_PATH("triangleArray")},
+    {.name = "triangles_far_beyond_the_buffer",
+     RULES(RULE_micromap_triangles_are_in_one_buffer),
+     .setup = &with_khr,
+     .mutate = use_end_of_buffer,
+     .edits = EDITS(SET(micromaps.data.triangleArrayStride, UINT64_MAX / 16 * 4 + 4)),
+     .mutate_twin = use_end_of_buffer},
+};
+
+CASE_LIST(cases_micromap_data, cases);

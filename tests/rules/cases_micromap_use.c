@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Triangles that use micromaps: of VK_KHR_opacity_micromap, VK_EXT_opacity_micromap, and
+ * VK_NV_displacement_micromap. */
+#include "case.h"
+
+#define OPACITY_PATH(member)                                                                       \
+    "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
+    "pNext<VkAccelerationStructureTrianglesOpacityMicromapKHR>." member
+#define OPACITY_EXT_PATH(member)                                                                   \
+    "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
+    "pNext<VkAccelerationStructureTrianglesOpacityMicromapEXT>." member
+#define DISPLACEMENT_PATH(member)                                                                  \
+    "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
+    "pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>." member
+
+enum {
+    /* As the null driver has them. */
+    LIMIT_2_STATE = 6,
+    LIMIT_4_STATE = 5,
+    LIMIT_DISPLACEMENT = 5,
+};
+
+static const struct setup with_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
+static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
+static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
+
+/* ---- VK_KHR_opacity_micromap ---- */
+
+static void destroy_micromap(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.micromap =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
+}
+
+static void use_micromap_without_indices(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
+    scene->micromaps.opacity.indexBuffer = 0;
+    scene->micromaps.opacity.indexStride = 0;
+}
+
+static void use_micromap_in_host_build(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.micromap =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
+/* ---- VK_EXT_opacity_micromap ---- */
+
+static void destroy_micromap_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    scene_destroy(scene, (uint64_t)scene->micromaps.opacity_ext.micromap);
+}
+
+static void use_pointers_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    scene->micromaps.opacity_ext.pUsageCounts = NULL;
+    scene->micromaps.opacity_ext.ppUsageCounts = scene->micromaps.usage_pointers_ext;
+}
+
+static void use_both_ext(struct scene *scene)
+{
+    use_pointers_ext(scene);
+    scene->micromaps.opacity_ext.pUsageCounts = scene->micromaps.usages_ext;
+}
+
+static void lose_usages_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    scene->micromaps.opacity_ext.pUsageCounts = unreadable_page();
+}
+
+static void lose_a_usage_ext(struct scene *scene)
+{
+    use_pointers_ext(scene);
+    scene->micromaps.usage_pointers_ext[0] = unreadable_page();
+}
+
+static void use_null_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    scene->micromaps.opacity_ext.micromap = VK_NULL_HANDLE;
+    scene->micromaps.usages_ext[0] =
+        (VkMicromapUsageEXT){.count = 1, .subdivisionLevel = 100, .format = 100};
+}
+
+static void use_displacement_as_opacity(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    scene->micromaps.opacity_ext.micromap =
+        scene_micromap_ext(scene, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
+    scene->micromaps.usages_ext[0].format =
+        VK_DISPLACEMENT_MICROMAP_FORMAT_1024_TRIANGLES_128_BYTES_NV;
+}
+
+static void use_micromap_ext_without_indices(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    scene->micromaps.opacity_ext.indexType = VK_INDEX_TYPE_NONE_KHR;
+    scene->micromaps.opacity_ext.indexBuffer.deviceAddress = 0;
+    scene->micromaps.opacity_ext.indexStride = UINT64_MAX;
+}
+
+/* ---- VK_NV_displacement_micromap ---- */
+
+static void destroy_displacement(struct scene *scene)
+{
+    scene_use_displacement(scene);
+    scene_destroy(scene, (uint64_t)scene->micromaps.displacement.micromap);
+}
+
+static void use_pointers_of_displacement(struct scene *scene)
+{
+    scene_use_displacement(scene);
+    scene->micromaps.displacement.pUsageCounts = NULL;
+    scene->micromaps.displacement.ppUsageCounts = scene->micromaps.usage_pointers_ext;
+}
+
+static void use_both_of_displacement(struct scene *scene)
+{
+    use_pointers_of_displacement(scene);
+    scene->micromaps.displacement.pUsageCounts = scene->micromaps.usages_ext;
+}
+
+static void lose_usages_of_displacement(struct scene *scene)
+{
+    scene_use_displacement(scene);
+    scene->micromaps.displacement.pUsageCounts = unreadable_page();
+}
+
+static void lose_usage_pointers_of_displacement(struct scene *scene)
+{
+    use_pointers_of_displacement(scene);
+    scene->micromaps.displacement.ppUsageCounts = unreadable_page();
+}
+
+#define KHR_CASE(name_, rule, member, edits_, twin_edits_)                                         \
+    {                                                                                              \
+        .name = name_, RULES(rule), .setup = &with_khr, .mutate = scene_use_micromap,              \
+        .edits = edits_, .mutate_twin = scene_use_micromap, .twin_edits = twin_edits_,             \
+        .path = OPACITY_PATH(member)                                                               \
+    }
+#define EXT_CASE(name_, rule, member, edits_, twin_edits_)                                         \
+    {                                                                                              \
+        .name = name_, RULES(rule), .setup = &with_ext, .mutate = scene_use_micromap_ext,          \
+        .edits = edits_, .mutate_twin = scene_use_micromap_ext, .twin_edits = twin_edits_,         \
+        .path = OPACITY_EXT_PATH(member)                                                           \
+    }
+#define DISPLACEMENT_CASE(name_, rule, member, edits_, twin_edits_)                                \
+    {                                                                                              \
+        .name = name_, RULES(rule), .setup = &with_displacement, .mutate = scene_use_displacement, \
+        .edits = edits_, .mutate_twin = scene_use_displacement, .twin_edits = twin_edits_,         \
+        .path = DISPLACEMENT_PATH(member)                                                          \
+    }
+
+static const struct test_case cases[] = {
+    {.name = "micromap_destroyed",
+     RULES(RULE_opacity_micromap_is_valid),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_khr,
+     .mutate = destroy_micromap,
+     .mutate_twin = scene_use_micromap,
+     .path = OPACITY_PATH("micromap")},
+    {.name = "micromap_destroyed_in_host_build",
+     RULES(RULE_opacity_micromap_is_valid, RULE_host_build_uses_no_micromap),
+     .commands = ON_HOST,
+     .setup = &with_khr,
+     .mutate = destroy_micromap,
+     .mutate_twin = scene_use_micromap},
+    {.name = "micromap_null_without_indices",
+     RULES(RULE_opacity_without_indices_has_a_micromap),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_khr,
+     .mutate = use_micromap_without_indices,
+     .edits = EDITS(SET(micromaps.opacity.micromap, 0)),
+     .mutate_twin = use_micromap_without_indices,
+     .path = OPACITY_PATH("micromap")},
+    {.name = "micromap_null_without_indices_in_host_build",
+     RULES(RULE_opacity_without_indices_has_a_micromap),
+     .commands = ON_HOST,
+     .setup = &with_khr,
+     .mutate = use_micromap_without_indices,
+     .mutate_twin = scene_use_micromap},
+    {.name = "micromap_null_with_indices",
+     RULES(RULE_opacity_without_indices_has_a_micromap),
+     .silent = true,
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.micromap, 0))},
+    {.name = "micromap_index_type_of_none",
+     RULES(RULE_opacity_index_type_is_valid, RULE_opacity_index_type_is_8_to_32_bits_or_none),
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.indexType, 7)),
+     .mutate_twin = scene_use_micromap,
+     .twin_edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_UINT8)),
+     .path = OPACITY_PATH("indexType")},
+    {.name = "micromap_without_indices_has_some",
+     RULES(RULE_opacity_without_indices_has_no_index_buffer),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR)),
+     .mutate_twin = use_micromap_without_indices,
+     .path = OPACITY_PATH("indexBuffer")},
+    KHR_CASE("micromap_indices_at_0", RULE_opacity_index_buffer_is_given, "indexBuffer",
+             EDITS(SET(micromaps.opacity.indexBuffer, 0)), NULL),
+    KHR_CASE("micromap_index_stride_6", RULE_opacity_index_stride_is_aligned, "indexStride",
+             EDITS(SET(micromaps.opacity.indexStride, 6)),
+             EDITS(SET(micromaps.opacity.indexStride, 6),
+                   SET(micromaps.opacity.indexType, VK_INDEX_TYPE_UINT16))),
+    {.name = "micromap_index_stride_beyond_32_bits",
+     RULES(RULE_opacity_index_stride_fits_32_bits, RULE_opacity_indices_are_in_one_buffer),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.indexStride, 1ull << 32)),
+     .mutate_twin = scene_use_micromap,
+     .path = NULL},
+    {.name = "micromap_index_stride_beyond_32_bits_alone",
+     RULES(RULE_opacity_index_stride_fits_32_bits),
+     .commands = ON_DEVICE | ON_INDIRECT,
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.indexStride, 1ull << 32),
+                    SET(ranges[INDEXED][0].primitiveCount, 0)),
+     .mutate_twin = scene_use_micromap,
+     .twin_edits = EDITS(SET(micromaps.opacity.indexStride, (1ull << 32) - 4),
+                         SET(ranges[INDEXED][0].primitiveCount, 0)),
+     .path = OPACITY_PATH("indexStride")},
+    KHR_CASE("micromap_indices_beyond_the_buffer", RULE_opacity_indices_are_in_one_buffer,
+             "indexBuffer", EDITS(SET(micromaps.opacity.indexStride, SCENE_BUFFER_SIZE / 2 + 4)),
+             EDITS(SET(micromaps.opacity.indexStride, SCENE_BUFFER_SIZE / 2))),
+    {.name = "micromap_in_host_build",
+     RULES(RULE_host_build_uses_no_micromap),
+     .setup = &with_khr,
+     .mutate = use_micromap_in_host_build,
+     .mutate_twin = scene_use_micromap,
+     .path = OPACITY_PATH("micromap")},
+
+    {.name = "ext_micromap_destroyed",
+     RULES(RULE_ext_opacity_micromap_is_valid),
+     .setup = &with_ext,
+     .mutate = destroy_micromap_ext,
+     .mutate_twin = scene_use_micromap_ext,
+     .path = OPACITY_EXT_PATH("micromap")},
+    EXT_CASE("ext_micromap_forged", RULE_ext_opacity_micromap_is_valid, "micromap",
+             EDITS(SET(micromaps.opacity_ext.micromap, 0x1234)),
+             EDITS(SET(micromaps.opacity_ext.micromap, 0))),
+    {.name = "ext_usages_both",
+     RULES(RULE_ext_opacity_has_one_usage_array),
+     .setup = &with_ext,
+     .mutate = use_both_ext,
+     .mutate_twin = use_pointers_ext,
+     .path = OPACITY_EXT_PATH("pUsageCounts")},
+    {.name = "ext_usages_unreadable",
+     RULES(RULE_ext_opacity_usages_are_readable),
+     .setup = &with_ext,
+     .mutate = lose_usages_ext,
+     .mutate_twin = lose_usages_ext,
+     .twin_edits = EDITS(SET(micromaps.opacity_ext.usageCountsCount, 0)),
+     .path = OPACITY_EXT_PATH("pUsageCounts")},
+    {.name = "ext_usage_behind_pointer_unreadable",
+     RULES(RULE_ext_opacity_usage_pointers_are_readable),
+     .setup = &with_ext,
+     .mutate = lose_a_usage_ext,
+     .mutate_twin = use_pointers_ext,
+     .path = OPACITY_EXT_PATH("ppUsageCounts")},
+    EXT_CASE("ext_usage_format_3", RULE_ext_opacity_usage_format_is_an_opacity_format,
+             "pUsageCounts", EDITS(SET(micromaps.usages_ext[0].format, 3)),
+             EDITS(SET(micromaps.usages_ext[0].format, 2))),
+    EXT_CASE("ext_usage_of_2_states_too_fine", RULE_ext_opacity_2_state_level_is_within_limit,
+             "pUsageCounts",
+             EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_2_STATE + 1)),
+             EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_2_STATE))),
+    EXT_CASE("ext_usage_of_4_states_too_fine", RULE_ext_opacity_4_state_level_is_within_limit,
+             "pUsageCounts",
+             EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_4_STATE + 1),
+                   SET(micromaps.usages_ext[0].format, VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT)),
+             EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_4_STATE),
+                   SET(micromaps.usages_ext[0].format, VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT))),
+    {.name = "ext_usages_without_a_micromap",
+     RULES(RULE_ext_opacity_usage_format_is_an_opacity_format,
+           RULE_ext_opacity_2_state_level_is_within_limit,
+           RULE_ext_opacity_usage_format_is_a_displacement_format,
+           RULE_ext_opacity_displacement_level_is_within_limit),
+     .silent = true,
+     .setup = &with_displacement,
+     .mutate = use_null_ext},
+    {.name = "displacement_usage_format_4",
+     RULES(RULE_ext_opacity_usage_format_is_a_displacement_format),
+     .setup = &with_displacement,
+     .mutate = use_displacement_as_opacity,
+     .edits = EDITS(SET(micromaps.usages_ext[0].format, 4)),
+     .mutate_twin = use_displacement_as_opacity,
+     .path = OPACITY_EXT_PATH("pUsageCounts")},
+    {.name = "displacement_usage_too_fine",
+     RULES(RULE_ext_opacity_displacement_level_is_within_limit),
+     .setup = &with_displacement,
+     .mutate = use_displacement_as_opacity,
+     .edits = EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_DISPLACEMENT + 1)),
+     .mutate_twin = use_displacement_as_opacity,
+     .twin_edits = EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_DISPLACEMENT)),
+     .path = OPACITY_EXT_PATH("pUsageCounts")},
+    EXT_CASE("ext_index_type_of_none", RULE_ext_opacity_index_type_is_valid, "indexType",
+             EDITS(SET(micromaps.opacity_ext.indexType, 7)),
+             EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_UINT16))),
+    EXT_CASE("ext_index_type_of_8_bits", RULE_ext_opacity_index_type_is_16_or_32_bits_or_none,
+             "indexType", EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_UINT8)), NULL),
+    EXT_CASE("ext_index_stride_6", RULE_ext_opacity_index_stride_is_aligned, "indexStride",
+             EDITS(SET(micromaps.opacity_ext.indexStride, 6)),
+             EDITS(SET(micromaps.opacity_ext.indexStride, 6),
+                   SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_UINT16))),
+    EXT_CASE("ext_index_stride_beyond_32_bits", RULE_ext_opacity_index_stride_fits_32_bits,
+             "indexStride", EDITS(SET(micromaps.opacity_ext.indexStride, 1ull << 32)),
+             EDITS(SET(micromaps.opacity_ext.indexStride, (1ull << 32) - 4))),
+    EXT_CASE("ext_indices_at_0", RULE_ext_opacity_index_address_is_given, "indexBuffer",
+             EDITS(SET(micromaps.opacity_ext.indexBuffer, 0)), NULL),
+    {.name = "ext_without_indices_has_some",
+     RULES(RULE_ext_opacity_without_indices_has_no_index_address),
+     .setup = &with_ext,
+     .mutate = scene_use_micromap_ext,
+     .edits = EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_NONE_KHR)),
+     .mutate_twin = use_micromap_ext_without_indices,
+     .path = OPACITY_EXT_PATH("indexBuffer")},
+
+    {.name = "displacement_destroyed",
+     RULES(RULE_displacement_micromap_is_valid),
+     .setup = &with_displacement,
+     .mutate = destroy_displacement,
+     .mutate_twin = scene_use_displacement,
+     .path = DISPLACEMENT_PATH("micromap")},
+    DISPLACEMENT_CASE(
+        "displacement_bias_format_of_none", RULE_displacement_bias_and_scale_format_is_valid,
+        "displacementBiasAndScaleFormat",
+        EDITS(SET(micromaps.displacement.displacementBiasAndScaleFormat, 99999)),
+        EDITS(SET(micromaps.displacement.displacementBiasAndScaleFormat, VK_FORMAT_R16G16_SFLOAT))),
+    DISPLACEMENT_CASE("displacement_bias_format_undefined",
+                      RULE_displacement_bias_and_scale_format_is_defined,
+                      "displacementBiasAndScaleFormat",
+                      EDITS(SET(micromaps.displacement.displacementBiasAndScaleFormat, 0)), NULL),
+    DISPLACEMENT_CASE(
+        "displacement_vector_format_of_none", RULE_displacement_vector_format_is_valid,
+        "displacementVectorFormat",
+        EDITS(SET(micromaps.displacement.displacementVectorFormat, 99999)),
+        EDITS(SET(micromaps.displacement.displacementVectorFormat, VK_FORMAT_R16G16B16_SFLOAT))),
+    DISPLACEMENT_CASE("displacement_vector_format_undefined",
+                      RULE_displacement_vector_format_is_defined, "displacementVectorFormat",
+                      EDITS(SET(micromaps.displacement.displacementVectorFormat, 0)), NULL),
+    DISPLACEMENT_CASE("displacement_index_type_of_none", RULE_displacement_index_type_is_valid,
+                      "indexType", EDITS(SET(micromaps.displacement.indexType, 7)),
+                      EDITS(SET(micromaps.displacement.indexType, VK_INDEX_TYPE_UINT16))),
+    {.name = "displacement_usages_both",
+     RULES(RULE_displacement_has_one_usage_array),
+     .setup = &with_displacement,
+     .mutate = use_both_of_displacement,
+     .mutate_twin = use_pointers_of_displacement,
+     .path = DISPLACEMENT_PATH("pUsageCounts")},
+    {.name = "displacement_usages_unreadable",
+     RULES(RULE_displacement_usages_are_readable),
+     .setup = &with_displacement,
+     .mutate = lose_usages_of_displacement,
+     .mutate_twin = lose_usages_of_displacement,
+     .twin_edits = EDITS(SET(micromaps.displacement.usageCountsCount, 0)),
+     .path = DISPLACEMENT_PATH("pUsageCounts")},
+    {.name = "displacement_usage_pointers_unreadable",
+     RULES(RULE_displacement_usage_pointers_are_readable),
+     .setup = &with_displacement,
+     .mutate = lose_usage_pointers_of_displacement,
+     .mutate_twin = use_pointers_of_displacement,
+     .path = DISPLACEMENT_PATH("ppUsageCounts")},
+};
+
+CASE_LIST(cases_micromap_use, cases);

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds of micromaps, and geometries that use them. */
+#include "scene.h"
+
+enum { MICROMAP_SIZE = 4096 };
+
+VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
+                                                    VkAccelerationStructureTypeKHR type)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 4 * MICROMAP_SIZE, ACCEL_USAGE);
+    return scene_accel_in(scene, &buffer, 0, buffer.size, type);
+}
+
+void scene_build_micromap(struct scene *scene)
+{
+    struct scene_micromaps *micromaps = &scene->micromaps;
+    VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[AABBS];
+    const struct test_buffer data = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+    const struct test_buffer triangles =
+        scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+
+    for (uint32_t i = 0; i < SCENE_USAGES; i++) {
+        micromaps->usages[i] =
+            (VkMicromapUsageKHR){.count = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
+        micromaps->usage_pointers[i] = &micromaps->usages[i];
+    }
+    micromaps->data = (VkAccelerationStructureGeometryMicromapDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
+        .usageCountsCount = 1,
+        .pUsageCounts = micromaps->usages,
+        .data = data.address,
+        .triangleArray = triangles.address,
+        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
+    };
+    info->type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    info->flags = 0;
+    info->geometryCount = 1;
+    info->dstAccelerationStructure =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    for (uint32_t i = 0; i < 2; i++)
+        scene->geometries[AABBS][i] = (VkAccelerationStructureGeometryKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+            .pNext = &micromaps->data,
+            .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
+        };
+    scene->range_pointers[AABBS] = NULL;
+}
+
+void scene_use_micromap(struct scene *scene)
+{
+    struct scene_micromaps *micromaps = &scene->micromaps;
+    micromaps->opacity = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
+        .indexType = VK_INDEX_TYPE_UINT32,
+        .indexBuffer = scene->indices.address,
+        .indexStride = 4,
+    };
+    if (scene->command != COMMAND_HOST)
+        micromaps->opacity.micromap =
+            scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->opacity;
+}
+
+/* ---- VK_EXT_opacity_micromap and VK_NV_displacement_micromap */
+
+static void destroy_micromap(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyMicromapEXT(device, (VkMicromapEXT)handle, NULL);
+}
+
+VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
+{
+    const struct test_buffer buffer = scene_buffer(scene, MICROMAP_SIZE,
+                                                   VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
+                                                       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const VkMicromapCreateInfoEXT create_info = {
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+        .buffer = buffer.handle,
+        .size = buffer.size,
+        .type = type,
+    };
+    const VkDevice device = scene->world->device;
+    VkMicromapEXT micromap;
+
+    expect_success(scene->vk->CreateMicromapEXT(device, &create_info, NULL, &micromap),
+                   "vkCreateMicromapEXT");
+    scene_defer(scene, device, (uint64_t)micromap, destroy_micromap);
+    return micromap;
+}
+
+static void set_usages_ext(struct scene_micromaps *micromaps)
+{
+    for (uint32_t i = 0; i < SCENE_USAGES; i++) {
+        micromaps->usages_ext[i] =
+            (VkMicromapUsageEXT){.count = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+        micromaps->usage_pointers_ext[i] = &micromaps->usages_ext[i];
+    }
+}
+
+void scene_use_micromap_ext(struct scene *scene)
+{
+    struct scene_micromaps *micromaps = &scene->micromaps;
+    set_usages_ext(micromaps);
+    micromaps->opacity_ext = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+        .indexType = VK_INDEX_TYPE_UINT32,
+        .indexBuffer.deviceAddress = scene_address(scene, &scene->indices, 0),
+        .indexStride = 4,
+        .usageCountsCount = 1,
+        .pUsageCounts = micromaps->usages_ext,
+        .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT),
+    };
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->opacity_ext;
+}
+
+void scene_use_displacement(struct scene *scene)
+{
+    struct scene_micromaps *micromaps = &scene->micromaps;
+    set_usages_ext(micromaps);
+    micromaps->displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .displacementBiasAndScaleBuffer.deviceAddress = scene_address(scene, &scene->vertices, 0),
+        .displacementBiasAndScaleStride = 8,
+        .displacementVectorBuffer.deviceAddress = scene_address(scene, &scene->vertices, 0),
+        .displacementVectorStride = 12,
+        .displacedMicromapPrimitiveFlags.deviceAddress = scene_address(scene, &scene->indices, 0),
+        .displacedMicromapPrimitiveFlagsStride = 1,
+        .indexType = VK_INDEX_TYPE_UINT32,
+        .indexBuffer.deviceAddress = scene_address(scene, &scene->indices, 0),
+        .indexStride = 4,
+        .usageCountsCount = 1,
+        .pUsageCounts = micromaps->usages_ext,
+        .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV),
+    };
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->displacement;
+}
