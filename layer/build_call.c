@@ -22,6 +22,8 @@ void build_call_set_command_buffer(struct build_call *call, VkCommandBuffer hand
     call->origin.command_buffer = handle;
     call->origin.build_index = call->view.command_buffer.build_index;
     call->origin.labels = call->command_buffer ? &call->command_buffer->labels : NULL;
+    if (call->command_buffer && device->level >= LEVEL_EXECUTION)
+        call->journal = call->command_buffer->journal;
 }
 
 bool build_call_found(void *user, enum rule rule, const struct location *location,
@@ -43,10 +45,9 @@ bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t 
 
 bool build_call_begin_journal(struct build_call *call)
 {
-    if (call->device->level < LEVEL_EXECUTION || !call->command_buffer ||
-        !call->command_buffer->journal)
+    if (!call->command_buffer || !call->journal)
         return false;
-    call->mark = journal_mark(call->command_buffer->journal);
+    call->mark = journal_mark(call->journal);
     return true;
 }
 
@@ -76,7 +77,7 @@ void build_call_settle_journal(struct build_call *call)
     struct replay replay = replay_of(call);
     replay_recorded(&replay, command_buffer, &call->mark);
     if (call->skip)
-        journal_take_back(command_buffer->journal, &call->mark);
+        journal_take_back(call->journal, &call->mark);
     else
         replay_keep(command_buffer, &call->mark);
 }

@@ -11,6 +11,7 @@ struct build_call {
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
     struct call_origin origin;
     struct call_view view;
+    struct journal *journal; /* that the call's builds are noted in, or NULL */
     struct recent_sizes recent_sizes;
     struct journal_mark mark; /* before the call's entries */
     bool skip;                /* a callback asked to skip the call */
@@ -24,7 +25,7 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
                       const struct finding *finding);
 bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle);
 
-/* Whether what the call builds is noted; if so, its entries come behind `mark`. */
+/* Whether what the call records is noted; if so, its entries come behind `mark`. */
 bool build_call_begin_journal(struct build_call *call);
 
 /* Judges updates whose sources the command buffer has built itself, and keeps the call's entries,

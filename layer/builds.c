@@ -4,8 +4,8 @@
 
 #include "build_call.h"
 #include "formats.h"
+#include "host_work.h"
 #include "intercepts.h"
-#include "submissions.h"
 
 static void find_sizes_of_device(struct layer_device *device,
                                  const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -95,14 +95,7 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
         .is_update = is_update(build),
         .geometry_by_pointer = build->geometry_pointers != NULL,
     };
-    journal_add_input(call->command_buffer->journal, &input);
-}
-
-/* A build by the host: nothing is said of its result. */
-static void see_host_build(void *user, const struct build_view *build)
-{
-    struct build_call *call = user;
-    submissions_taint(call->device->submissions, build->dst.id);
+    journal_add_input(call->journal, &input);
 }
 
 static void see_build(void *user, const struct build_view *build)
@@ -114,7 +107,6 @@ static void see_build(void *user, const struct build_view *build)
         .kind = is_update(build) ? JOURNAL_UPDATE : JOURNAL_BUILD,
         .command = (unsigned char)call->view.command,
         .info = build->index,
-        .labels = journal_note_labels(call->command_buffer->journal, &call->command_buffer->labels),
         .dst = (uint64_t)(uintptr_t)build->dst.handle,
         .dst_id = build->dst.id,
         .dst_backed = build->dst.backed == YES,
@@ -124,8 +116,10 @@ static void see_build(void *user, const struct build_view *build)
         .geometry_by_pointer = build->geometry_pointers != NULL,
         .built = describe(call, build),
     };
-    journal_add(call->command_buffer->journal, &entry);
-    if (build->sizes.known)
+    if (call->command_buffer)
+        entry.labels = journal_note_labels(call->journal, &call->command_buffer->labels);
+    journal_add(call->journal, &entry);
+    if (call->command_buffer && build->sizes.known)
         see_input(user, build, 0, INPUT_SCRATCH, &build->scratch);
 }
 
@@ -169,15 +163,14 @@ static void run_checks(struct build_call *call)
         check_call(&context, &call->view); /* takes no large call */
         return;
     }
-    if (build_call_begin_journal(call)) {
+    bool is_recorded = build_call_begin_journal(call);
+    if (call->journal)
         context.see_build = see_build;
+    if (is_recorded)
         context.see_input = see_input;
-    }
-    if (call->view.command == COMMAND_HOST && call->device->level >= LEVEL_EXECUTION)
-        context.see_build = see_host_build;
     check_builds(&context, &call->view);
     give_back_sweep(call, context.sweep);
-    if (context.see_input)
+    if (is_recorded)
         build_call_settle_journal(call);
 }
 
@@ -231,11 +224,14 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;
+    struct host_work work = host_work_begin(state);
+    call.journal = work.journal;
     run_checks(&call);
-    if (call.skip)
+    if (host_work_prepare(&work, call.skip))
         return VK_ERROR_VALIDATION_FAILED_EXT;
-    return state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount, pInfos,
-                                                    ppBuildRangeInfos);
+    VkResult result = state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,
+                                                               pInfos, ppBuildRangeInfos);
+    return host_work_finish(&work, deferredOperation, result);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of copies between acceleration structures, and from memory into them: what they write
- * is noted in the command buffer's journal, in its place among the builds. Of what the host's forms
- * write nothing is said. */
+ * is noted in the command buffer's journal, in its place among the builds, or as work of the host.
+ */
 #include "check/replay.h"
+#include "host_work.h"
 #include "intercepts.h"
 #include "recording.h"
-#include "submissions.h"
 
 static void note(const struct layer_device *device, VkCommandBuffer handle,
                  const struct journal_entry *entry)
@@ -19,18 +19,32 @@ static void note(const struct layer_device *device, VkCommandBuffer handle,
     replay_keep(command_buffer, &mark);
 }
 
+static struct journal_entry copy_entry(const struct layer_device *device,
+                                       const VkCopyAccelerationStructureInfoKHR *info)
+{
+    return (struct journal_entry){
+        .kind = info->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
+                                                                              : JOURNAL_COPY,
+        .dst = (uint64_t)(uintptr_t)info->dst,
+        .src = (uint64_t)(uintptr_t)info->src,
+        .dst_id = layer_accel_id(device, info->dst),
+        .src_id = layer_accel_id(device, info->src),
+    };
+}
+
+static struct journal_entry fill_entry(const struct layer_device *device,
+                                       VkAccelerationStructureKHR dst)
+{
+    return (struct journal_entry){.kind = JOURNAL_FILL,
+                                  .dst = (uint64_t)(uintptr_t)dst,
+                                  .dst_id = layer_accel_id(device, dst)};
+}
+
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct journal_entry entry = {
-        .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
-                                                                               : JOURNAL_COPY,
-        .dst = (uint64_t)(uintptr_t)pInfo->dst,
-        .src = (uint64_t)(uintptr_t)pInfo->src,
-        .dst_id = layer_accel_id(device, pInfo->dst),
-        .src_id = layer_accel_id(device, pInfo->src),
-    };
+    struct journal_entry entry = copy_entry(device, pInfo);
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
 }
@@ -39,20 +53,20 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct journal_entry entry = {.kind = JOURNAL_FILL,
-                                  .dst = (uint64_t)(uintptr_t)pInfo->dst,
-                                  .dst_id = layer_accel_id(device, pInfo->dst)};
+    struct journal_entry entry = fill_entry(device, pInfo->dst);
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
 }
 
 /* ---- on the host */
 
-static VkResult copied_by_host(struct layer_device *device, VkAccelerationStructureKHR dst,
-                               VkResult result)
+static struct host_work begin_copy(struct layer_device *device, const struct journal_entry *entry)
 {
-    submissions_taint(device->submissions, layer_accel_id(device, dst));
-    return result;
+    struct host_work work = host_work_begin(device);
+    if (work.journal && entry->dst_id)
+        journal_add(work.journal, entry);
+    host_work_prepare(&work, false);
+    return work;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
@@ -60,8 +74,10 @@ assay_CopyAccelerationStructureKHR(VkDevice device, VkDeferredOperationKHR defer
                                    const VkCopyAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *state = layer_find_device(device);
-    return copied_by_host(state, pInfo->dst,
-                          state->vk.CopyAccelerationStructureKHR(device, deferredOperation, pInfo));
+    struct journal_entry entry = copy_entry(state, pInfo);
+    struct host_work work = begin_copy(state, &entry);
+    VkResult result = state->vk.CopyAccelerationStructureKHR(device, deferredOperation, pInfo);
+    return host_work_finish(&work, deferredOperation, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMemoryToAccelerationStructureKHR(
@@ -69,7 +85,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMemoryToAccelerationStructureKHR(
     const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
     struct layer_device *state = layer_find_device(device);
-    return copied_by_host(
-        state, pInfo->dst,
-        state->vk.CopyMemoryToAccelerationStructureKHR(device, deferredOperation, pInfo));
+    struct journal_entry entry = fill_entry(state, pInfo->dst);
+    struct host_work work = begin_copy(state, &entry);
+    VkResult result =
+        state->vk.CopyMemoryToAccelerationStructureKHR(device, deferredOperation, pInfo);
+    return host_work_finish(&work, deferredOperation, result);
 }

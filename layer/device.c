@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "cpu/overlay.h"
+#include "host_work.h"
 #include "intercepts.h"
 #include "layer.h"
 #include "submissions.h"
@@ -31,6 +32,7 @@ static void select_rules(struct layer_device *device)
 static void free_device(struct layer_device *device)
 {
     cpu_overlay_destroy(device->cpu);
+    deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
     resources_destroy(device->resources);
@@ -53,7 +55,8 @@ static struct layer_device *allocate_device(void)
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&
         object_names_create(&device->names) == VK_SUCCESS &&
-        query_pools_create(&device->query_pools) == VK_SUCCESS)
+        query_pools_create(&device->query_pools) == VK_SUCCESS &&
+        deferred_operations_create(&device->deferred, host_work_end) == VK_SUCCESS)
         return device;
     free_device(device);
     return NULL;

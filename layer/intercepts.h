@@ -59,6 +59,10 @@
     INTERCEPT(WaitForFences)                                                                       \
     INTERCEPT(QueueWaitIdle)                                                                       \
     INTERCEPT(DeviceWaitIdle)                                                                      \
+    INTERCEPT(CreateDeferredOperationKHR)                                                          \
+    INTERCEPT(DestroyDeferredOperationKHR)                                                         \
+    INTERCEPT(GetDeferredOperationResultKHR)                                                       \
+    INTERCEPT(DeferredOperationJoinKHR)                                                            \
     INTERCEPT(CopyAccelerationStructureKHR)                                                        \
     INTERCEPT(CopyMemoryToAccelerationStructureKHR)                                                \
     INTERCEPT(QueueBindSparse)                                                                     \

@@ -7,7 +7,8 @@
  * destroy an instance or device that another thread uses (external synchronization), so a found
  * pointer stays good for the length of a call.
  *
- * Order of locks: registry (layer.c), then the modules of src/state in any order, one at a time. No
+ * Order of locks: registry (layer.c), then the modules of src/state in any order, one at a time,
+ * save that deferred operations end their work, which takes the lock of the execution order. No
  * lock is held across a call down or a message. */
 #ifndef ASSAY_LAYER_LAYER_H
 #define ASSAY_LAYER_LAYER_H
@@ -21,6 +22,7 @@
 #include "check/check.h"
 #include "report/reporter.h"
 #include "state/command_buffers.h"
+#include "state/deferred_operations.h"
 #include "state/execution_order.h"
 #include "state/facts.h"
 #include "state/object_names.h"
@@ -72,6 +74,7 @@ struct layer_device {
     struct size_cache *sizes;
     struct object_names *names;
     struct query_pools *query_pools;
+    struct deferred_operations *deferred;
 
     /* What has been submitted; NULL below level EXECUTION. */
     struct submissions *submissions;

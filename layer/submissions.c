@@ -23,7 +23,7 @@ struct submissions {
     struct news {
         uint64_t first_id;
         uint32_t count;
-        bool is_dead; /* else tainted */
+        bool is_dead; /* else the host begins to write it */
     } * news;
     size_t news_count, news_capacity;
     bool news_lost; /* for lack of memory */
@@ -81,9 +81,11 @@ void submissions_forget(struct submissions *submissions, uint64_t first_id, uint
     add_news(submissions, first_id, count, true);
 }
 
-void submissions_taint(struct submissions *submissions, uint64_t id)
+void submissions_begin_writing(struct submissions *submissions, const struct journal *journal)
 {
-    add_news(submissions, id, 1, false);
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        add_news(submissions, entry->dst_id, 1, false);
 }
 
 static void lose(struct submissions *submissions)
@@ -95,7 +97,6 @@ static void lose(struct submissions *submissions)
 
 static void take_news(struct submissions *submissions)
 {
-    const struct built nothing = {.state = BUILT_UNKNOWN};
     bool noted = true;
     pthread_mutex_lock(&submissions->news_lock);
     for (size_t i = 0; i < submissions->news_count; i++) {
@@ -104,8 +105,7 @@ static void take_news(struct submissions *submissions)
             if (news->is_dead)
                 build_states_remove(&submissions->live, news->first_id + j);
             else
-                noted &= build_states_set(&submissions->live, news->first_id + j, &nothing,
-                                          moment_never());
+                noted &= build_states_add_writer(&submissions->live, news->first_id + j);
     }
     submissions->news_count = 0;
     noted &= !submissions->news_lost;
@@ -151,10 +151,22 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .follows = run->clock,
         .predecessors_known = run->predecessors_known,
         .never_is_certain = !submissions->device->facts.has_other_builders,
+        .unordered = !run->queue,
         .locate = locate,
         .found = found,
         .user = batch,
     };
+}
+
+/* Work of the host is judged when it begins, if its turn has come by then, and applied when it has
+ * ended. */
+static void replay_work(struct replay *replay, const struct journal *journal,
+                        const struct batch_run *run)
+{
+    if (run->moment.count)
+        replay_apply_work(replay, journal, run->checked);
+    else
+        replay_judge_work(replay, journal);
 }
 
 /* Judges and applies a batch. A command buffer without a whole journal may have written anything.
@@ -177,8 +189,12 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
             lose(submissions);
             break;
         }
-        replay_deaths(&replay, journal);
-        replay_submitted(&replay, journal);
+        if (run->queue) {
+            replay_deaths(&replay, journal);
+            replay_submitted(&replay, journal);
+        } else {
+            replay_work(&replay, journal, run);
+        }
         if (replay.out_of_memory)
             lose(submissions);
     }
@@ -219,8 +235,9 @@ static void drop(void *user)
 static void run_batch(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
+    bool is_done = run->checked && run->queue;
     build_undo_forget(&submissions->undo);
-    if (!run->checked && !submissions->lost)
+    if (!is_done && !submissions->lost)
         replay_batch(submissions, run, NULL);
 }
 

@@ -5,6 +5,7 @@
 #define ASSAY_LAYER_SUBMISSIONS_H
 
 #include "state/execution_order.h"
+#include "state/journal.h"
 
 struct layer_device;
 struct submissions;
@@ -19,7 +20,8 @@ struct execution_hooks submissions_hooks(struct submissions *submissions);
  * struct query_pool. */
 void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count);
 
-/* A structure was written by a command that has no journal: nothing is said of it any more. */
-void submissions_taint(struct submissions *submissions, uint64_t id);
+/* A command of the host begins to write the structures of its journal: until its work has ended,
+ * nothing is known of them. */
+void submissions_begin_writing(struct submissions *submissions, const struct journal *journal);
 
 #endif

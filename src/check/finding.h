@@ -14,13 +14,14 @@ enum value_kind {
     VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
     VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
     VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
+    VALUE_BUILT,  /* where something was built: see built_at */
 };
 
 struct value {
     enum value_kind kind;
-    uint32_t build;           /* VALUE_FIELD */
+    uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
     VkObjectType object_type; /* VALUE_OBJECT */
-    uint64_t number;          /* VALUE_HEX, VALUE_NUMBER, VALUE_OBJECT */
+    uint64_t number;          /* VALUE_HEX, VALUE_NUMBER, VALUE_OBJECT, VALUE_BUILT */
     const char *text;         /* VALUE_TEXT, VALUE_FIELD */
 };
 
@@ -58,6 +59,13 @@ static inline struct value object(VkObjectType type, uint64_t handle)
 static inline struct value field_of(uint32_t build, const char *field)
 {
     return (struct value){.kind = VALUE_FIELD, .build = build, .text = field};
+}
+
+/* By the build of that number in a command buffer, or in a call of the host. */
+static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t build)
+{
+    return (struct value){
+        .kind = VALUE_BUILT, .number = (uint64_t)(uintptr_t)command_buffer, .build = build};
 }
 
 /* Fills a finding and returns false, so that a predicate can end with `return violated(...)`. */

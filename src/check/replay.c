@@ -204,18 +204,14 @@ static void write_copy(struct replay *replay, const struct journal_entry *entry)
     replay_write(replay, entry->dst_id, &copy);
 }
 
-static void submit_entry(struct replay *replay, const struct journal *journal,
-                         const struct journal_entry *entry)
+static void write_entry(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
         replay_write(replay, entry->dst_id, &entry->built);
         break;
     case JOURNAL_UPDATE:
-        if (!entry->judged)
-            judge(replay, journal, entry, replay_read(replay, entry->src, entry->src_id));
-        write_copy(replay, entry);
-        break;
     case JOURNAL_COPY:
     case JOURNAL_COMPACT:
         write_copy(replay, entry);
@@ -241,6 +237,39 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
 void replay_submitted(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_UPDATE && !entry->judged)
+            judge(replay, journal, entry, replay_read(replay, entry->src, entry->src_id));
+        write_entry(replay, journal, entry);
+    }
+}
+
+/* Work of the host. */
+
+void replay_judge_work(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        submit_entry(replay, journal, entry);
+        if (entry->kind == JOURNAL_UPDATE)
+            judge(replay, journal, entry, replay_read(replay, entry->src, entry->src_id));
+}
+
+static void end_writing(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        struct build_state *state = build_states_find(replay->states, entry->dst_id);
+        if (state && state->host_writers)
+            state->host_writers--;
+    }
+}
+
+void replay_apply_work(struct replay *replay, const struct journal *journal, bool judged)
+{
+    end_writing(replay, journal);
+    if (!judged)
+        replay_judge_work(replay, journal);
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        write_entry(replay, journal, entry);
 }

@@ -21,6 +21,7 @@ struct replay {
     const struct execution_clock *follows; /* what it certainly follows, */
     bool predecessors_known; /* and whether all that executes before it has been replayed */
     bool never_is_certain;   /* nothing but journalled commands builds on this device */
+    bool unordered;          /* what the batch does has no order in itself */
     bool out_of_memory;      /* set where a write could not be noted */
 
     /* Told before findings: which build of which command buffer they are about. */
@@ -43,5 +44,10 @@ void replay_deaths(struct replay *replay, const struct journal *journal);
 
 /* Replays a command buffer as it is submitted: judges its updates and notes what it writes. */
 void replay_submitted(struct replay *replay, const struct journal *journal);
+
+/* A command of the host, `unordered`: judges its updates; changes nothing. */
+void replay_judge_work(struct replay *replay, const struct journal *journal);
+/* It has ended: notes what it wrote. `judged`: see above. */
+void replay_apply_work(struct replay *replay, const struct journal *journal, bool judged);
 
 #endif

@@ -8,7 +8,8 @@ static const struct built never = {.state = BUILT_NEVER};
 /* Whether the batch certainly sees what was written then. */
 static bool is_settled(const struct replay *replay, struct moment written)
 {
-    return (written.queue == replay->now.queue && written.count == replay->now.count) ||
+    bool is_own = written.queue == replay->now.queue && written.count == replay->now.count;
+    return !written.count || (is_own && !replay->unordered) ||
            execution_clock_has(replay->follows, written);
 }
 
@@ -24,7 +25,8 @@ const struct built *replay_read(struct replay *replay, uint64_t handle, uint64_t
                        resources_find_id(replay->resources, RESOURCE_ACCEL, handle) == id
                    ? &never
                    : &built_unknown;
-    return is_settled(replay, state->written) ? &state->built : &built_unknown;
+    return !state->host_writers && is_settled(replay, state->written) ? &state->built
+                                                                      : &built_unknown;
 }
 
 static void note_before(struct replay *replay, uint64_t id, const struct build_state *before)
@@ -37,7 +39,7 @@ static void note_before(struct replay *replay, uint64_t id, const struct build_s
 void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 {
     struct build_state *before = build_states_find(replay->states, id);
-    bool contested = before && !is_settled(replay, before->written);
+    bool contested = before && (before->host_writers || !is_settled(replay, before->written));
     struct moment written = contested ? moment_never() : replay->now;
     if (contested)
         built = &built_unknown;

@@ -11,19 +11,18 @@ static struct value source(const struct update_view *update)
                   update->src);
 }
 
-static struct value command_buffer(const struct built *built)
+static struct value where(const struct built *built)
 {
-    return object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)built->command_buffer);
+    return built_at(built->command_buffer, built->position);
 }
 
-/* "..., as <source> was last built in <command buffer>, build <n>" */
-#define LAST_BUILT "{} was last built with {} (in {}, build {})"
+#define LAST_BUILT "{} was last built with {} ({})"
 
 static bool differs(const struct update_view *update, struct finding *finding, const char *field,
                     struct value now, struct value then)
 {
     return violated(finding, field, "is {}, but " LAST_BUILT, now, source(update), then,
-                    command_buffer(update->source), number(update->source->position));
+                    where(update->source));
 }
 
 bool update_source_was_built_with_allow_update(const struct update_view *update,
@@ -36,8 +35,8 @@ bool update_source_was_built_with_allow_update(const struct update_view *update,
     return (last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
            violated(finding, field,
                     "{} was last built with flags {}, without "
-                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR (in {}, build {})",
-                    source(update), hex(last->flags), command_buffer(last), number(last->position));
+                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR ({})",
+                    source(update), hex(last->flags), where(last));
 }
 
 bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
@@ -122,14 +121,20 @@ bool index_type_matches_source(const struct updated_geometry_view *updated_geome
                             index_type(now->index_type), index_type(then->index_type));
 }
 
+static const char *transform_field(const struct updated_geometry_view *geometry)
+{
+    return geometry->update->command == COMMAND_HOST
+               ? "geometry.triangles.transformData.hostAddress"
+               : "geometry.triangles.transformData.deviceAddress";
+}
+
 bool transform_is_absent_where_source_had_none(const struct updated_geometry_view *updated_geometry,
                                                struct finding *finding)
 {
     return !both_are_triangles(updated_geometry) || updated_geometry->source->has_transform ||
            !updated_geometry->asked->has_transform ||
-           geometry_differs(updated_geometry, finding,
-                            "geometry.triangles.transformData.deviceAddress", text("given"),
-                            text("0"));
+           geometry_differs(updated_geometry, finding, transform_field(updated_geometry),
+                            text("given"), text("0"));
 }
 
 bool transform_is_given_where_source_had_one(const struct updated_geometry_view *updated_geometry,
@@ -137,8 +142,7 @@ bool transform_is_given_where_source_had_one(const struct updated_geometry_view 
 {
     return !both_are_triangles(updated_geometry) || !updated_geometry->source->has_transform ||
            updated_geometry->asked->has_transform ||
-           geometry_differs(updated_geometry, finding,
-                            "geometry.triangles.transformData.deviceAddress", number(0),
+           geometry_differs(updated_geometry, finding, transform_field(updated_geometry), number(0),
                             text("an address"));
 }
 
@@ -150,6 +154,5 @@ bool primitive_count_matches_source(const struct updated_geometry_view *updated_
            now->primitive_count == then->primitive_count ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
                     number(now->primitive_count), source(updated_geometry->update),
-                    number(then->primitive_count), command_buffer(updated_geometry->update->source),
-                    number(updated_geometry->update->source->position));
+                    number(then->primitive_count), where(updated_geometry->update->source));
 }

@@ -111,8 +111,8 @@ struct pair_view {
     struct memory_span shared; /* what they share */
 };
 
-/* An update that was recorded, and what is known of its source when it executes: never built, or
- * built with `source`. */
+/* An update that was recorded, or is carried out by the host, and what is known of its source when
+ * it executes: never built, or built with `source`. */
 struct update_view {
     enum build_command command;
     uint64_t src; /* handle, see struct journal_entry */

@@ -128,6 +128,29 @@ static void append_path(struct text_buffer *text, const struct location *at, con
     }
 }
 
+/* Nothing where the message has no room for one more object. */
+static void append_mention(struct text_buffer *text, struct message *message, VkObjectType type,
+                           uint64_t handle, const struct object_names *names)
+{
+    const VkDebugUtilsObjectNameInfoEXT *object = mention(message, type, handle, names);
+    if (object)
+        append_object(text, object);
+}
+
+/* in VkCommandBuffer 0x12["frame"], build 3 */
+static void append_built(struct text_buffer *text, struct message *message,
+                         const struct value *built, const struct object_names *names)
+{
+    if (!built->number) {
+        text_append(text, "by %s, pInfos[%" PRIu32 "]", build_command_name(COMMAND_HOST),
+                    built->build);
+        return;
+    }
+    text_append(text, "in ");
+    append_mention(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER, built->number, names);
+    text_append(text, ", build %" PRIu32, built->build);
+}
+
 static void append_value(struct text_buffer *text, struct message *message,
                          const struct value *value, enum build_command command,
                          const struct object_names *names)
@@ -151,10 +174,10 @@ static void append_value(struct text_buffer *text, struct message *message,
             text_append(text, "VK_NULL_HANDLE");
             return;
         }
-        const VkDebugUtilsObjectNameInfoEXT *object =
-            mention(message, value->object_type, value->number, names);
-        if (object)
-            append_object(text, object);
+        append_mention(text, message, value->object_type, value->number, names);
+        return;
+    case VALUE_BUILT:
+        append_built(text, message, value, names);
         return;
     }
 }
@@ -186,11 +209,9 @@ static void append_origin(struct text_buffer *text, struct message *message,
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
     append_labels(text, message, origin->labels);
     if (origin->queue) {
-        const VkDebugUtilsObjectNameInfoEXT *queue = mention(
-            message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue, origin->names);
         text_append(text, ", as submitted to ");
-        if (queue)
-            append_object(text, queue);
+        append_mention(text, message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue,
+                       origin->names);
     }
     text_append(text, ".");
 }

@@ -36,6 +36,14 @@ bool build_states_set(struct build_states *states, uint64_t id, const struct bui
     return true;
 }
 
+bool build_states_add_writer(struct build_states *states, uint64_t id)
+{
+    struct build_state *state = id ? find_or_add(states, id) : NULL;
+    if (state)
+        state->host_writers++;
+    return state;
+}
+
 void build_state_replace(struct build_state *state, const struct built *built,
                          struct moment written)
 {

@@ -18,7 +18,9 @@ static inline struct moment moment_never(void)
 struct build_state {
     uint64_t id;
     struct built built;
-    struct moment written; /* when; not used by a command buffer's own map */
+    struct moment written; /* when, count 0: never; not used by a command buffer's own map */
+    uint32_t host_writers; /* commands of the host that are writing it: until they have ended
+                              nothing is known of it */
 };
 
 /* Zero-initialized is empty. */
@@ -37,6 +39,9 @@ bool build_states_set(struct build_states *states, uint64_t id, const struct bui
 /* The same for a state that was found. */
 void build_state_replace(struct build_state *state, const struct built *built,
                          struct moment written);
+
+/* A command of the host begins to write the structure. False without memory. */
+bool build_states_add_writer(struct build_states *states, uint64_t id);
 
 /* What states were before they were set, so that it can be undone: for calls that are judged before
  * they happen, and then may not happen. Zero-initialized is empty. */

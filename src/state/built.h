@@ -46,7 +46,8 @@ enum built_state {
 };
 
 struct built {
-    /* Where: the command buffer (null for a host build) and the build's position in it. */
+    /* Where: the command buffer and the build's position in it; of a build by the host, null and
+     * the index in pInfos. */
     VkCommandBuffer command_buffer;
     uint32_t position;
 

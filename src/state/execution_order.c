@@ -12,7 +12,6 @@ VkResult execution_order_create(struct execution_order **order, const struct exe
     (*order)->hooks = *hooks;
     (*order)->queue_count = EXECUTION_HOST + 1;
     (*order)->run_end = &(*order)->run_list;
-    (*order)->host_work_end = &(*order)->host_work;
     pthread_mutex_init(&(*order)->lock, NULL);
     return VK_SUCCESS;
 }
@@ -97,29 +96,6 @@ static bool take_queue(struct submission *submission)
     return true;
 }
 
-static void begin_host_work(struct submission *submission)
-{
-    struct execution_order *order = submission->order;
-    submission->next = NULL;
-    *order->host_work_end = submission;
-    order->host_work_end = &submission->next;
-}
-
-/* The host has seen all work complete that began before the first that is under way. */
-static void end_host_work(struct submission *submission)
-{
-    struct execution_order *order = submission->order;
-    struct submission **link = &order->host_work;
-    while (*link != submission)
-        link = &(*link)->next;
-    *link = submission->next;
-    if (!*link)
-        order->host_work_end = link;
-    uint64_t count =
-        order->host_work ? order->host_work->batches[0].moment.count - 1 : order->host_count;
-    execution_clock_add(&order->host, (struct moment){EXECUTION_HOST, count});
-}
-
 /* A held batch counts as not submitted until the call that releases it has returned. By then the
  * application may have seen it complete, in ways that the layer doesn't see, and may have submitted
  * something that builds on it: hence `uncertain`. */
@@ -133,9 +109,7 @@ static void start(struct submission *submission)
     submission->state = SUBMISSION_PREPARED;
     submission->uncertain = order->in_flight && order->held_count;
     execution_clock_copy(&submission->host, &order->host);
-    if (submission->kind == SUBMIT_HOST_WORK)
-        begin_host_work(submission);
-    else
+    if (submission->kind != SUBMIT_HOST_WORK)
         order->in_flight++;
 
     submission_announce(submission);
@@ -144,7 +118,7 @@ static void start(struct submission *submission)
         order->waiting++;
     if (submission->out_of_memory)
         execution_order_lose_locked(order);
-    if (submission->kind == SUBMIT_COMMANDS || submission->kind == SUBMIT_HOST_WORK)
+    if (submission->kind == SUBMIT_COMMANDS)
         for (uint32_t i = 0; i < submission->ready_count; i++)
             execution_order_append_run(order, &submission->batches[i]);
 }
@@ -155,14 +129,22 @@ static void stop(struct submission *submission, enum submission_state state)
 {
     struct execution_order *order = submission->order;
     submission->state = state;
-    if (submission->kind == SUBMIT_HOST_WORK)
-        end_host_work(submission);
-    else
+    if (submission->kind != SUBMIT_HOST_WORK)
         order->in_flight--;
     if (submission->ready_count < submission->batch_count)
         order->waiting--;
     if (submission->queue_record)
         submission->queue_record->in_flight = false;
+}
+
+/* Whatever begins from now on follows it, on the host and, as the host submits it, elsewhere. */
+static void end_host_work(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    struct order_batch *batch = &submission->batches[0];
+    batch->moment = (struct moment){EXECUTION_HOST, ++order->host_count};
+    execution_clock_add(&order->host, batch->moment);
+    execution_order_append_run(order, batch);
 }
 
 static void succeed(struct submission *submission)
@@ -173,6 +155,8 @@ static void succeed(struct submission *submission)
         return;
     submission->serial = ++order->last_serial;
     submission_publish(submission);
+    if (submission->kind == SUBMIT_HOST_WORK)
+        end_host_work(submission);
     execution_order_release_held(order);
     if (order->held_count > EXECUTION_HELD_BATCHES)
         execution_order_lose_locked(order);
@@ -205,12 +189,9 @@ bool submission_prepare(struct submission *submission)
     return skip;
 }
 
-void submission_finish(struct submission *submission, VkResult result)
+static void finish(struct submission *submission, VkResult result)
 {
-    if (!submission)
-        return;
     struct execution_order *order = submission->order;
-    pthread_mutex_lock(&order->lock);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose_locked(order);
     if (submission->state == SUBMISSION_PREPARED && result >= VK_SUCCESS)
@@ -218,6 +199,34 @@ void submission_finish(struct submission *submission, VkResult result)
     else if (submission->state == SUBMISSION_PREPARED)
         fail(submission);
     submission_unreference(submission);
+}
+
+void submission_finish(struct submission *submission, VkResult result)
+{
+    if (!submission)
+        return;
+    struct execution_order *order = submission->order;
+    pthread_mutex_lock(&order->lock);
+    finish(submission, result);
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+}
+
+void submission_finish_silently(struct submission *submission, VkResult result)
+{
+    if (!submission)
+        return;
+    struct execution_order *order = submission->order;
+    pthread_mutex_lock(&order->lock);
+    finish(submission, result);
+    pthread_mutex_unlock(&order->lock);
+}
+
+void execution_order_run(struct execution_order *order)
+{
+    if (!order)
+        return;
+    pthread_mutex_lock(&order->lock);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
 }

@@ -13,6 +13,10 @@
  * application came to know that the earlier one is complete. A batch at the head of the list whose
  * call is under way blocks the list: from its check until its run, or its drop, nothing else runs.
  *
+ * Work of the host may take long, and blocks nobody: it is put into the list, and gets its moment,
+ * when it has ended. What it follows is what was known when it began; it may be checked then, but
+ * is not dropped, since a check of it must not change anything.
+ *
  * One lock guards everything; it is held neither while a call goes down nor while a hook runs.
  * `check`, `run`, `drop` and `lost` are called by one thread at a time: one that finds another at
  * it leaves its batches to that one. So a hook's thread need not be the one that submitted, and its
@@ -41,8 +45,8 @@ struct submitted_commands {
 
 /* A batch, when its turn has come. */
 struct batch_run {
-    VkQueue queue; /* VK_NULL_HANDLE: the host */
-    struct moment moment;
+    VkQueue queue;                       /* VK_NULL_HANDLE: the host */
+    struct moment moment;                /* of work of the host only when it runs */
     const struct execution_clock *clock; /* what it certainly follows */
     const struct submitted_commands *commands;
     uint32_t command_count;
@@ -80,7 +84,7 @@ void execution_order_destroy(struct execution_order *order);
 enum submission_kind {
     SUBMIT_COMMANDS,
     SUBMIT_BINDINGS,    /* vkQueueBindSparse: order by semaphores and fences only, and no run */
-    SUBMIT_HOST_WORK,   /* a host command that works on structures: one batch, no queue */
+    SUBMIT_HOST_WORK,   /* a host command that works on structures: one batch of no queue */
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
 };
 
@@ -113,6 +117,10 @@ bool submission_prepare(struct submission *submission);
 
 /* After the call. Errors mean that nothing was submitted; but a lost device loses the order. */
 void submission_finish(struct submission *submission, VkResult result);
+/* The same in two parts, for callers with a lock: no hook is called but `release`; and what has its
+ * turn by now runs. */
+void submission_finish_silently(struct submission *submission, VkResult result);
+void execution_order_run(struct execution_order *order);
 
 /* ---- semaphores and fences */
 

@@ -68,7 +68,7 @@ enum submission_state {
 
 struct submission {
     struct execution_order *order;
-    struct submission *next; /* spare, or host work under way */
+    struct submission *next; /* spare */
     enum submission_kind kind;
     enum submission_state state;
     VkQueue queue;
@@ -97,9 +97,8 @@ struct execution_order {
     struct handle_table semaphores, fences;
     struct order_queue queues[EXECUTION_QUEUES]; /* [EXECUTION_HOST] stands for the host */
     uint32_t queue_count;
-    struct execution_clock host;                   /* what the host has seen complete */
-    uint64_t host_count;                           /* of host work that has begun */
-    struct submission *host_work, **host_work_end; /* under way, as it began */
+    struct execution_clock host; /* what the host has seen complete */
+    uint64_t host_count;         /* of host work that has ended */
     uint64_t last_serial, last_semaphore;
     uint32_t in_flight;  /* calls under way that may release held batches */
     uint32_t waiting;    /* calls under way with batches that will be held */

@@ -300,8 +300,7 @@ static void resolve_bindings(struct order_batch *batch, struct queue_clocks *clo
 static void resolve_host(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
-    if (submission->kind == SUBMIT_HOST_WORK)
-        batch->moment = (struct moment){EXECUTION_HOST, ++submission->order->host_count};
+    batch->moment = (struct moment){EXECUTION_HOST, 0}; /* work gets its own when it ends */
     batch->predecessors_known = !submission->uncertain;
     execution_clock_copy(&batch->clock, &submission->host);
     for (uint32_t i = 0; i < batch->operation_count; i++)

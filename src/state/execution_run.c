@@ -119,8 +119,10 @@ void execution_order_drain(struct execution_order *order)
 bool submission_check(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    bool is_first = submission->ready_count && order->run_list == submission->batches;
-    if (!order->hooks.check || order->lost || order->busy || !is_first)
+    bool has_turn = submission->kind == SUBMIT_HOST_WORK
+                        ? !order->run_list
+                        : submission->ready_count && order->run_list == submission->batches;
+    if (!order->hooks.check || order->lost || order->busy || !has_turn)
         return false;
     bool skip = false;
     submission->checked = true;
@@ -148,6 +150,8 @@ static void tell_drop(struct execution_order *order)
 void submission_withdraw(struct submission *submission)
 {
     struct execution_order *order = submission->order;
+    if (submission->kind == SUBMIT_HOST_WORK)
+        return;
     if (submission->checked && order->hooks.drop && !order->lost)
         tell_drop(order);
     for (struct order_batch **link = &order->run_list; *link;) {

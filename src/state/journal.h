@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What a recording does to acceleration structures, in recorded order, to be replayed at each
- * submission.
+ * submission; or what one command of the host does, in no order.
  *
  * Only its command buffer, whose use the application synchronizes, changes a journal, and only
  * while nobody else holds it: a submission, or a primary command buffer that executes it, shares
@@ -129,6 +129,9 @@ bool journal_is_shared(const struct journal *journal);
 
 /* Takes over the references of `entry->built`, or of `entry->secondary`. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
+
+/* The command of the host has failed: what it wrote isn't known. */
+void journal_lose_contents(struct journal *journal);
 
 /* Keeps the labels that are open, unless none are or they were kept lately. Returns what finds them
  * again; 0: none. */

@@ -43,6 +43,12 @@ struct flying {
     uint32_t batch_count, fence;
 };
 
+/* Work of the host under way. */
+struct work {
+    struct submission *submission;
+    struct model_batch batch;
+};
+
 struct test {
     struct random random;
     struct program program;
@@ -50,7 +56,8 @@ struct test {
     struct usage usage[SEMAPHORES + 1];
     struct fence_use fences[FENCES + 1];
     struct flying flying[IN_FLIGHT];
-    uint32_t flying_count, semaphore_count, name_count;
+    struct work works[IN_FLIGHT];
+    uint32_t work_count, flying_count, semaphore_count, name_count;
 };
 
 /* 0 to count - 1. */

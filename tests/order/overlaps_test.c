@@ -209,7 +209,7 @@ static void the_order_may_be_lost_during_a_check(void **unused)
     program_stop(&p);
 }
 
-static void host_work_under_way_blocks_too(void **unused)
+static void host_work_under_way_blocks_nothing(void **unused)
 {
     struct program p;
     (void)unused;
@@ -220,8 +220,9 @@ static void host_work_under_way_blocks_too(void **unused)
     SUBMIT(&p, .queue = 1, .name = 10);
     submission_finish(work, VK_SUCCESS);
     SUBMIT(&p, .queue = 1, .name = 11);
-    EXPECT_RUNS(&p, 90, 10, 11);
-    assert_false(follows(&p, 10, 90));
+    EXPECT_RUNS(&p, 10, 90, 11);
+    assert_true(p.runs[0].checked && p.runs[1].checked);
+    assert_false(follows(&p, 10, 90) || follows(&p, 90, 10));
     assert_true(follows(&p, 11, 90));
     program_stop(&p);
 }
@@ -234,7 +235,7 @@ static struct submission *begin_work(struct program *program, uint32_t name)
     return work;
 }
 
-/* 91 ends first, but counts when 90, which began before it, has ended too; 92 fails. */
+/* 91 ends first, though 90 began before it; 92 fails. */
 static void host_work_may_overlap(void **unused)
 {
     struct program p;
@@ -250,12 +251,53 @@ static void host_work_may_overlap(void **unused)
     struct submission *fourth = begin_work(&p, 93);
     submission_finish(fourth, VK_SUCCESS);
     SUBMIT(&p, .queue = 1, .name = 12);
-    EXPECT_RUNS(&p, 90, 91, 10, 11, 93, 12);
-    assert_false(follows(&p, 91, 90));
-    assert_false(follows(&p, 10, 90) || follows(&p, 10, 91));
+    EXPECT_RUNS(&p, 91, 10, 90, 11, 93, 12);
+    assert_false(follows(&p, 91, 90) || follows(&p, 90, 91));
+    assert_false(follows(&p, 10, 90));
+    assert_true(follows(&p, 10, 91));
     assert_true(follows(&p, 11, 90) && follows(&p, 11, 91));
     assert_true(follows(&p, 93, 90) && follows(&p, 12, 93));
-    assert_true(p.runs[0].checked && p.runs[4].checked);
+    assert_true(p.runs[0].checked && p.runs[2].checked && p.runs[4].checked);
+    program_stop(&p);
+}
+
+/* What host work follows may still be waiting for its turn: then it is checked when it runs. */
+static void host_work_is_not_checked_before_others_have_run(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    struct submission *call = PREPARE(&p, .queue = 1, .name = 10);
+    struct submission *work = begin_work(&p, 90);
+    submission_finish_silently(work, VK_SUCCESS);
+    assert_int_equal(p.run_count, 0);
+    submission_finish_silently(call, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(p.drops, 1);
+    assert_int_equal(p.run_count, 0);
+    execution_order_run(p.order);
+    EXPECT_RUNS(&p, 90);
+    assert_false(p.runs[0].checked);
+    program_stop(&p);
+}
+
+static void host_work_that_fails_drops_nothing(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    struct submission *work = begin_work(&p, 90);
+    struct submission *call = PREPARE(&p, .queue = 1, .name = 10);
+    submission_finish(work, VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(p.drops, 0);
+    submission_finish(call, VK_SUCCESS);
+    EXPECT_RUNS(&p, 10);
+    assert_true(p.runs[0].checked);
+    p.skip_name = 91;
+    work = submission_begin(p.order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    call_add_batch(work, &(struct call){.name = 91});
+    assert_true(submission_prepare(work));
+    assert_int_equal(p.drops, 0);
+    EXPECT_RUNS(&p, 10);
     program_stop(&p);
 }
 
@@ -271,8 +313,10 @@ int main(void)
         cmocka_unit_test(what_the_host_sees_may_contradict_the_order),
         cmocka_unit_test(one_thread_runs_for_the_others),
         cmocka_unit_test(the_order_may_be_lost_during_a_check),
-        cmocka_unit_test(host_work_under_way_blocks_too),
+        cmocka_unit_test(host_work_under_way_blocks_nothing),
         cmocka_unit_test(host_work_may_overlap),
+        cmocka_unit_test(host_work_is_not_checked_before_others_have_run),
+        cmocka_unit_test(host_work_that_fails_drops_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Source and destination of a build: handles, types, memory, size; and the limits of its counts. */
 #include "case.h"
+#include "placing.h"
 
 /* ---- limits ---- */
 
@@ -164,9 +165,16 @@ static void destroy_dst_buffer(struct scene *scene)
     scene_destroy(scene, (uint64_t)scene->dst_buffers[AABBS].handle);
 }
 
+/* On the host it has been built, and lost its memory since. */
 static void leave_update_src_unbound(struct scene *scene)
 {
     struct test_buffer buffer;
+    if (scene->command == COMMAND_HOST) {
+        buffer = place_buffer(scene);
+        place_src(scene, UPDATE, &buffer, 0);
+        scene_destroy(scene, (uint64_t)buffer.memory);
+        return;
+    }
     scene->infos[UPDATE].srcAccelerationStructure = make_unbound(scene, UPDATE, &buffer);
 }
 

@@ -25,6 +25,7 @@ static void share_dst_of_updates(struct scene *scene)
 static void update_from_dst_of_another(struct scene *scene)
 {
     scene->infos[UPDATE].srcAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
+    scene_build_source(scene, UPDATE);
 }
 
 static void build_with_src_that_is_dst_of_another(struct scene *scene)
@@ -210,6 +211,7 @@ static void overlap_refit_with_scratch(struct scene *scene)
         scene_skip(scene, "the driver wants no scratch for updates");
     place_dst(scene, REFIT, &buffer, 0);
     scene->infos[REFIT].srcAccelerationStructure = scene->infos[REFIT].dstAccelerationStructure;
+    scene_build_source(scene, REFIT);
     place_scratch(scene, REFIT, &buffer, 0);
 }
 

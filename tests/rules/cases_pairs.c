@@ -40,6 +40,8 @@ static void reverse_many_dsts(struct scene *scene)
 
 static void update_many_from_dst_of_another(struct scene *scene)
 {
+    if (scene->command == COMMAND_HOST)
+        scene_build_before(scene, INDEXED, 1);
     for (int i = 0; i < MANY; i++)
         scene->infos[scene_add_build(scene, UPDATE)].srcAccelerationStructure =
             scene->infos[INDEXED].dstAccelerationStructure;
@@ -109,6 +111,7 @@ static void alias_many_refits(struct scene *scene)
         const uint32_t build = scene_add_build(scene, REFIT);
         place_dst(scene, build, &buffer, 0);
         scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
+        scene_build_source(scene, build);
     }
 }
 

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Updates that differ from what their source was built with earlier in the same command buffer. */
+/* Updates that differ from what their source was built with earlier in the same command buffer, or
+ * by the host. */
 #include "case.h"
 #include "placing.h"
 
 #define T_UPDATE TRIANGLES(UPDATE, 0)
 
-/* A build like INDEXED that is not part of the call; to be changed, then recorded before it. */
+/* A build like INDEXED that is not part of the call; to be changed, then built before it. */
 static uint32_t begin_source(struct scene *scene)
 {
     const uint32_t build = scene_add_build(scene, INDEXED);
@@ -13,33 +14,24 @@ static uint32_t begin_source(struct scene *scene)
     return build;
 }
 
-/* Records it and makes its dst the source of `update`. */
-static void record_source(struct scene *scene, uint32_t build, uint32_t update)
+/* Builds it and makes its dst the source of `update`. */
+static void build_source(struct scene *scene, uint32_t build, uint32_t update)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-    };
     scene_give_objects(scene, build);
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
-                                                 &scene->range_pointers[build]);
-    scene->vk->CmdPipelineBarrier(
-        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene_build_before(scene, build, 1);
     scene->infos[update].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
 }
 
 static void build_source_like_the_update(struct scene *scene)
 {
-    record_source(scene, begin_source(scene), UPDATE);
+    build_source(scene, begin_source(scene), UPDATE);
 }
 
 static void build_source_without_allow_update(struct scene *scene)
 {
     const uint32_t build = begin_source(scene);
     scene->infos[build].flags = 0;
-    record_source(scene, build, UPDATE);
+    build_source(scene, build, UPDATE);
 }
 
 /* What counts is the last build of the source. */
@@ -48,13 +40,12 @@ static void build_source_twice(struct scene *scene)
     uint32_t build = begin_source(scene);
     scene->infos[build].flags = 0;
     scene->geometries[build][0].geometry.triangles.maxVertex = 20;
-    record_source(scene, build, UPDATE);
+    build_source(scene, build, UPDATE);
     const VkAccelerationStructureKHR dst = scene->infos[build].dstAccelerationStructure;
 
     build = begin_source(scene);
     scene->infos[build].dstAccelerationStructure = dst;
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
-                                                 &scene->range_pointers[build]);
+    scene_build_before(scene, build, 1);
 }
 
 static void build_source_of_two_geometries(struct scene *scene)
@@ -63,7 +54,7 @@ static void build_source_of_two_geometries(struct scene *scene)
     scene->geometries[build][1] = scene->geometries[build][0];
     scene->ranges[build][1] = scene->ranges[build][0];
     scene->infos[build].geometryCount = 2;
-    record_source(scene, build, UPDATE);
+    build_source(scene, build, UPDATE);
 }
 
 /* Into a structure of its own, of so many of the bytes that the build of its source needed. */
@@ -71,7 +62,7 @@ static void update_into(struct scene *scene, VkDeviceSize divisor)
 {
     const struct test_buffer buffer = place_buffer(scene);
     const uint32_t build = begin_source(scene);
-    record_source(scene, build, UPDATE);
+    build_source(scene, build, UPDATE);
     scene->infos[UPDATE].dstAccelerationStructure =
         scene_accel_in(scene, &buffer, 0, place_size(scene, UPDATE) / divisor,
                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
@@ -91,7 +82,7 @@ static void build_source_without_transform(struct scene *scene)
 {
     const uint32_t build = begin_source(scene);
     scene->geometries[build][0].geometry.triangles.transformData.deviceAddress = 0;
-    record_source(scene, build, UPDATE);
+    build_source(scene, build, UPDATE);
 }
 
 /* A source that both a bottom and a top level can be built into. */
@@ -102,8 +93,7 @@ static void update_tlas_from_blas(struct scene *scene)
         scene_accel_in(scene, &buffer, 0, PLACE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
 
     scene->infos[INDEXED].dstAccelerationStructure = accel;
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[INDEXED],
-                                                 scene->range_pointers);
+    scene_build_before(scene, INDEXED, 1);
     scene->infos[INDEXED].dstAccelerationStructure = scene_accel_for(scene, INDEXED);
     scene->infos[TLAS].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     scene->infos[TLAS].srcAccelerationStructure = accel;
@@ -127,7 +117,12 @@ static void update_compacted_copy(struct scene *scene)
         .dst = scene_accel_for(scene, UPDATE),
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
     };
-    scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
+    if (scene->command == COMMAND_HOST)
+        expect_success(
+            scene->vk->CopyAccelerationStructureKHR(scene->world->device, VK_NULL_HANDLE, &info),
+            "vkCopyAccelerationStructureKHR");
+    else
+        scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
     scene->infos[UPDATE].srcAccelerationStructure = info.dst;
 }
 
@@ -143,8 +138,7 @@ static const struct test_case cases[] = {
     {.name = "source_built_again",
      RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
      .silent = true,
-     .mutate = build_source_twice,
-     .commands = ON_COMMAND_BUFFERS},
+     .mutate = build_source_twice},
     {.name = "source_of_two_geometries",
      RULES(RULE_geometry_count_matches_source),
      .mutate = build_source_of_two_geometries,
@@ -189,7 +183,6 @@ static const struct test_case cases[] = {
      .mutate = update_into_half_the_size,
      .mutate_twin = update_into_just_the_size,
      .setup = &at_level_execution,
-     .commands = ON_DEVICE,
      .path = "pInfos[4].dstAccelerationStructure"},
     {.name = "index_type_of_update",
      RULES(RULE_index_type_matches_source),

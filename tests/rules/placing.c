@@ -58,6 +58,8 @@ void place_src(struct scene *scene, uint32_t build, const struct test_buffer *bu
                VkDeviceSize offset)
 {
     scene->infos[build].srcAccelerationStructure = place(scene, build, buffer, offset);
+    if (scene->infos[build].mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+        scene_build_source(scene, build);
 }
 
 void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer *buffer,

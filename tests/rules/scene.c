@@ -204,6 +204,39 @@ static void set_info(struct scene *scene, uint32_t build, uint32_t geometry_coun
     };
 }
 
+void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    };
+    if (scene->command == COMMAND_HOST) {
+        expect_success(scene->vk->BuildAccelerationStructuresKHR(
+                           scene->world->device, VK_NULL_HANDLE, count, &scene->infos[first],
+                           &scene->range_pointers[first]),
+                       "vkBuildAccelerationStructuresKHR");
+        return;
+    }
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, count, &scene->infos[first],
+                                                 &scene->range_pointers[first]);
+    scene->vk->CmdPipelineBarrier(
+        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+}
+
+void scene_build_source(struct scene *scene, uint32_t update)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[update];
+    if (scene->command != COMMAND_HOST)
+        return;
+    scene->infos[update].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    scene->infos[update].dstAccelerationStructure = info.srcAccelerationStructure;
+    scene_build_before(scene, update, 1);
+    scene->infos[update] = info;
+}
+
 uint32_t scene_add_build(struct scene *scene, uint32_t model)
 {
     const uint32_t build = scene->info_count++;
@@ -215,8 +248,10 @@ uint32_t scene_add_build(struct scene *scene, uint32_t model)
     memcpy(scene->geometries[build], scene->geometries[model], sizeof(scene->geometries[build]));
     memcpy(scene->ranges[build], scene->ranges[model], sizeof(scene->ranges[build]));
     scene_give_objects(scene, build);
-    if (scene->infos[build].mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+    if (scene->infos[build].mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR) {
         scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
+        scene_build_source(scene, build);
+    }
     return build;
 }
 
@@ -245,31 +280,12 @@ static void set_pointers(struct scene *scene)
     scene->counts_argument = scene->count_pointers;
 }
 
-/* The structures that the updates start from are built by an earlier call. */
-static void build_sources(struct scene *scene)
+static bool can_build(const struct scene *scene)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    };
-    scene->infos_argument = &scene->infos[UPDATE];
-    scene->ranges_argument = &scene->range_pointers[UPDATE];
-    scene->info_count = 2;
-    if (scene->command == COMMAND_HOST) {
-        scene_call(scene);
-    } else {
-        scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, scene->info_count,
-                                                     scene->infos_argument, scene->ranges_argument);
-        scene->vk->CmdPipelineBarrier(scene->command_buffer,
-                                      VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-                                      VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
-                                      &barrier, 0, NULL, 0, NULL);
-    }
-    scene->infos_argument = scene->infos;
-    scene->ranges_argument = scene->range_pointers;
-    scene->info_count = SCENE_BASE_BUILDS;
+    const uint32_t needed = scene->command == COMMAND_HOST
+                                ? DISABLE_ACCELERATION_STRUCTURE | DISABLE_HOST_COMMANDS
+                                : DISABLE_ACCELERATION_STRUCTURE;
+    return (scene->world->setup.disable & needed) == 0;
 }
 
 static void become_updates(struct scene *scene)
@@ -300,8 +316,8 @@ struct scene *scene_open(struct world *world, enum build_command command)
     const uint32_t family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
     scene->command_buffer = scene_command_buffer(scene, family);
     scene_begin(scene, scene->command_buffer, 0);
-    if ((world->setup.disable & DISABLE_BUILDS) == 0)
-        build_sources(scene);
+    if (can_build(scene))
+        scene_build_before(scene, UPDATE, 2); /* what the updates start from */
     become_updates(scene);
     return scene;
 }

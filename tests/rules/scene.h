@@ -124,6 +124,13 @@ uint32_t scene_add_build(struct scene *scene, uint32_t model);
 /* Gives a build a dst of the right size, and scratch that serves building and updating. */
 void scene_give_objects(struct scene *scene, uint32_t build);
 
+/* Carries out builds of the scene by a call of their own that comes before the scene's. */
+void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
+
+/* What updates start from: on the host, where they are judged when they are called, their sources
+ * have to be built before. */
+void scene_build_source(struct scene *scene, uint32_t update);
+
 /* A structure of the size and type that the build needs. */
 VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build);
 

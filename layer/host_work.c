@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The course of the host's commands, and intercepts of the operations that they are deferred to. */
+#include "host_work.h"
+
+#include <stdlib.h>
+
+#include "intercepts.h"
+#include "submissions.h"
+
+struct host_work host_work_begin(struct layer_device *device)
+{
+    struct host_work work = {.device = device};
+    if (device->order)
+        work.journal = journal_create(VK_NULL_HANDLE);
+    return work;
+}
+
+/* Without a journal the work may write anything. */
+bool host_work_prepare(struct host_work *work, bool skip)
+{
+    struct layer_device *device = work->device;
+    work->submission = submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    if (work->submission) {
+        submission_add_batch(work->submission);
+        submission_add_work(work->submission, work->journal ? journal_share(work->journal) : NULL);
+        if (submission_prepare(work->submission)) {
+            work->submission = NULL;
+            skip = true;
+        }
+    }
+    if (skip) {
+        submission_finish(work->submission, VK_ERROR_VALIDATION_FAILED_EXT);
+        journal_release(work->journal);
+    } else if (work->submission && work->journal) {
+        submissions_begin_writing(device->submissions, work->journal);
+    }
+    return skip;
+}
+
+/* What work that fails has written isn't known. */
+static void end(struct host_work *work, VkResult result)
+{
+    if (result < VK_SUCCESS && work->journal)
+        journal_lose_contents(work->journal);
+    submission_finish_silently(work->submission, VK_SUCCESS);
+    journal_release(work->journal);
+}
+
+void host_work_end(void *work, VkResult result)
+{
+    end(work, result);
+    free(work);
+}
+
+static bool defer(const struct host_work *work, VkDeferredOperationKHR operation)
+{
+    struct host_work *deferred = malloc(sizeof(*deferred));
+    if (!deferred)
+        return false;
+    *deferred = *work;
+    if (deferred_operations_defer(work->device->deferred, operation, deferred))
+        return true;
+    free(deferred);
+    return false;
+}
+
+/* Asks how an operation stands that has work. */
+static void look_after(struct layer_device *device, VkDeferredOperationKHR operation)
+{
+    const void *work = deferred_operations_work(device->deferred, operation);
+    if (!work)
+        return;
+    VkResult result = device->vk.GetDeferredOperationResultKHR(device->handle, operation);
+    if (result != VK_NOT_READY &&
+        deferred_operations_complete(device->deferred, operation, work, result))
+        execution_order_run(device->order);
+}
+
+/* Other threads may complete an operation before this one has noted that it has work. */
+VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
+{
+    struct layer_device *device = work->device;
+    if (result == VK_OPERATION_DEFERRED_KHR && work->submission && defer(work, operation)) {
+        look_after(device, operation);
+        return result;
+    }
+    end(work, result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
+    execution_order_run(device->order);
+    return result;
+}
+
+/* ---- deferred operations */
+
+VKAPI_ATTR VkResult VKAPI_CALL
+assay_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCallbacks *pAllocator,
+                                 VkDeferredOperationKHR *pDeferredOperation)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateDeferredOperationKHR(device, pAllocator, pDeferredOperation);
+    if (result == VK_SUCCESS)
+        deferred_operations_add(state->deferred, *pDeferredOperation);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
+    VkDevice device, VkDeferredOperationKHR operation, const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    if (operation) {
+        look_after(state, operation);
+        deferred_operations_remove(state->deferred, operation);
+        execution_order_run(state->order);
+        object_names_set(state->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
+                         (uint64_t)(uintptr_t)operation, NULL);
+    }
+    state->vk.DestroyDeferredOperationKHR(device, operation, pAllocator);
+}
+
+/* A result that is ready is that of the work which the operation had before. */
+VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice device,
+                                                                   VkDeferredOperationKHR operation)
+{
+    struct layer_device *state = layer_find_device(device);
+    const void *work = deferred_operations_work(state->deferred, operation);
+    VkResult result = state->vk.GetDeferredOperationResultKHR(device, operation);
+    if (result != VK_NOT_READY &&
+        deferred_operations_complete(state->deferred, operation, work, result))
+        execution_order_run(state->order);
+    return result;
+}
+
+/* To have joined a complete operation doesn't tell how it went. */
+VKAPI_ATTR VkResult VKAPI_CALL assay_DeferredOperationJoinKHR(VkDevice device,
+                                                              VkDeferredOperationKHR operation)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.DeferredOperationJoinKHR(device, operation);
+    if (result == VK_SUCCESS)
+        look_after(state, operation);
+    return result;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A command by which the host builds or copies acceleration structures, on its way: what it does to
+ * them is a journal of its own, judged before the call and applied when the work has ended, which
+ * is after the call or when the operation that it was deferred to completes. */
+#ifndef ASSAY_LAYER_HOST_WORK_H
+#define ASSAY_LAYER_HOST_WORK_H
+
+#include "layer.h"
+#include "state/journal.h"
+
+struct host_work {
+    struct layer_device *device;
+    struct journal *journal; /* NULL below level EXECUTION, and without memory */
+    struct submission *submission;
+};
+
+/* The caller fills the journal next. */
+struct host_work host_work_begin(struct layer_device *device);
+
+/* Before the call goes down: judges updates. True: the call is to be skipped, as `skip` or a
+ * callback wants, and the work is over. */
+bool host_work_prepare(struct host_work *work, bool skip);
+
+/* After the call, with its result, which is returned. */
+VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation,
+                          VkResult result);
+
+/* For deferred_operations_create. */
+void host_work_end(void *work, VkResult result);
+
+#endif
