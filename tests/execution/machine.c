@@ -49,7 +49,7 @@ void machine_allocate(struct machine *machine, uint32_t index)
                    "vkSetDebugUtilsObjectNameEXT");
 }
 
-static void create_command_buffer(struct machine *machine, uint32_t index)
+void machine_create_pool(struct machine *machine, uint32_t index)
 {
     const uint32_t family = machine_family(machine->scene->world, QUEUE_OF(index));
     if (family == UINT32_MAX)
@@ -103,7 +103,7 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
     machine->vk = &world->vk;
     machine->device = world->device;
     machine->type = type;
-    machine->last_update.command_buffer = COMMAND_BUFFERS;
+    machine->last_update.command_buffer = machine->last_bad.command_buffer = NOWHERE;
     for (uint32_t i = 0; i < STRUCTURES; i++) {
         machine->structures[i].buffer =
             scene_buffer(machine->scene, MACHINE_ACCEL_SIZE, ACCEL_USAGE);
@@ -118,9 +118,11 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
             machine->vk->GetDeviceQueue(machine->device, family, 0, &machine->queues[i]);
     }
     for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
-        create_command_buffer(machine, i);
+        machine_create_pool(machine, i);
     create_fence(machine);
     machine_create_queries(machine);
+    for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)
+        machine_create_operation(machine, i);
     for (uint32_t i = 0; i < SEMAPHORES; i++) {
         machine->binaries[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_BINARY, false);
         machine->timelines[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, false);
@@ -196,7 +198,9 @@ static void change_structure(struct machine *machine, const struct step *step)
 
 void machine_step(struct machine *machine, const struct step *step)
 {
-    if (step->action < ACTION_BATCH)
+    if (step->action >= ACTION_HOST_BUILD && step->action < ACTION_BATCH)
+        machine_host(machine, step);
+    else if (step->action < ACTION_BATCH)
         machine_record(machine, step);
     else if (step->action < ACTION_HOST_RESET_QUERIES)
         machine_submit(machine, step);

@@ -7,10 +7,11 @@
 
 enum { MACHINE_BATCHES = 4, MACHINE_MEMBERS = 4, MACHINE_ACCEL_SIZE = 65536 };
 
-/* Where a build was recorded. */
+/* Where a build was recorded; or NOWHERE, or BY_HOST with its index in pInfos. */
 struct place {
     uint32_t command_buffer, position;
 };
+enum { NOWHERE = COMMAND_BUFFERS, BY_HOST };
 
 /* A submission that is being put together. */
 struct machine_batch {
@@ -46,10 +47,10 @@ struct machine {
 
     struct machine_batch batches[MACHINE_BATCHES];
     uint32_t batch_count;
-    uint32_t positions[COMMAND_BUFFERS]; /* builds recorded so far */
-    /* As recorded last; command_buffer is COMMAND_BUFFERS where there was none. */
+    uint32_t positions[COMMAND_BUFFERS];                        /* builds recorded so far */
+    VkDeferredOperationKHR operations[DEFERRED_OPERATIONS + 1]; /* the first is null */
     struct place last_build, last_bad, last_update;
-    VkResult result; /* of the last submission */
+    VkResult result; /* of the last submission, or update by the host */
 };
 
 /* `type` is that of the structures. */
@@ -75,6 +76,18 @@ void machine_record(struct machine *machine, const struct step *step);
 /* machine_queries.c */
 void machine_create_queries(struct machine *machine);
 void machine_query(struct machine *machine, const struct step *step);
+
+/* Gives a command buffer a pool of its own. */
+void machine_create_pool(struct machine *machine, uint32_t command_buffer);
+
+/* The arguments of a build of that shape into a structure. */
+void machine_fill_build(struct machine *machine, struct shape_arguments *arguments,
+                        uint32_t command_buffer, uint32_t dst, const struct shape *shape);
+const struct shape *machine_shape(const struct machine *machine, const struct step *step);
+
+/* machine_host.c */
+void machine_host(struct machine *machine, const struct step *step);
+void machine_create_operation(struct machine *machine, uint32_t operation);
 
 /* machine_submit.c */
 void machine_submit(struct machine *machine, const struct step *step);

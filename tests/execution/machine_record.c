@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the machine's command buffers record, and what the host builds and copies itself. */
+/* What the machine's command buffers record. */
 #include <string.h>
 
 #include "machine.h"
@@ -47,20 +47,25 @@ static void record_indirect(struct machine *machine, VkCommandBuffer command_buf
         command_buffer, 1, &arguments->info, &ranges->address, &stride, &arguments->count_pointer);
 }
 
-static void fill_build(struct machine *machine, struct shape_arguments *arguments,
-                       uint32_t command_buffer, uint32_t dst, const struct shape *shape)
+void machine_fill_build(struct machine *machine, struct shape_arguments *arguments,
+                        uint32_t command_buffer, uint32_t dst, const struct shape *shape)
 {
-    shape_fill(arguments, machine->scene, shape);
+    shape_fill(arguments, machine->scene, shape, false);
     arguments->info.dstAccelerationStructure = machine->structures[dst].handle;
     arguments->info.scratchData.deviceAddress =
         machine->scratch.address + (VkDeviceSize)command_buffer * 2 * MACHINE_ACCEL_SIZE;
+}
+
+const struct shape *machine_shape(const struct machine *machine, const struct step *step)
+{
+    return step->detail == BAD ? &machine->bad : &machine->good;
 }
 
 static void build(struct machine *machine, const struct step *step)
 {
     const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
     const bool is_update = step->action == ACTION_UPDATE;
-    const struct shape *shape = step->detail == BAD ? &machine->bad : &machine->good;
+    const struct shape *shape = machine_shape(machine, step);
     const struct place place = {step->object, machine->positions[step->object]++};
     struct shape_arguments arguments;
 
@@ -69,7 +74,7 @@ static void build(struct machine *machine, const struct step *step)
         machine->last_update = place;
     else if (step->detail == BAD)
         machine->last_bad = place;
-    fill_build(machine, &arguments, step->object, step->dst, shape);
+    machine_fill_build(machine, &arguments, step->object, step->dst, shape);
     push_label(machine, command_buffer, "frame");
     push_label(machine, command_buffer, is_update ? "refit" : "build");
     if (is_update) {
@@ -88,10 +93,10 @@ static void build(struct machine *machine, const struct step *step)
 
 static void build_pair(struct machine *machine, const struct step *step)
 {
-    const struct shape *shape = step->detail == BAD ? &machine->bad : &machine->good;
+    const struct shape *shape = machine_shape(machine, step);
     struct shape_arguments arguments[2];
-    fill_build(machine, &arguments[0], step->object, step->dst, shape);
-    fill_build(machine, &arguments[1], step->object, step->src, shape);
+    machine_fill_build(machine, &arguments[0], step->object, step->dst, shape);
+    machine_fill_build(machine, &arguments[1], step->object, step->src, shape);
     arguments[1].info.scratchData.deviceAddress += MACHINE_ACCEL_SIZE;
     const VkAccelerationStructureBuildGeometryInfoKHR infos[2] = {arguments[0].info,
                                                                   arguments[1].info};
@@ -105,26 +110,6 @@ static void build_pair(struct machine *machine, const struct step *step)
     barrier(machine, machine->command_buffers[step->object]);
 }
 
-/* Host builds want host addresses, which fit the same shape. */
-static void host_build(struct machine *machine, const struct step *step)
-{
-    struct shape_arguments arguments;
-    fill_build(machine, &arguments, 0, step->dst,
-               step->detail == BAD ? &machine->bad : &machine->good);
-    for (uint32_t i = 0; i < arguments.info.geometryCount; i++) {
-        VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-            &arguments.geometries[i].geometry.triangles;
-        triangles->vertexData.hostAddress = machine->scene->vertices.host;
-        triangles->indexData.hostAddress = machine->scene->indices.host;
-        triangles->transformData.hostAddress = machine->scene->transforms.host;
-    }
-    arguments.info.scratchData.hostAddress = machine->scratch.host;
-    expect_success(machine->vk->BuildAccelerationStructuresKHR(machine->device, VK_NULL_HANDLE, 1,
-                                                               &arguments.info,
-                                                               &arguments.range_pointer),
-                   "vkBuildAccelerationStructuresKHR");
-}
-
 static void copy(struct machine *machine, const struct step *step)
 {
     const VkCopyAccelerationStructureInfoKHR info = {
@@ -134,31 +119,18 @@ static void copy(struct machine *machine, const struct step *step)
         .mode = step->action == ACTION_COMPACT ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
     };
-    if (step->action == ACTION_HOST_COPY) {
-        expect_success(
-            machine->vk->CopyAccelerationStructureKHR(machine->device, VK_NULL_HANDLE, &info),
-            "vkCopyAccelerationStructureKHR");
-        return;
-    }
     machine->vk->CmdCopyAccelerationStructureKHR(machine->command_buffers[step->object], &info);
     barrier(machine, machine->command_buffers[step->object]);
 }
 
 static void fill(struct machine *machine, const struct step *step)
 {
-    VkCopyMemoryToAccelerationStructureInfoKHR info = {
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
         .src.deviceAddress = machine->blob.address,
         .dst = machine->structures[step->dst].handle,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
     };
-    if (step->action == ACTION_HOST_FILL) {
-        info.src.hostAddress = machine->blob.host;
-        expect_success(machine->vk->CopyMemoryToAccelerationStructureKHR(machine->device,
-                                                                         VK_NULL_HANDLE, &info),
-                       "vkCopyMemoryToAccelerationStructureKHR");
-        return;
-    }
     machine->vk->CmdCopyMemoryToAccelerationStructureKHR(machine->command_buffers[step->object],
                                                          &info);
     barrier(machine, machine->command_buffers[step->object]);
@@ -177,16 +149,11 @@ void machine_record(struct machine *machine, const struct step *step)
     case ACTION_BUILD_PAIR:
         build_pair(machine, step);
         break;
-    case ACTION_HOST_BUILD:
-        host_build(machine, step);
-        break;
     case ACTION_CLONE:
     case ACTION_COMPACT:
-    case ACTION_HOST_COPY:
         copy(machine, step);
         break;
     case ACTION_FILL:
-    case ACTION_HOST_FILL:
         fill(machine, step);
         break;
     case ACTION_EXECUTE:
@@ -213,6 +180,10 @@ void machine_record(struct machine *machine, const struct step *step)
         machine->vk->FreeCommandBuffers(machine->device, machine->pools[step->object], 1,
                                         &command_buffer);
         machine_allocate(machine, step->object);
+        break;
+    case ACTION_DESTROY_POOL:
+        scene_destroy(machine->scene, (uint64_t)machine->pools[step->object]);
+        machine_create_pool(machine, step->object);
         break;
     default:
         build(machine, step);

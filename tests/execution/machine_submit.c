@@ -90,7 +90,7 @@ static VkSemaphoreSubmitInfo semaphore_info(VkSemaphore semaphore, uint64_t valu
     };
 }
 
-static VkResult submit2(struct machine *machine, VkQueue queue)
+static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_name)
 {
     VkCommandBufferSubmitInfo commands[MACHINE_BATCHES][MACHINE_MEMBERS];
     VkSemaphoreSubmitInfo waits[MACHINE_BATCHES][MACHINE_MEMBERS],
@@ -119,7 +119,9 @@ static VkResult submit2(struct machine *machine, VkQueue queue)
             .pSignalSemaphoreInfos = signals[i],
         };
     }
-    return machine->vk->QueueSubmit2(queue, machine->batch_count, infos, VK_NULL_HANDLE);
+    return by_older_name
+               ? machine->vk->QueueSubmit2KHR(queue, machine->batch_count, infos, VK_NULL_HANDLE)
+               : machine->vk->QueueSubmit2(queue, machine->batch_count, infos, VK_NULL_HANDLE);
 }
 
 static void signal_from_host(struct machine *machine, const struct step *step)
@@ -184,7 +186,13 @@ void machine_submit(struct machine *machine, const struct step *step)
         machine->batch_count = 0;
         break;
     case ACTION_SUBMIT2:
-        machine->result = submit2(machine, machine->queues[step->object]);
+        machine->result = submit2(machine, machine->queues[step->object], step->value != 0);
+        machine->batch_count = 0;
+        break;
+    case ACTION_LOST_SUBMIT:
+        world->platform->null_driver.set_device_lost(true);
+        machine->result = submit(machine, machine->queues[step->object], VK_NULL_HANDLE);
+        world->platform->null_driver.set_device_lost(false);
         machine->batch_count = 0;
         break;
     case ACTION_FAIL_SUBMIT:

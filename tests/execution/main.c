@@ -9,7 +9,7 @@
 #include "play.h"
 
 static const struct program_list *const lists[] = {&order_programs, &silent_programs,
-                                                   &death_programs, &size_programs};
+                                                   &death_programs, &size_programs, &host_programs};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -78,7 +78,8 @@ static void play_one(struct run *run, const struct program_list *list, const str
     tell(run);
 }
 
-/* Builds are recorded with the device command, updates with each that has an id for them. */
+/* Builds are recorded with the device command, updates with each that has an id for them; what the
+ * host updates is judged by the ids of its own command. */
 static bool fits_command(const struct play *play)
 {
     enum rule rules[SHAPE_RULES];
@@ -89,20 +90,14 @@ static bool fits_command(const struct play *play)
     return true;
 }
 
-static bool has_update(const struct program *program)
-{
-    for (const struct step *step = program->steps; step->action != ACTION_END_OF_PROGRAM; step++)
-        if (step->action == ACTION_UPDATE)
-            return true;
-    return false;
-}
-
 static void play_commands(struct run *run, const struct program_list *list,
                           const struct program *program, const struct difference *difference)
 {
-    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_INDIRECT; command++) {
+    const bool by_host = program_has(program, ACTION_HOST_UPDATE);
+    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_HOST; command++) {
         struct play play = {&run->platform, program, difference, command, false, NULL};
-        if (!fits_command(&play) || (command != COMMAND_DEVICE && !has_update(program)))
+        if (!fits_command(&play) || by_host != (command == COMMAND_HOST) ||
+            (command == COMMAND_INDIRECT && !program_has(program, ACTION_UPDATE)))
             continue;
         play_one(run, list, &play);
         play.is_twin = true;
@@ -151,9 +146,9 @@ static void check_every_rule_has_fired(struct run *run)
         const struct rule_info *info = &rule_infos[rule];
         if (!is_about_updates(rule))
             continue;
-        for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_INDIRECT; command++) {
+        for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_HOST; command++) {
             const enum vuid vuid = info->vuid[command];
-            if (vuid == VUID_NONE || (command == COMMAND_INDIRECT && !run->platform.is_null))
+            if (vuid == VUID_NONE || (command != COMMAND_DEVICE && !run->platform.is_null))
                 continue;
             if (run->fired[vuid] && run->stayed_silent[vuid])
                 continue;

@@ -25,16 +25,47 @@ static void recycle(struct null_driver_config *config)
     config->recycle_handles = config->recycle_addresses = true;
 }
 
+static void never_defer(struct null_driver_config *config)
+{
+    config->deferred_joins = 0;
+}
+
+static void join_twice(struct null_driver_config *config)
+{
+    config->deferred_joins = 2;
+}
+
+/* Not to be used again. */
+static void lose(struct null_driver_config *config)
+{
+    (void)config;
+}
+
+static struct setup setup_for(const struct play *play)
+{
+    const uint32_t needs = play->program->needs;
+    struct setup setup = {.level = play->level};
+    if (needs & NEEDS_RECYCLING)
+        setup.configure = recycle;
+    if (needs & NEEDS_NO_DEFERRAL)
+        setup.configure = never_defer;
+    if (needs & NEEDS_LONG_JOINS)
+        setup.configure = join_twice;
+    if (needs & NEEDS_LOSS)
+        setup.configure = lose;
+    if (needs & NEEDS_SUBMIT2_KHR)
+        setup.enable = ENABLE_SYNCHRONIZATION_2;
+    return setup;
+}
+
 /* NULL, or why there is no such world here. */
 static const char *enter_world(const struct play *play, struct world *world)
 {
-    const struct setup setup = {
-        .configure = play->program->needs & NEEDS_RECYCLING ? recycle : NULL,
-        .level = play->level,
-    };
-    const bool is_other =
-        world->setup.configure != setup.configure || world->setup.level != setup.level;
-    if (!play->platform->is_null && play->program->needs & (NEEDS_NULL_DRIVER | NEEDS_RECYCLING))
+    const struct setup setup = setup_for(play);
+    const bool is_other = world->setup.configure != setup.configure ||
+                          world->setup.level != setup.level ||
+                          world->setup.enable != setup.enable || play->program->needs & NEEDS_LOSS;
+    if (!play->platform->is_null && play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST))
         return "needs the null driver";
     if (world->device == VK_NULL_HANDLE || is_other) {
         world_close(world);
@@ -44,6 +75,8 @@ static const char *enter_world(const struct play *play, struct world *world)
     }
     if (play->command == COMMAND_INDIRECT && !world->has_indirect)
         return "no accelerationStructureIndirectBuild";
+    if ((play->command == COMMAND_HOST || play->program->needs & NEEDS_HOST) && !world->has_host)
+        return "no accelerationStructureHostCommands";
     if (play->program->needs & NEEDS_TWO_QUEUES && machine_family(world, 1) == UINT32_MAX)
         return "no second queue";
     return NULL;
@@ -51,12 +84,17 @@ static const char *enter_world(const struct play *play, struct world *world)
 
 /* ---- what a play is about */
 
-bool program_reports(const struct program *program)
+bool program_has(const struct program *program, enum action action)
 {
     for (const struct step *step = program->steps; step->action != ACTION_END_OF_PROGRAM; step++)
-        if (step->action == ACTION_REPORTS || step->action == ACTION_REPORTS_LATE)
+        if (step->action == action)
             return true;
     return false;
+}
+
+bool program_reports(const struct program *program)
+{
+    return program_has(program, ACTION_REPORTS) || program_has(program, ACTION_REPORTS_LATE);
 }
 
 uint32_t play_rules(const struct play *play, enum rule rules[SHAPE_RULES])
@@ -80,7 +118,7 @@ static void prepare(const struct play *play, struct machine *machine, struct wor
     bad = play->difference != NULL && !play->is_twin ? play->difference->built : good;
     machine_open(machine, world,
                  good.type == bad.type ? good.type : VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
-    machine->update_command = play->command;
+    machine->update_command = play->command == COMMAND_HOST ? COMMAND_DEVICE : play->command;
     machine->good = good;
     machine->bad = bad;
 }
@@ -106,29 +144,54 @@ static bool contains(const struct messages *messages, const char *text, struct r
     return good;
 }
 
+/* The command that the last update, or build, was made by. */
+static enum build_command command_of_reports(const struct machine *machine)
+{
+    if (machine->last_update.command_buffer == NOWHERE)
+        return COMMAND_DEVICE;
+    return machine->last_update.command_buffer == BY_HOST ? COMMAND_HOST : machine->update_command;
+}
+
+/* As the source of an update is described. */
+static void describe_place(const struct place *place, char *text, size_t size)
+{
+    if (place->command_buffer == BY_HOST)
+        snprintf(text, size, "(by vkBuildAccelerationStructuresKHR, pInfos[%u])", place->position);
+    else
+        snprintf(text, size, "[\"%s\"], build %u)", machine_name(place->command_buffer),
+                 place->position);
+}
+
+static bool is_submission(const struct step *step)
+{
+    return step->action >= ACTION_SUBMIT && step->action <= ACTION_SIGNAL_FROM_HOST &&
+           step->action != ACTION_FAIL_SUBMIT;
+}
+
 /* The call, the field, and where both builds were recorded. */
 static bool check_texts(const struct play *play, const struct machine *machine,
                         const struct step *step, struct report *report)
 {
     const struct messages *messages = &machine->scene->world->messages;
-    const bool is_update = machine->last_update.command_buffer != COMMAND_BUFFERS;
+    const bool is_update = machine->last_update.command_buffer != NOWHERE;
     const struct place *place = is_update ? &machine->last_update : &machine->last_build;
     const char *path = play->program->has_rule ? play->program->path : play->difference->path;
-    const bool is_indirect = is_update && play->command == COMMAND_INDIRECT;
     char text[256];
 
     snprintf(text, sizeof(text), "%s(): pInfos[0]%s",
-             build_command_name(is_indirect ? COMMAND_INDIRECT : COMMAND_DEVICE), path);
+             build_command_name(command_of_reports(machine)), path);
     bool good = contains(messages, text, report);
-    snprintf(text, sizeof(text), "[\"%s\"], build %u, labels \"frame\" > \"%s\"",
-             machine_name(place->command_buffer), place->position, is_update ? "refit" : "build");
-    good = contains(messages, text, report) && good;
-    if (!play->program->keeps_place) {
-        snprintf(text, sizeof(text), "[\"%s\"], build %u)",
-                 machine_name(machine->last_bad.command_buffer), machine->last_bad.position);
+    if (place->command_buffer != BY_HOST) {
+        snprintf(text, sizeof(text), "[\"%s\"], build %u, labels \"frame\" > \"%s\"",
+                 machine_name(place->command_buffer), place->position,
+                 is_update ? "refit" : "build");
         good = contains(messages, text, report) && good;
     }
-    if (step->action != ACTION_UPDATE)
+    if (!play->program->keeps_place) {
+        describe_place(&machine->last_bad, text, sizeof(text));
+        good = contains(messages, text, report) && good;
+    }
+    if (is_submission(step))
         good = contains(messages, "submitted to", report) && good;
     return good;
 }
@@ -143,8 +206,7 @@ static bool check_messages(const struct play *play, const struct machine *machin
     bool good = true;
 
     for (uint32_t i = 0; i < count; i++) {
-        const enum build_command command =
-            machine->last_update.command_buffer == COMMAND_BUFFERS ? COMMAND_DEVICE : play->command;
+        const enum build_command command = command_of_reports(machine);
         const char *id = vuid_texts[rule_infos[rules[i]].vuid[command]].id;
         const uint32_t found = messages_count(messages, id, NULL);
         if (found == 0)
@@ -169,17 +231,30 @@ static bool check_result(const struct step *step, enum expectation expectation, 
     VkResult expected = VK_SUCCESS;
     if (step->action == ACTION_FAILED_SUBMIT)
         expected = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    else if (step->action == ACTION_LOST_SUBMIT)
+        expected = VK_ERROR_DEVICE_LOST;
     else if (expectation == EXPECT_REPORT)
         expected = VK_ERROR_VALIDATION_FAILED_EXT;
     if (result != expected)
-        say(report, "the submission returned %d instead of %d\n", result, expected);
+        say(report, "the call returned %d instead of %d\n", result, expected);
     return result == expected;
 }
 
-static bool is_submission(const struct step *step)
+/* An operation may be deferred or not. */
+static bool check_host_result(const struct step *step, enum expectation expectation,
+                              VkResult result, struct report *report)
 {
-    return step->action >= ACTION_SUBMIT && step->action <= ACTION_SIGNAL_FROM_HOST &&
-           step->action != ACTION_FAIL_SUBMIT;
+    if (step->value == 0 && step->object != 0 && expectation == EXPECT_SILENCE &&
+        result >= VK_SUCCESS)
+        return true;
+    if (step->value == 0)
+        return check_result(step, expectation, result, report);
+    return result == VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+static bool is_host_command(const struct step *step)
+{
+    return step->action >= ACTION_HOST_BUILD && step->action <= ACTION_HOST_FILL;
 }
 
 static bool play_step(const struct play *play, struct machine *machine, const struct step *step,
@@ -191,6 +266,8 @@ static bool play_step(const struct play *play, struct machine *machine, const st
     machine_step(machine, step);
     messages->answer = VK_FALSE;
     if (is_submission(step) && !check_result(step, expectation, machine->result, report))
+        return false;
+    if (is_host_command(step) && !check_host_result(step, expectation, machine->result, report))
         return false;
     if (expectation != EXPECT_SILENCE)
         return check_messages(play, machine, step, report);
@@ -205,7 +282,8 @@ static bool play_step(const struct play *play, struct machine *machine, const st
 
 static bool can_report(const struct step *step)
 {
-    return step->action == ACTION_UPDATE || is_submission(step);
+    return step->action == ACTION_UPDATE || step->action == ACTION_HOST_UPDATE ||
+           is_submission(step);
 }
 
 static bool play_steps(const struct play *play, struct machine *machine, struct report *report)

@@ -20,6 +20,8 @@ enum { QUERIES = 4 };
 /* So many binary semaphores, and so many timelines; and one timeline that is shared with others who
  * may signal it, on the null driver. */
 enum { QUEUES = 2, SEMAPHORES = 4, FOREIGN = SEMAPHORES };
+/* Deferred operations, from 1. */
+enum { DEFERRED_OPERATIONS = 2 };
 
 enum build_shape { GOOD, BAD };
 enum use { USE_AGAIN, USE_ONCE, USE_SIMULTANEOUS };
@@ -36,9 +38,6 @@ enum action {
     ACTION_RESET_POOL,
     ACTION_REALLOCATE, /* freed, and another allocated in its place */
     ACTION_BUILD,
-    ACTION_HOST_BUILD, /* no command buffer, nor do the next two have one */
-    ACTION_HOST_COPY,
-    ACTION_HOST_FILL,
     ACTION_BUILD_PAIR, /* dst and src, in one call, of one shape */
     ACTION_UPDATE,
     ACTION_CLONE,
@@ -46,7 +45,19 @@ enum action {
     ACTION_FILL,
     ACTION_EXECUTE, /* dst: the secondary */
     ACTION_RESET_QUERIES,
-    ACTION_QUERY, /* dst: the query; src: the structure */
+    ACTION_QUERY,        /* dst: the query; src: the structure */
+    ACTION_DESTROY_POOL, /* and makes another, with a command buffer */
+    /* On the host; `object` is the operation that it is deferred to, or 0; `value` 1: it fails. */
+    ACTION_HOST_BUILD,
+    ACTION_HOST_BUILD_PAIR,
+    ACTION_HOST_UPDATE,
+    ACTION_HOST_CLONE,
+    ACTION_HOST_COMPACT,
+    ACTION_HOST_FILL,
+    ACTION_JOIN,            /* object: an operation, in these, too */
+    ACTION_ASK,             /* for the result */
+    ACTION_FAIL_OPERATION,  /* the next result that is asked for is bad */
+    ACTION_RENEW_OPERATION, /* destroyed, and another created */
     /* Submitting. */
     ACTION_BATCH,
     ACTION_WITH, /* object: a command buffer */
@@ -54,8 +65,9 @@ enum action {
     ACTION_SIGNAL,
     ACTION_WAIT_FOR, /* object: a timeline, and its value */
     ACTION_SIGNAL_TO,
-    ACTION_SUBMIT, /* object: a queue; value: 1 with the fence */
-    ACTION_SUBMIT2,
+    ACTION_SUBMIT,           /* object: a queue; value: 1 with the fence */
+    ACTION_SUBMIT2,          /* value: 1 by its older name */
+    ACTION_LOST_SUBMIT,      /* the device is lost for as long as it takes */
     ACTION_FAIL_SUBMIT,      /* the driver fails the next submission */
     ACTION_FAILED_SUBMIT,    /* the submission that the driver fails; object: a queue */
     ACTION_SIGNAL_FROM_HOST, /* object: a timeline, and its value */
@@ -105,8 +117,22 @@ struct step {
 #define BUILD(cb, dst, shape) STEP(ACTION_BUILD, cb, dst, 0, shape, 0)
 #define BUILD_PAIR(cb, first, second, shape) STEP(ACTION_BUILD_PAIR, cb, first, second, shape, 0)
 #define HOST_BUILD(dst, shape) STEP(ACTION_HOST_BUILD, 0, dst, 0, shape, 0)
-#define HOST_COPY(src, dst) STEP(ACTION_HOST_COPY, 0, dst, src, 0, 0)
+#define HOST_BUILD_PAIR(first, second, shape)                                                      \
+    STEP(ACTION_HOST_BUILD_PAIR, 0, first, second, shape, 0)
+#define HOST_BUILD_FAILS(dst, shape) STEP(ACTION_HOST_BUILD, 0, dst, 0, shape, 1)
+#define HOST_UPDATE(src, dst) STEP(ACTION_HOST_UPDATE, 0, dst, src, GOOD, 0)
+#define HOST_CLONE(src, dst) STEP(ACTION_HOST_CLONE, 0, dst, src, 0, 0)
+#define HOST_COMPACT(src, dst) STEP(ACTION_HOST_COMPACT, 0, dst, src, 0, 0)
 #define HOST_FILL(dst) STEP(ACTION_HOST_FILL, 0, dst, 0, 0, 0)
+#define DEFERRED_BUILD(operation, dst, shape) STEP(ACTION_HOST_BUILD, operation, dst, 0, shape, 0)
+#define DEFERRED_UPDATE(operation, src, dst) STEP(ACTION_HOST_UPDATE, operation, dst, src, GOOD, 0)
+#define DEFERRED_CLONE(operation, src, dst) STEP(ACTION_HOST_CLONE, operation, dst, src, 0, 0)
+#define DEFERRED_FILL(operation, dst) STEP(ACTION_HOST_FILL, operation, dst, 0, 0, 0)
+#define JOIN(operation) STEP(ACTION_JOIN, operation, 0, 0, 0, 0)
+#define ASK(operation) STEP(ACTION_ASK, operation, 0, 0, 0, 0)
+#define FAIL_OPERATION STEP(ACTION_FAIL_OPERATION, 0, 0, 0, 0, 0)
+#define RENEW_OPERATION(operation) STEP(ACTION_RENEW_OPERATION, operation, 0, 0, 0, 0)
+#define DESTROY_POOL(cb) STEP(ACTION_DESTROY_POOL, cb, 0, 0, 0, 0)
 #define UPDATE(cb, src, dst) STEP(ACTION_UPDATE, cb, dst, src, GOOD, 0)
 #define CLONE(cb, src, dst) STEP(ACTION_CLONE, cb, dst, src, 0, 0)
 #define COMPACT(cb, src, dst) STEP(ACTION_COMPACT, cb, dst, src, 0, 0)
@@ -129,6 +155,8 @@ struct step {
 #define SUBMIT(queue) STEP(ACTION_SUBMIT, queue, 0, 0, 0, 0)
 #define SUBMIT_WITH_FENCE(queue) STEP(ACTION_SUBMIT, queue, 0, 0, 0, 1)
 #define SUBMIT2(queue) STEP(ACTION_SUBMIT2, queue, 0, 0, 0, 0)
+#define SUBMIT2_KHR(queue) STEP(ACTION_SUBMIT2, queue, 0, 0, 0, 1)
+#define LOST_SUBMIT(queue) STEP(ACTION_LOST_SUBMIT, queue, 0, 0, 0, 0)
 #define FAILED_SUBMIT(queue)                                                                       \
     STEP(ACTION_FAIL_SUBMIT, 0, 0, 0, 0, 0), STEP(ACTION_FAILED_SUBMIT, queue, 0, 0, 0, 0)
 #define SIGNAL_FROM_HOST(timeline, value) STEP(ACTION_SIGNAL_FROM_HOST, timeline, 0, 0, 0, value)
@@ -158,6 +186,7 @@ struct step {
 #define QUEUE_OF(cb) ((cb) == P || (cb) == R)
 #define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
 #define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))
+#define RUN2_KHR(cb) BATCH, WITH(cb), SUBMIT2_KHR(QUEUE_OF(cb))
 
 #define STEPS(...) ((const struct step[]){__VA_ARGS__, {ACTION_END_OF_PROGRAM, 0, 0, 0, 0, 0}})
 
@@ -165,6 +194,12 @@ enum needs {
     NEEDS_NULL_DRIVER = 1 << 0,
     NEEDS_TWO_QUEUES = 1 << 1,
     NEEDS_RECYCLING = 1 << 2, /* of handles and addresses; null driver only */
+    NEEDS_HOST = 1 << 3,      /* its commands */
+    /* Null driver only: */
+    NEEDS_NO_DEFERRAL = 1 << 4,
+    NEEDS_LONG_JOINS = 1 << 5, /* the second completes an operation */
+    NEEDS_LOSS = 1 << 6,       /* of the device */
+    NEEDS_SUBMIT2_KHR = 1 << 7,
 };
 
 struct program {
@@ -193,6 +228,10 @@ struct program_list {
     const struct program_list name_ = {#name_, (programs_),                                        \
                                        sizeof(programs_) / sizeof((programs_)[0])}
 
-extern const struct program_list order_programs, silent_programs, death_programs, size_programs;
+extern const struct program_list order_programs, silent_programs, death_programs, size_programs,
+    host_programs;
+
+/* Whether the program has such a step. */
+bool program_has(const struct program *program, enum action action);
 
 #endif

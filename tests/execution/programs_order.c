@@ -70,6 +70,14 @@ static const struct program programs[] = {
      .steps = STEPS(RECORD_BUILD(A, X, BAD), RUN(A), IDLE, REALLOCATE(A), RECORD_UPDATE(B, X, Y),
                     REPORTS, RUN(B)),
      .keeps_place = true},
+    {.name = "pool_destroyed_after_submission",
+     .steps = STEPS(RECORD_BUILD(A, X, BAD), RUN(A), IDLE, DESTROY_POOL(A), RECORD_UPDATE(B, X, Y),
+                    REPORTS, RUN(B)),
+     .keeps_place = true},
+    {.name = "pool_destroyed_and_its_handles_recycled",
+     .steps = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY_POOL(A),
+                    RECORD_BUILD(A, X, BAD), RUN(A), RECORD_UPDATE(B, X, Y), REPORTS, RUN(B)),
+     .needs = NEEDS_RECYCLING},
 
     /* Secondary command buffers. */
     {.name = "secondaries",
@@ -108,6 +116,10 @@ static const struct program programs[] = {
     /* Forms of submission. */
     {.name = "submit2",
      .steps = STEPS(RECORD_BUILD(A, X, BAD), RECORD_UPDATE(B, X, Y), RUN2(A), REPORTS, RUN2(B))},
+    {.name = "submit2_by_its_older_name",
+     .steps =
+         STEPS(RECORD_BUILD(A, X, BAD), RECORD_UPDATE(B, X, Y), RUN2_KHR(A), REPORTS, RUN2_KHR(B)),
+     .needs = NEEDS_SUBMIT2_KHR},
     {.name = "one_batch",
      .steps = STEPS(RECORD_BUILD(A, X, BAD), RECORD_UPDATE(B, X, Y), BATCH, WITH(A), WITH(B),
                     REPORTS, SUBMIT(0))},

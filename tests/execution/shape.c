@@ -22,26 +22,33 @@ struct shape shape_plain(void)
     };
 }
 
+static uint64_t address_of(const struct test_buffer *buffer, bool by_host)
+{
+    return by_host ? (uint64_t)(uintptr_t)buffer->host : buffer->address;
+}
+
 static void fill_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                           const struct scene *scene, const struct shape *shape)
+                           const struct scene *scene, const struct shape *shape, bool by_host)
 {
     *triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
         .vertexFormat = shape->vertex_format,
-        .vertexData.deviceAddress = scene->vertices.address,
+        .vertexData.deviceAddress = address_of(&scene->vertices, by_host),
         .vertexStride = 16,
         .maxVertex = shape->max_vertex,
         .indexType = shape->index_type,
-        .transformData.deviceAddress = shape->has_transform ? scene->transforms.address : 0,
+        .transformData.deviceAddress =
+            shape->has_transform ? address_of(&scene->transforms, by_host) : 0,
     };
     if (shape->index_type == VK_INDEX_TYPE_UINT32)
-        triangles->indexData.deviceAddress = scene->indices.address;
+        triangles->indexData.deviceAddress = address_of(&scene->indices, by_host);
     if (shape->index_type == VK_INDEX_TYPE_UINT16)
-        triangles->indexData.deviceAddress = scene->indices.address + SCENE_BUFFER_SIZE / 2;
+        triangles->indexData.deviceAddress =
+            address_of(&scene->indices, by_host) + SCENE_BUFFER_SIZE / 2;
 }
 
 static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const struct scene *scene,
-                          const struct shape *shape)
+                          const struct shape *shape, bool by_host)
 {
     *geometry = (VkAccelerationStructureGeometryKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
@@ -49,25 +56,25 @@ static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const st
         .flags = shape->geometry_flags,
     };
     if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-        fill_triangles(&geometry->geometry.triangles, scene, shape);
+        fill_triangles(&geometry->geometry.triangles, scene, shape, by_host);
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_AABBS_KHR)
         geometry->geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-            .data.deviceAddress = scene->boxes.address,
+            .data.deviceAddress = address_of(&scene->boxes, by_host),
             .stride = 24,
         };
     else
         geometry->geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .data.deviceAddress = scene->instances.address,
+            .data.deviceAddress = address_of(&scene->instances, by_host),
         };
 }
 
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
-                const struct shape *shape)
+                const struct shape *shape, bool by_host)
 {
     for (uint32_t i = 0; i < shape->geometry_count; i++) {
-        fill_geometry(&arguments->geometries[i], scene, shape);
+        fill_geometry(&arguments->geometries[i], scene, shape, by_host);
         arguments->ranges[i] =
             (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = shape->primitive_count};
         arguments->counts[i] = shape->primitive_count;
@@ -88,7 +95,7 @@ VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape)
     struct shape_arguments arguments;
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    shape_fill(&arguments, scene, shape);
+    shape_fill(&arguments, scene, shape, false);
     scene->vk->GetAccelerationStructureBuildSizesKHR(
         scene->world->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &arguments.info,
         arguments.counts, &sizes);

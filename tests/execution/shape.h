@@ -34,9 +34,10 @@ struct shape_arguments {
     const uint32_t *count_pointer;
 };
 
-/* Inputs are those of the scene; dst, src and scratch are left to the caller. */
+/* Inputs are those of the scene, at their addresses for the device or the host; dst, src and
+ * scratch are left to the caller. */
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
-                const struct shape *shape);
+                const struct shape *shape, bool by_host);
 
 /* The size of a structure for a build of that shape. */
 VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape);

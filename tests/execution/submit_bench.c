@@ -102,7 +102,7 @@ static void record_call(struct bench *bench, uint32_t cb, uint32_t first, uint32
 
 static void record(struct bench *bench, uint32_t cb, const struct shape *shape, bool update)
 {
-    shape_fill(&bench->arguments, bench->machine.scene, shape);
+    shape_fill(&bench->arguments, bench->machine.scene, shape, false);
     machine_step(&bench->machine, &(struct step)BEGIN((unsigned char)cb));
     for (uint32_t i = 0; i < bench->build_count; i += BUILDS_A_CALL) {
         const uint32_t left = bench->build_count - i;
@@ -131,7 +131,7 @@ static void find_size(struct bench *bench, const struct shape *shape)
 {
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    shape_fill(&bench->arguments, bench->machine.scene, shape);
+    shape_fill(&bench->arguments, bench->machine.scene, shape, false);
     bench->world.vk.GetAccelerationStructureBuildSizesKHR(
         bench->world.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
         &bench->arguments.info, bench->arguments.counts, &sizes);

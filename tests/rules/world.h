@@ -24,6 +24,7 @@ enum setup_enable {
     ENABLE_FUTURE = 1 << 12, /* an extension that no registry knows */
     ENABLE_GROUP = 1 << 13,  /* a logical device of two physical ones */
     ENABLE_RAY_TRACING_NV = 1 << 14,
+    ENABLE_SYNCHRONIZATION_2 = 1 << 15, /* by its extension, too */
 };
 
 /* Features that are left off though their extension is enabled. */

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the host builds and copies itself, and the operations that it defers to. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "machine.h"
+
+/* ---- operations */
+
+static void destroy_operation(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyDeferredOperationKHR(device, (VkDeferredOperationKHR)handle, NULL);
+}
+
+void machine_create_operation(struct machine *machine, uint32_t operation)
+{
+    VkDeferredOperationKHR *handle = &machine->operations[operation];
+    expect_success(machine->vk->CreateDeferredOperationKHR(machine->device, NULL, handle),
+                   "vkCreateDeferredOperationKHR");
+    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_operation);
+}
+
+/* ---- builds and copies */
+
+/* Before a call that is to fail. */
+static void arm(const struct machine *machine, const struct step *step, const char *name)
+{
+    if (step->value != 0)
+        machine->scene->world->platform->null_driver.fail_next(name, VK_ERROR_OUT_OF_HOST_MEMORY);
+}
+
+static void fill_build(struct machine *machine, struct shape_arguments *arguments,
+                       const struct step *step, uint32_t dst, uint32_t index)
+{
+    shape_fill(arguments, machine->scene, machine_shape(machine, step), true);
+    arguments->info.dstAccelerationStructure = machine->structures[dst].handle;
+    arguments->info.scratchData.hostAddress =
+        machine->scratch.host + (size_t)index * MACHINE_ACCEL_SIZE;
+}
+
+static void build(struct machine *machine, const struct step *step)
+{
+    const bool is_pair = step->action == ACTION_HOST_BUILD_PAIR;
+    const bool is_update = step->action == ACTION_HOST_UPDATE;
+    struct shape_arguments arguments[2];
+    fill_build(machine, &arguments[0], step, step->dst, 0);
+    fill_build(machine, &arguments[1], step, step->src, 1);
+    if (is_update) {
+        arguments[0].info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+        arguments[0].info.srcAccelerationStructure = machine->structures[step->src].handle;
+        machine->last_update = (struct place){BY_HOST, 0};
+    } else if (step->detail == BAD) {
+        machine->last_bad = (struct place){BY_HOST, is_pair};
+    }
+    const VkAccelerationStructureBuildGeometryInfoKHR infos[2] = {arguments[0].info,
+                                                                  arguments[1].info};
+    const VkAccelerationStructureBuildRangeInfoKHR *const ranges[2] = {arguments[0].ranges,
+                                                                       arguments[1].ranges};
+    arm(machine, step, "vkBuildAccelerationStructuresKHR");
+    machine->result = machine->vk->BuildAccelerationStructuresKHR(
+        machine->device, machine->operations[step->object], is_pair ? 2 : 1, infos, ranges);
+}
+
+static void copy(struct machine *machine, const struct step *step)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = machine->structures[step->src].handle,
+        .dst = machine->structures[step->dst].handle,
+        .mode = step->action == ACTION_HOST_COMPACT
+                    ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                    : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    machine->result = machine->vk->CopyAccelerationStructureKHR(
+        machine->device, machine->operations[step->object], &info);
+}
+
+static void fill(struct machine *machine, const struct step *step)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = machine->blob.host,
+        .dst = machine->structures[step->dst].handle,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    machine->result = machine->vk->CopyMemoryToAccelerationStructureKHR(
+        machine->device, machine->operations[step->object], &info);
+}
+
+void machine_host(struct machine *machine, const struct step *step)
+{
+    const VkDeferredOperationKHR operation = machine->operations[step->object];
+    switch (step->action) {
+    case ACTION_HOST_CLONE:
+    case ACTION_HOST_COMPACT:
+        copy(machine, step);
+        break;
+    case ACTION_HOST_FILL:
+        fill(machine, step);
+        break;
+    case ACTION_JOIN:
+        machine->result = machine->vk->DeferredOperationJoinKHR(machine->device, operation);
+        break;
+    case ACTION_ASK:
+        machine->result = machine->vk->GetDeferredOperationResultKHR(machine->device, operation);
+        break;
+    case ACTION_FAIL_OPERATION:
+        machine->scene->world->platform->null_driver.fail_next("vkGetDeferredOperationResultKHR",
+                                                               VK_ERROR_OUT_OF_HOST_MEMORY);
+        break;
+    case ACTION_RENEW_OPERATION:
+        scene_destroy(machine->scene, (uint64_t)operation);
+        machine_create_operation(machine, step->object);
+        break;
+    default:
+        build(machine, step);
+    }
+}
