@@ -65,8 +65,6 @@ static struct built describe(const struct build_call *call, const struct build_v
 {
     struct build_description description = {
         .info = build->info,
-        .geometries = build->geometries,
-        .geometry_pointers = build->geometry_pointers,
         .ranges = build->ranges,
         .command_buffer = call->origin.command_buffer,
         .position = call->origin.build_index + build->index,

@@ -2,6 +2,7 @@
 /* Rules about one build of a call: what its VkAccelerationStructureBuildGeometryInfoKHR says. */
 #include "check/names.h"
 #include "check/predicates.h"
+#include "state/build_info.h"
 
 bool build_info_has_its_stype(const struct build_view *build, struct finding *finding)
 {
@@ -190,10 +191,9 @@ bool tlas_has_one_geometry(const struct build_view *build, struct finding *findi
                     number(build->info->geometryCount));
 }
 
-static VkGeometryTypeKHR type_of_geometry(const struct build_view *build, uint32_t geometry)
+static struct value type_of_geometry(const struct build_view *build, uint32_t geometry)
 {
-    return build->geometries ? build->geometries[geometry].geometryType
-                             : build->geometry_pointers[geometry]->geometryType;
+    return geometry_type(build_geometry(build->info, geometry)->geometryType);
 }
 
 bool blas_geometries_have_one_type(const struct build_view *build, struct finding *finding)
@@ -203,8 +203,7 @@ bool blas_geometries_have_one_type(const struct build_view *build, struct findin
         return true;
     return violated(finding, build->geometries ? "pGeometries" : "ppGeometries",
                     "has {} at index 0 and {} at index {}: a bottom-level structure has one type",
-                    geometry_type(type_of_geometry(build, 0)),
-                    geometry_type(type_of_geometry(build, build->first_other_type)),
+                    type_of_geometry(build, 0), type_of_geometry(build, build->first_other_type),
                     number(build->first_other_type));
 }
 

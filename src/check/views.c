@@ -10,6 +10,7 @@
 #include "check/extensions.h"
 #include "check/formats.h"
 #include "check/geometry_data.h"
+#include "state/build_info.h"
 
 enum { INLINE_COUNTS = 16 };
 
@@ -64,8 +65,7 @@ static bool takes_build_ranges(const struct build_view *build)
     if (build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
         return false;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
-        int type = (int)(build->geometries ? build->geometries[i].geometryType
-                                           : build->geometry_pointers[i]->geometryType);
+        int type = (int)build_geometry(build->info, i)->geometryType;
         if (type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX ||
             type == VK_GEOMETRY_TYPE_MICROMAP_KHR)
             return false;
@@ -103,25 +103,19 @@ bool view_primitive_count(const struct build_view *build, uint32_t geometry, uin
     return true;
 }
 
-static const VkAccelerationStructureGeometryKHR *geometry_at(const struct build_view *build,
-                                                             uint32_t index)
-{
-    return build->geometries ? &build->geometries[index] : build->geometry_pointers[index];
-}
-
 /* The indirect command's maximum counts bound the sums but are not them. */
 static void sum_primitives(struct build_view *build)
 {
     build->first_other_type = build->geometry_count;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
-        VkGeometryTypeKHR type = geometry_at(build, i)->geometryType;
+        VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
         uint32_t count = build->ranges ? build->ranges[i].primitiveCount : 0;
         if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
             build->triangle_count += count;
         if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
             build->aabb_count += count;
         if (build->first_other_type == build->geometry_count &&
-            type != geometry_at(build, 0)->geometryType)
+            type != build_geometry(build->info, 0)->geometryType)
             build->first_other_type = i;
     }
 }
@@ -160,7 +154,7 @@ void view_geometry(struct check_context *context, const struct build_view *build
     start_geometry(geometry);
     geometry->build = build;
     geometry->index = index;
-    geometry->geometry = geometry_at(build, index);
+    geometry->geometry = build_geometry(build->info, index);
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     const struct device_facts *device = build->call->device;
@@ -191,7 +185,7 @@ static bool is_sound(struct check_context *context, const struct build_view *bui
         !chain_is_readable(context, build->info->pNext))
         return false;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
-        const VkAccelerationStructureGeometryKHR *geometry = geometry_at(build, i);
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
         if (!chain_is_readable(context, geometry->pNext) ||
             (triangles ? !triangles_are_sound(context, triangles)

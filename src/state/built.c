@@ -4,6 +4,8 @@
 
 #include <stdlib.h>
 
+#include "state/build_info.h"
+
 static void add_reference(atomic_uint *references)
 {
     atomic_fetch_add_explicit(references, 1, memory_order_relaxed);
@@ -80,10 +82,8 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
     shapes->dst_size = description->dst_size;
     shapes->needed_size = description->needed_size;
     for (uint32_t i = 0; i < count; i++)
-        shapes->items[i] =
-            describe_geometry(description->geometries ? &description->geometries[i]
-                                                      : description->geometry_pointers[i],
-                              description->ranges ? &description->ranges[i] : NULL);
+        shapes->items[i] = describe_geometry(build_geometry(description->info, i),
+                                             description->ranges ? &description->ranges[i] : NULL);
     return shapes;
 }
 

@@ -71,12 +71,10 @@ void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size);
 struct built built_share(const struct built *built);
 void built_release(struct built *built);
 
-/* Describes a build as the application gave it. `geometries` or `geometry_pointers`, and `ranges`
- * where counts are known, are readable, geometry_count elements. Out of memory: BUILT_UNKNOWN. */
+/* Describes a build as the application gave it. The geometries of `info`, and `ranges` where counts
+ * are known, are readable. Out of memory: BUILT_UNKNOWN. */
 struct build_description {
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
-    const VkAccelerationStructureGeometryKHR *geometries;
-    const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
     VkCommandBuffer command_buffer;
     uint32_t position;

@@ -10,8 +10,7 @@
 struct command_buffers {
     struct reader_lock lock; /* guards the tables, the lists of the pools, and incomplete */
     struct handle_table pools, buffers;
-    bool incomplete;  /* a record was lost for lack of memory */
-    uint32_t created; /* records of command buffers, so far */
+    bool incomplete; /* a record was lost for lack of memory */
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers)
@@ -26,7 +25,8 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
 static void free_command_buffer(struct command_buffer *command_buffer)
 {
     label_stack_clear(&command_buffer->labels);
-    free(command_buffer->executed);
+    dependents_release(&command_buffer->dependents);
+    validity_release(command_buffer->validity);
     build_states_release(&command_buffer->known);
     journal_release(command_buffer->journal);
     free(command_buffer);
@@ -154,7 +154,7 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
     new->handle = handle;
     new->level = level;
     new->state = COMMAND_BUFFER_INITIAL;
-    new->recording = (uint64_t)++command_buffers->created << 32;
+    dependents_init(&new->dependents);
     link_to_pool(new, pool);
 }
 
@@ -188,23 +188,6 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
     return found;
 }
 
-/* Whether a secondary command buffer that this one executes is no longer what it was. */
-static bool lost_a_secondary(struct command_buffers *command_buffers,
-                             const struct command_buffer *command_buffer)
-{
-    bool lost = false;
-    unsigned stripe = reader_lock_enter(&command_buffers->lock);
-    for (uint32_t i = 0; i < command_buffer->executed_count && !lost; i++) {
-        const struct executed_secondary *executed = &command_buffer->executed[i];
-        const struct command_buffer *secondary =
-            handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)executed->handle);
-        lost =
-            secondary ? secondary->recording != executed->recording : !command_buffers->incomplete;
-    }
-    reader_lock_leave(&command_buffers->lock, stripe);
-    return lost;
-}
-
 static enum tristate tristate_of(bool value)
 {
     return value ? YES : NO;
@@ -223,7 +206,8 @@ struct command_buffer_facts command_buffers_facts(struct command_buffers *comman
     }
     facts.alive = YES;
     facts.state = command_buffer->state;
-    if (command_buffer->executed_count && lost_a_secondary(command_buffers, command_buffer))
+    if (command_buffer->validity &&
+        atomic_load_explicit(&command_buffer->validity->lost, memory_order_relaxed))
         facts.state = COMMAND_BUFFER_INVALID;
     facts.queue_flags = command_buffer->pool->queue_flags;
     facts.is_protected = tristate_of(command_buffer->pool->is_protected);

@@ -15,6 +15,7 @@
 #include "state/journal.h"
 #include "state/object_names.h"
 #include "state/readable.h"
+#include "state/validity.h"
 
 struct command_buffers;
 
@@ -36,15 +37,8 @@ struct command_buffer {
     enum tristate suspended; /* UNKNOWN until the first rendering: a command buffer before may have
                                 suspended one */
     uint32_t build_count;
-    /* The secondary command buffers that this one executes, by handle and recording: one that is
-     * recorded anew, reset or freed makes this one invalid. */
-    struct executed_secondary {
-        VkCommandBuffer handle;
-        uint64_t recording;
-    } * executed;
-    uint32_t executed_count, executed_capacity;
-    uint64_t recording;      /* counts recordings, so that a later one isn't taken for this one;
-                                begins anew, far from others, for each record */
+    struct validity *validity; /* of a recording that executes secondaries; else NULL */
+    struct dependents dependents;
     struct journal *journal; /* NULL: never recorded, or no memory for it */
     /* What the journal alone tells of structures; made when first asked for. */
     struct build_states known;
@@ -93,6 +87,6 @@ void command_buffer_reset(struct command_buffer *command_buffer, bool releases, 
 void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags);
 void command_buffer_end_rendering(struct command_buffer *command_buffer);
 void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool inside);
-void command_buffer_execute(struct command_buffer *primary, const struct command_buffer *secondary);
+void command_buffer_execute(struct command_buffer *primary, struct command_buffer *secondary);
 
 #endif

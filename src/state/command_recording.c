@@ -2,8 +2,6 @@
 /* What recorded commands do to the state of a command buffer. */
 #include "state/command_buffers.h"
 
-#include <stdlib.h>
-
 /* An empty journal: the one that there is, unless somebody shares it. */
 static void renew_journal(struct command_buffer *command_buffer)
 {
@@ -23,8 +21,9 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     command_buffer->suspending = false;
     command_buffer->suspended = UNKNOWN;
     command_buffer->build_count = 0;
-    command_buffer->executed_count = 0;
-    command_buffer->recording++;
+    dependents_invalidate(&command_buffer->dependents);
+    validity_release(command_buffer->validity);
+    command_buffer->validity = NULL;
     command_buffer->knows = false;
     build_states_release(&command_buffer->known);
     renew_journal(command_buffer);
@@ -93,26 +92,18 @@ void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool
         command_buffer->in_video_coding = inside;
 }
 
-/* Without memory a secondary is not remembered, and its end is not noticed. */
-static void remember_executed(struct command_buffer *primary,
-                              const struct command_buffer *secondary)
+/* Without memory the end of the secondary is not noticed. */
+static void depend_on(struct command_buffer *primary, struct command_buffer *secondary)
 {
-    if (primary->executed_count == primary->executed_capacity) {
-        uint32_t capacity = primary->executed_capacity ? primary->executed_capacity * 2 : 4;
-        struct executed_secondary *executed =
-            realloc(primary->executed, capacity * sizeof(*executed));
-        if (!executed)
-            return;
-        primary->executed = executed;
-        primary->executed_capacity = capacity;
-    }
-    primary->executed[primary->executed_count++] =
-        (struct executed_secondary){secondary->handle, secondary->recording};
+    if (!primary->validity)
+        primary->validity = validity_create();
+    if (primary->validity)
+        dependents_add(&secondary->dependents, primary->validity);
 }
 
 /* A secondary command buffer without a rendering of its own leaves a suspension as it was. One that
  * isn't known may have done anything. */
-void command_buffer_execute(struct command_buffer *primary, const struct command_buffer *secondary)
+void command_buffer_execute(struct command_buffer *primary, struct command_buffer *secondary)
 {
     if (!primary)
         return;
@@ -124,7 +115,7 @@ void command_buffer_execute(struct command_buffer *primary, const struct command
     }
     if (secondary->suspended != UNKNOWN)
         primary->suspended = secondary->suspended;
-    remember_executed(primary, secondary);
+    depend_on(primary, secondary);
     if (primary->journal && secondary->journal) {
         struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
                                       .secondary = journal_share(secondary->journal)};

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "state/build_info.h"
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 

@@ -22,13 +22,6 @@ struct build_shape {
     uint64_t low, high;
 };
 
-/* The geometry-th geometry of a build, by either array. */
-static inline const VkAccelerationStructureGeometryKHR *
-build_geometry(const VkAccelerationStructureBuildGeometryInfoKHR *info, uint32_t geometry)
-{
-    return info->pGeometries ? &info->pGeometries[geometry] : info->ppGeometries[geometry];
-}
-
 /* False where a chain is present whose meaning for the sizes isn't known: ask the driver then. All
  * of `info` and `counts` must be readable. */
 bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,

@@ -172,9 +172,16 @@ static void test_a_lost_secondary_invalidates_nothing(void **state)
 {
     (void)state;
     struct command_buffers *all = some_command_buffers();
-    execute_in(all, 1);
     memory_fail_after(0);
     add(all, 1, 4);
+    assert_true(memory_fail_no_more());
+    command_buffer_execute(begin(all, 1), command_buffers_find(all, handle(4)));
+    take_away(all, 4);
+    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
+
+    struct command_buffer *primary = begin(all, 1), *secondary = begin(all, 3);
+    memory_fail_after(0); /* for what the secondary would tell its primary by */
+    command_buffer_execute(primary, secondary);
     assert_true(memory_fail_no_more());
     take_away(all, 3);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);

@@ -145,7 +145,6 @@ static void test_a_secondary_leaves_behind_what_it_suspended(void **state)
     command_buffer_execute(first, secondary);
     assert_int_equal(facts_of(all, 1).suspended, YES);
     secondary = begin(all, 3); /* one that renders nothing leaves it so */
-    first->executed_count = 0; /* the primary would be invalid */
     command_buffer_execute(first, secondary);
     assert_int_equal(facts_of(all, 1).suspended, YES);
     command_buffers_destroy(all);
@@ -214,6 +213,27 @@ static void test_a_secondary_that_changes_makes_its_primary_invalid(void **state
     command_buffers_destroy(all);
 }
 
+/* One secondary in every frame: what it remembers doesn't grow with them. */
+static void test_a_secondary_remembers_only_those_that_still_execute_it(void **state)
+{
+    (void)state;
+    struct command_buffers *all = some_command_buffers();
+    struct command_buffer *secondary = begin(all, 3);
+    for (int frame = 0; frame < 100; frame++) {
+        struct command_buffer *primary = begin(all, 1);
+        for (int i = 0; i < 3; i++)
+            command_buffer_execute(primary, secondary);
+        assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
+    }
+    assert_true(secondary->dependents.capacity <= 8);
+    command_buffer_execute(begin(all, 2), secondary);
+    begin(all, 3);
+    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
+    assert_int_equal(facts_of(all, 2).state, COMMAND_BUFFER_INVALID);
+    assert_int_equal(secondary->dependents.count, 0);
+    command_buffers_destroy(all);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -229,6 +249,7 @@ int main(void)
         cmocka_unit_test(test_a_secondary_that_is_not_known_may_have_done_anything),
         cmocka_unit_test(test_an_incomplete_secondary_makes_its_primary_incomplete),
         cmocka_unit_test(test_a_secondary_that_changes_makes_its_primary_invalid),
+        cmocka_unit_test(test_a_secondary_remembers_only_those_that_still_execute_it),
     };
     return cmocka_run_group_tests_name("command recording", tests, NULL, NULL);
 }
