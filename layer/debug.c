@@ -13,7 +13,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDebugUtilsMessengerEXT(
     const VkAllocationCallbacks *pAllocator, VkDebugUtilsMessengerEXT *pMessenger)
 {
     struct layer_instance *state = layer_find_instance(instance);
-    if (!state || !state->vk.CreateDebugUtilsMessengerEXT)
+    if (!state->vk.CreateDebugUtilsMessengerEXT)
         return VK_ERROR_EXTENSION_NOT_PRESENT;
 
     VkResult result =
@@ -33,8 +33,6 @@ assay_DestroyDebugUtilsMessengerEXT(VkInstance instance, VkDebugUtilsMessengerEX
                                     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_instance *state = layer_find_instance(instance);
-    if (!state)
-        return;
     reporter_remove_messenger(state->reporter, messenger);
     if (state->vk.DestroyDebugUtilsMessengerEXT)
         state->vk.DestroyDebugUtilsMessengerEXT(instance, messenger, pAllocator);
@@ -45,7 +43,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDebugReportCallbackEXT(
     const VkAllocationCallbacks *pAllocator, VkDebugReportCallbackEXT *pCallback)
 {
     struct layer_instance *state = layer_find_instance(instance);
-    if (!state || !state->vk.CreateDebugReportCallbackEXT)
+    if (!state->vk.CreateDebugReportCallbackEXT)
         return VK_ERROR_EXTENSION_NOT_PRESENT;
 
     VkResult result =
@@ -64,8 +62,6 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDebugReportCallbackEXT(
     VkInstance instance, VkDebugReportCallbackEXT callback, const VkAllocationCallbacks *pAllocator)
 {
     struct layer_instance *state = layer_find_instance(instance);
-    if (!state)
-        return;
     reporter_remove_report_callback(state->reporter, callback);
     if (state->vk.DestroyDebugReportCallbackEXT)
         state->vk.DestroyDebugReportCallbackEXT(instance, callback, pAllocator);
@@ -77,8 +73,6 @@ VKAPI_ATTR VkResult VKAPI_CALL
 assay_SetDebugUtilsObjectNameEXT(VkDevice device, const VkDebugUtilsObjectNameInfoEXT *pNameInfo)
 {
     struct layer_device *state = layer_find_device(device);
-    if (!state)
-        return VK_SUCCESS;
     VkResult result = VK_SUCCESS;
     if (state->vk.SetDebugUtilsObjectNameEXT)
         result = state->vk.SetDebugUtilsObjectNameEXT(device, pNameInfo);
@@ -93,8 +87,6 @@ VKAPI_ATTR VkResult VKAPI_CALL
 assay_DebugMarkerSetObjectNameEXT(VkDevice device, const VkDebugMarkerObjectNameInfoEXT *pNameInfo)
 {
     struct layer_device *state = layer_find_device(device);
-    if (!state)
-        return VK_SUCCESS;
     VkResult result = VK_SUCCESS;
     if (state->vk.DebugMarkerSetObjectNameEXT)
         result = state->vk.DebugMarkerSetObjectNameEXT(device, pNameInfo);
@@ -143,8 +135,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBeginDebugUtilsLabelEXT(VkCommandBuffer comm
                                                             const VkDebugUtilsLabelEXT *pLabelInfo)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
-    if (!state)
-        return;
     open_label(state, commandBuffer, pLabelInfo);
     if (state->vk.CmdBeginDebugUtilsLabelEXT)
         state->vk.CmdBeginDebugUtilsLabelEXT(commandBuffer, pLabelInfo);
@@ -153,8 +143,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBeginDebugUtilsLabelEXT(VkCommandBuffer comm
 VKAPI_ATTR void VKAPI_CALL assay_CmdEndDebugUtilsLabelEXT(VkCommandBuffer commandBuffer)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
-    if (!state)
-        return;
     close_label(state, commandBuffer);
     if (state->vk.CmdEndDebugUtilsLabelEXT)
         state->vk.CmdEndDebugUtilsLabelEXT(commandBuffer);
@@ -164,8 +152,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdInsertDebugUtilsLabelEXT(VkCommandBuffer com
                                                              const VkDebugUtilsLabelEXT *pLabelInfo)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
-    if (!state)
-        return;
     insert_label(state, commandBuffer, pLabelInfo);
     if (state->vk.CmdInsertDebugUtilsLabelEXT)
         state->vk.CmdInsertDebugUtilsLabelEXT(commandBuffer, pLabelInfo);
@@ -175,8 +161,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerBeginEXT(
     VkCommandBuffer commandBuffer, const VkDebugMarkerMarkerInfoEXT *pMarkerInfo)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
-    if (!state)
-        return;
     VkDebugUtilsLabelEXT label = label_of_marker(pMarkerInfo);
     open_label(state, commandBuffer, &label);
     if (state->vk.CmdDebugMarkerBeginEXT)
@@ -186,8 +170,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerBeginEXT(
 VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerEndEXT(VkCommandBuffer commandBuffer)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
-    if (!state)
-        return;
     close_label(state, commandBuffer);
     if (state->vk.CmdDebugMarkerEndEXT)
         state->vk.CmdDebugMarkerEndEXT(commandBuffer);
@@ -197,8 +179,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerInsertEXT(
     VkCommandBuffer commandBuffer, const VkDebugMarkerMarkerInfoEXT *pMarkerInfo)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
-    if (!state)
-        return;
     VkDebugUtilsLabelEXT label = label_of_marker(pMarkerInfo);
     insert_label(state, commandBuffer, &label);
     if (state->vk.CmdDebugMarkerInsertEXT)

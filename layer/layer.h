@@ -88,7 +88,9 @@ struct layer_device {
     _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE], radius_formats[FORMAT_CACHE_SIZE];
 };
 
-/* NULL if the handle belongs to no instance or device of the layer. */
+/* For the handles of intercepted commands never NULL, so only these ask: the destructions of both,
+ * which take VK_NULL_HANDLE, and vkGetDeviceProcAddr, which comes before the device is published.
+ * With all other commands it was the same key that led the loader to the layer. */
 struct layer_instance *layer_find_instance(const void *dispatchable);
 struct layer_device *layer_find_device(const void *dispatchable);
 
