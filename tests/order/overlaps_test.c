@@ -113,17 +113,23 @@ static void see_signal(struct program *program)
 
 static void (*const seeings[])(struct program *) = {see_fence, see_idle, see_signal};
 
+/* 20, with the fence F and a signal of T, until S is signalled. */
+static void start_with_a_held_batch(struct program *program)
+{
+    program_start(program);
+    execution_order_add_fence(program->order, FENCE(F), false);
+    create_timeline(program, S, 0);
+    create_timeline(program, T, 0);
+    SUBMIT(program, .queue = 2, .name = 20, .wait = {{S, 1}}, .signal = {{T, 1}}, .fence = F);
+}
+
 /* 20 is held, but a call under way releases it. */
 static void the_host_may_see_a_batch_before_it_is_released(void **unused)
 {
     struct program p;
     (void)unused;
     for (uint32_t i = 0; i < sizeof(seeings) / sizeof(seeings[0]); i++) {
-        program_start(&p);
-        execution_order_add_fence(p.order, FENCE(F), false);
-        create_timeline(&p, S, 0);
-        create_timeline(&p, T, 0);
-        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 1}}, .signal = {{T, 1}}, .fence = F);
+        start_with_a_held_batch(&p);
         struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 1}});
         seeings[i](&p);
         SUBMIT(&p, .queue = 3, .name = 30);
@@ -142,11 +148,7 @@ static void what_the_host_sees_may_contradict_the_order(void **unused)
     struct program p;
     (void)unused;
     for (uint32_t i = 0; i < sizeof(seeings) / sizeof(seeings[0]); i++) {
-        program_start(&p);
-        execution_order_add_fence(p.order, FENCE(F), false);
-        create_timeline(&p, S, 0);
-        create_timeline(&p, T, 0);
-        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 1}}, .signal = {{T, 1}}, .fence = F);
+        start_with_a_held_batch(&p);
         assert_int_equal(p.captured, 1);
         seeings[i](&p);
         assert_int_equal(p.losses, 1);

@@ -29,6 +29,16 @@ static void assert_lies_at(struct resources *resources, unsigned n, unsigned mem
     assert_span(&facts.span, memory_n, begin, end);
 }
 
+/* Buffer 1, at the beginning of memory 1. */
+static struct resources *one_bound_buffer(void)
+{
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_buffer(resources, 1, SIZE, 0);
+    bind_at(resources, 1, 1, 0);
+    return resources;
+}
+
 /* ---- structures in buffers */
 
 static void test_a_structure_has_its_details(void **state)
@@ -71,10 +81,7 @@ static void test_a_buffer_may_be_bound_before_or_after(void **state)
 static void test_memory_freed_is_memory_lost(void **state)
 {
     (void)state;
-    struct resources *resources = no_resources();
-    have_memory(resources, 1);
-    have_buffer(resources, 1, SIZE, 0);
-    bind_at(resources, 1, 1, 0);
+    struct resources *resources = one_bound_buffer();
     have_accel(resources, 1, 1, 0, 0x100);
     resources_remove_memory(resources, memory(1));
     assert_backed(resources, 1, NO);
@@ -90,10 +97,7 @@ static void test_memory_freed_is_memory_lost(void **state)
 static void test_a_buffer_destroyed_takes_its_place_along(void **state)
 {
     (void)state;
-    struct resources *resources = no_resources();
-    have_memory(resources, 1);
-    have_buffer(resources, 1, SIZE, 0);
-    bind_at(resources, 1, 1, 0);
+    struct resources *resources = one_bound_buffer();
     have_accel(resources, 1, 1, 0, 0x100);
     resources_remove_buffer(resources, buffer(1));
     assert_backed(resources, 1, NO);
@@ -270,10 +274,7 @@ static void test_memory_that_was_lost_makes_bindings_unknown(void **state)
 static void test_a_lost_successor_removes_its_predecessor(void **state)
 {
     (void)state;
-    struct resources *resources = no_resources();
-    have_memory(resources, 1);
-    have_buffer(resources, 1, SIZE, 0);
-    bind_at(resources, 1, 1, 0);
+    struct resources *resources = one_bound_buffer();
     resources_set_address(resources, buffer(1), 0x10000);
     have_accel(resources, 1, 1, 0, 0x100);
     memory_fail_after(0);
