@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What backend cpu keeps: structures and their handles, trees that are shared and made late,
+ * scratch, and memory that is probed before it is touched. */
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "build/build.h"
+#include "cpu/memory.h"
+#include "cpu/scratch.h"
+#include "cpu/structures.h"
+
+#define FIRST_HANDLE (1ull << 62)
+#define BUFFER(n) ((VkBuffer)(uintptr_t)(0x1000 * (n)))
+
+/* ---- handles */
+
+static uint64_t add(struct cpu_structures *structures, VkAccelerationStructureTypeKHR type,
+                    VkBuffer buffer, uint64_t offset)
+{
+    const struct cpu_structure_info info = {
+        .type = type, .size = 256, .buffer = buffer, .buffer_size = 65536, .offset = offset};
+    uint64_t handle;
+    assert_int_equal(cpu_structures_add(structures, &info, &handle), VK_SUCCESS);
+    assert_true(handle >= FIRST_HANDLE);
+    assert_int_equal(handle % 256, 0);
+    return handle;
+}
+
+static uint64_t add_bottom(struct cpu_structures *structures)
+{
+    return add(structures, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, BUFFER(1), 0);
+}
+
+static uint64_t add_generic(struct cpu_structures *structures, VkBuffer buffer, uint64_t offset)
+{
+    return add(structures, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR, buffer, offset);
+}
+
+static struct cpu_structures *open_structures(void)
+{
+    struct cpu_structures *structures;
+    assert_int_equal(cpu_structures_create(&structures), VK_SUCCESS);
+    return structures;
+}
+
+static void test_handles(void **state)
+{
+    (void)state;
+    struct cpu_structures *structures = open_structures(), *others = open_structures();
+    struct cpu_structure_info info;
+    uint64_t first = add_bottom(structures), second = add_bottom(others);
+    assert_int_not_equal(first, second);
+    assert_true(cpu_structures_find(structures, first, &info));
+    assert_int_equal(info.size, 256);
+    assert_false(cpu_structures_find(structures, second, &info));
+    assert_false(cpu_structures_find(structures, first + 1, &info));
+    assert_false(cpu_structures_find(structures, 0, &info));
+
+    cpu_structures_remove(structures, first);
+    assert_false(cpu_structures_find(structures, first, &info));
+    for (int i = 0; i < 1000; i++) {
+        uint64_t handle = add_bottom(structures);
+        assert_int_not_equal(handle, first);
+        cpu_structures_remove(structures, handle);
+    }
+    cpu_structures_remove(structures, first);
+    cpu_structures_remove(structures, 12345);
+    cpu_structures_destroy(structures);
+    cpu_structures_destroy(others);
+}
+
+/* As far apart as their offsets in the buffer, whatever came and went between. */
+static void test_generic_handles(void **state)
+{
+    (void)state;
+    struct cpu_structures *structures = open_structures();
+    uint64_t a = add_generic(structures, BUFFER(1), 512);
+    uint64_t other = add_generic(structures, BUFFER(2), 512);
+    uint64_t b = add_generic(structures, BUFFER(1), 4096);
+    assert_int_equal(b - a, 4096 - 512);
+    assert_true(other - a >= 65536 && a - other >= 65536);
+    assert_int_not_equal(add_generic(structures, BUFFER(1), 512), a);
+
+    cpu_structures_remove(structures, a);
+    uint64_t c = add_generic(structures, BUFFER(1), 0);
+    assert_int_equal(b - c, 4096);
+    add_generic(structures, BUFFER(1), 1 << 20); /* behind the buffer's end: anywhere */
+    cpu_structures_destroy(structures);
+}
+
+/* ---- trees */
+
+struct late {
+    atomic_int makes, releases;
+    VkResult result;
+};
+
+static VkResult make(void *context, struct cpu_tree *tree)
+{
+    struct late *late = context;
+    atomic_fetch_add(&late->makes, 1);
+    char *bytes = cpu_tree_allocate(tree, 64);
+    assert_int_equal((uintptr_t)bytes % BUILDER_ALIGNMENT, 0);
+    memcpy(bytes, "made", 5);
+    return late->result;
+}
+
+static void release(void *context)
+{
+    atomic_fetch_add(&((struct late *)context)->releases, 1);
+}
+
+static struct cpu_tree *make_late(struct late *late)
+{
+    const struct cpu_tree_work work = {make, release, late};
+    struct cpu_tree *tree = cpu_tree_create_late(&work);
+    assert_non_null(tree);
+    return tree;
+}
+
+static void *read_tree(void *tree)
+{
+    return (void *)(uintptr_t)cpu_tree_read(tree);
+}
+
+static void test_late_trees(void **state)
+{
+    (void)state;
+    struct late late = {.result = VK_SUCCESS};
+    struct cpu_tree *tree = make_late(&late);
+    pthread_t threads[4];
+    for (int i = 0; i < 4; i++)
+        pthread_create(&threads[i], NULL, read_tree, tree);
+    for (int i = 0; i < 4; i++) {
+        void *bytes;
+        pthread_join(threads[i], &bytes);
+        assert_string_equal(bytes, "made");
+    }
+    cpu_tree_release(tree);
+    assert_int_equal(late.makes, 1);
+    assert_int_equal(late.releases, 1);
+
+    late = (struct late){.result = VK_ERROR_VALIDATION_FAILED};
+    tree = make_late(&late);
+    assert_null(cpu_tree_read(tree));
+    assert_null(cpu_tree_read(tree));
+    cpu_tree_release(tree);
+    assert_int_equal(late.makes, 1);
+    assert_int_equal(late.releases, 1);
+
+    late = (struct late){0};
+    cpu_tree_release(make_late(&late));
+    assert_int_equal(late.makes, 0);
+    assert_int_equal(late.releases, 1);
+}
+
+/* Whoever holds a tree keeps it, though its structure gets another one or dies. */
+static void test_trees_of_structures(void **state)
+{
+    (void)state;
+    struct cpu_structures *structures = open_structures();
+    uint64_t handle = add_bottom(structures);
+    struct late first = {.result = VK_SUCCESS}, second = first, third = first;
+    assert_null(cpu_structures_tree(structures, handle));
+    assert_true(cpu_structures_set_tree(structures, handle, make_late(&first)));
+    struct cpu_tree *held = cpu_structures_tree(structures, handle);
+    assert_true(cpu_structures_set_tree(structures, handle, make_late(&second)));
+    assert_int_equal(first.releases, 0);
+    cpu_structures_remove(structures, handle);
+    assert_int_equal(second.releases, 1);
+    assert_false(cpu_structures_set_tree(structures, handle, make_late(&third)));
+    assert_int_equal(third.releases, 1);
+    assert_string_equal(cpu_tree_read(held), "made");
+    cpu_tree_release(held);
+    assert_null(cpu_structures_tree(structures, handle));
+    assert_null(cpu_structures_tree(structures, 77));
+    cpu_structures_destroy(structures);
+}
+
+/* ---- memory and scratch */
+
+enum { PAGES = 3 };
+
+/* Pages that can be written, read, and neither. */
+static char *map_pages(size_t page)
+{
+    char *pages =
+        mmap(NULL, PAGES * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_ptr_not_equal(pages, MAP_FAILED);
+    memset(pages, 'x', PAGES * page);
+    mprotect(pages + page, page, PROT_READ);
+    mprotect(pages + 2 * page, page, PROT_NONE);
+    return pages;
+}
+
+static void test_probing(void **state)
+{
+    (void)state;
+    size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    char *pages = map_pages(page);
+    struct cpu_host_memory host;
+    cpu_host_memory_init(&host);
+    struct cpu_memory memory = cpu_host_memory_of(&host);
+    const void *bytes;
+    uint64_t address = (uintptr_t)pages + 5;
+    assert_int_equal(memory.find(memory.context, address, 100, &bytes), 100);
+    assert_ptr_equal(bytes, pages + 5);
+    assert_int_equal(memory.find(memory.context, address, 3 * page, &bytes), 2 * page - 5);
+    assert_int_equal(memory.find(memory.context, address, UINT64_MAX, &bytes), 2 * page - 5);
+    assert_int_equal(memory.find(memory.context, address + 2 * page, 1, &bytes), 0);
+    assert_int_equal(memory.find(memory.context, 0, 16, &bytes), 0);
+    assert_int_equal(memory.find(memory.context, 16, 16, &bytes), 0);
+    assert_int_equal(memory.find(memory.context, UINT64_MAX - 3, 16, &bytes), 0);
+    cpu_host_memory_release(&host);
+
+    assert_true(cpu_is_writable(pages + 1, page - 1));
+    assert_int_equal(pages[1], 'x');
+    assert_false(cpu_is_writable(pages + 1, page));
+    assert_false(cpu_is_writable(pages + page, 1));
+    assert_false(cpu_is_writable(NULL, 1));
+    assert_false(cpu_is_writable(pages, UINT64_MAX));
+    assert_true(cpu_is_writable(NULL, 0));
+    munmap(pages, PAGES * page);
+    size_t large = 1000 * page;
+    char *heap = calloc(1, large);
+    assert_true(cpu_is_writable(heap, large));
+    free(heap);
+}
+
+static void take(struct cpu_scratch_claims *claims, void *given, uint64_t size, bool is_owned,
+                 struct cpu_scratch *scratch)
+{
+    assert_int_equal(cpu_scratch_take(claims, given, size, scratch), VK_SUCCESS);
+    assert_int_equal(scratch->owned != NULL, is_owned);
+    assert_int_equal((uintptr_t)scratch->bytes % BUILDER_ALIGNMENT, 0);
+    assert_int_equal(scratch->size, size);
+    if (!is_owned)
+        assert_true((char *)scratch->bytes >= (char *)given &&
+                    (char *)scratch->bytes <= (char *)given + CPU_SCRATCH_SLACK);
+    memset(scratch->bytes, 1, size);
+}
+
+static void test_scratch(void **state)
+{
+    (void)state;
+    size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    char *pages = map_pages(page);
+    struct cpu_scratch_claims claims;
+    struct cpu_scratch scratch[5];
+    cpu_scratch_claims_init(&claims);
+    take(&claims, pages + 3, 1000, false, &scratch[0]);
+    take(&claims, pages + 500, 1000, true, &scratch[1]); /* in use */
+    take(&claims, pages + 2048, 1000, false, &scratch[2]);
+    take(&claims, pages + page, 64, true, &scratch[3]); /* can't be written */
+    take(&claims, NULL, 0, true, &scratch[4]);
+    for (int i = 0; i < 5; i++)
+        cpu_scratch_return(&scratch[i]);
+    take(&claims, pages + 500, 1000, false, &scratch[1]);
+    cpu_scratch_return(&scratch[1]);
+    take(&claims, (void *)(uintptr_t)0x10, 1000, true, &scratch[0]);
+    cpu_scratch_return(&scratch[0]);
+    cpu_scratch_claims_release(&claims);
+    munmap(pages, PAGES * page);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_handles),    cmocka_unit_test(test_generic_handles),
+        cmocka_unit_test(test_late_trees), cmocka_unit_test(test_trees_of_structures),
+        cmocka_unit_test(test_probing),    cmocka_unit_test(test_scratch),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
