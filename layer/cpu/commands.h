@@ -38,6 +38,19 @@
     COMMAND(deferred_host_operations, GetDeferredOperationResultKHR)                               \
     COMMAND(deferred_host_operations, DeferredOperationJoinKHR)
 
+/* In place of the next layer's, which they call, where it has them. */
+#define CPU_REPLACED_COMMANDS(COMMAND)                                                             \
+    COMMAND(SetDebugUtilsObjectNameEXT)                                                            \
+    COMMAND(SetDebugUtilsObjectTagEXT)                                                             \
+    COMMAND(DebugMarkerSetObjectNameEXT)                                                           \
+    COMMAND(DebugMarkerSetObjectTagEXT)                                                            \
+    COMMAND(SetPrivateData)                                                                        \
+    COMMAND(SetPrivateDataEXT)                                                                     \
+    COMMAND(GetPrivateData)                                                                        \
+    COMMAND(GetPrivateDataEXT)                                                                     \
+    COMMAND(DestroyPrivateDataSlot)                                                                \
+    COMMAND(DestroyPrivateDataSlotEXT)
+
 /* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
 #define CPU_OWN_COMMANDS(COMMAND)                                                                  \
     COMMAND(acceleration_structure, TraceRaysASSAY)                                                \
@@ -47,6 +60,7 @@
 #define DECLARE_SUPPLIED(extension, name) DECLARE_COMMAND(name)
 CPU_INSTANCE_COMMANDS(DECLARE_COMMAND)
 CPU_COMMANDS(DECLARE_SUPPLIED)
+CPU_REPLACED_COMMANDS(DECLARE_COMMAND)
 CPU_OWN_COMMANDS(DECLARE_SUPPLIED)
 #undef DECLARE_COMMAND
 #undef DECLARE_SUPPLIED

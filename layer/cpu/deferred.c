@@ -25,8 +25,10 @@ VKAPI_ATTR void VKAPI_CALL cpu_DestroyDeferredOperationKHR(VkDevice device,
                                                            VkDeferredOperationKHR operation,
                                                            const VkAllocationCallbacks *pAllocator)
 {
+    struct cpu_device *backend = cpu_overlay_of(device)->device;
     (void)pAllocator;
-    cpu_deferred_remove(operations_of(device), (uint64_t)operation);
+    cpu_private_data_forget_object(&backend->private_data, (uint64_t)operation);
+    cpu_deferred_remove(backend->deferred, (uint64_t)operation);
 }
 
 VKAPI_ATTR uint32_t VKAPI_CALL

@@ -62,11 +62,16 @@ static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_
 
 static void cover(struct layer_device *device, const struct cpu_overlay *overlay)
 {
-#define COVER(extension, name)                                                                     \
+#define SUPPLY(extension, name)                                                                    \
     if (overlay->extension)                                                                        \
         device->vk.name = cpu_##name;
-    CPU_COMMANDS(COVER)
-#undef COVER
+#define REPLACE(name)                                                                              \
+    if (device->vk.name)                                                                           \
+        device->vk.name = cpu_##name;
+    CPU_COMMANDS(SUPPLY)
+    CPU_REPLACED_COMMANDS(REPLACE)
+#undef SUPPLY
+#undef REPLACE
 }
 
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
@@ -101,11 +106,16 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
 PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
                                        PFN_vkVoidFunction next)
 {
-#define FIND(extension, command)                                                                   \
+#define FIND_SUPPLIED(extension, command)                                                          \
     if (strcmp(name, "vk" #command) == 0)                                                          \
         return overlay->extension ? (PFN_vkVoidFunction)cpu_##command : NULL;
-    CPU_COMMANDS(FIND)
-    CPU_OWN_COMMANDS(FIND)
-#undef FIND
+#define FIND_REPLACED(command)                                                                     \
+    if (strcmp(name, "vk" #command) == 0)                                                          \
+        return next ? (PFN_vkVoidFunction)cpu_##command : NULL;
+    CPU_COMMANDS(FIND_SUPPLIED)
+    CPU_OWN_COMMANDS(FIND_SUPPLIED)
+    CPU_REPLACED_COMMANDS(FIND_REPLACED)
+#undef FIND_SUPPLIED
+#undef FIND_REPLACED
     return next;
 }

@@ -42,9 +42,10 @@ VKAPI_ATTR void VKAPI_CALL cpu_DestroyAccelerationStructureKHR(
     VkDevice device, VkAccelerationStructureKHR accelerationStructure,
     const VkAllocationCallbacks *pAllocator)
 {
+    struct cpu_device *backend = cpu_overlay_of(device)->device;
     (void)pAllocator;
-    cpu_structures_remove(cpu_overlay_of(device)->device->structures,
-                          (uint64_t)accelerationStructure);
+    cpu_private_data_forget_object(&backend->private_data, (uint64_t)accelerationStructure);
+    cpu_structures_remove(backend->structures, (uint64_t)accelerationStructure);
 }
 
 VKAPI_ATTR VkDeviceAddress VKAPI_CALL cpu_GetAccelerationStructureDeviceAddressKHR(

@@ -17,6 +17,7 @@ VkResult cpu_device_create(const uint8_t driver_uuid[VK_UUID_SIZE], struct cpu_d
     memcpy(state->uuids.driver, driver_uuid, VK_UUID_SIZE);
     memcpy(state->uuids.compatibility, compatibility, VK_UUID_SIZE);
     cpu_scratch_claims_init(&state->scratch_claims);
+    cpu_private_data_init(&state->private_data);
     VkResult result = cpu_structures_create(&state->structures);
     if (result == VK_SUCCESS)
         result = cpu_deferred_operations_create(&state->deferred);
@@ -33,6 +34,7 @@ void cpu_device_destroy(struct cpu_device *device)
         return;
     cpu_deferred_operations_destroy(device->deferred);
     cpu_structures_destroy(device->structures);
+    cpu_private_data_release(&device->private_data);
     cpu_scratch_claims_release(&device->scratch_claims);
     free(device);
 }

@@ -2,14 +2,16 @@
 /* Backend cpu of one device: what carries out its commands.
  *
  * Order of locks: the table of deferred operations, then a job's; pins, then a tree's (whose work
- * may run builds of its own), then scratch, host memory or structures, one at a time. No lock but
- * pins' and a tree's is held while trees are made, and none across a call out of the backend. */
+ * may run builds of its own), then scratch, host memory or structures, one at a time; private data
+ * by itself. No lock but pins' and a tree's is held while trees are made, and none across a call
+ * out of the backend. */
 #ifndef ASSAY_CPU_DEVICE_H
 #define ASSAY_CPU_DEVICE_H
 
 #include "build/build.h"
 #include "cpu/counters.h"
 #include "cpu/deferred.h"
+#include "cpu/private_data.h"
 #include "cpu/scratch.h"
 #include "cpu/structures.h"
 
@@ -18,6 +20,7 @@ struct cpu_device {
     struct cpu_structures *structures;
     struct cpu_deferred_operations *deferred;
     struct cpu_scratch_claims scratch_claims;
+    struct cpu_private_data private_data;
     struct cpu_counters counters;
 };
 
