@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of the four build commands: observe, check, forward. */
+/* Intercepts of the build commands: observe, check, forward; the NV one is in nv.c. */
 #include <stdatomic.h>
 
 #include "build_call.h"
@@ -157,10 +157,6 @@ static void run_checks(struct build_call *call)
         .of_another_device = build_call_of_another_device,
         .user = call,
     };
-    if (call->view.command == COMMAND_NV) {
-        check_call(&context, &call->view); /* takes no large call */
-        return;
-    }
     bool is_recorded = build_call_begin_journal(call);
     if (call->journal)
         context.see_build = see_build;
@@ -230,21 +226,4 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     VkResult result = state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,
                                                                pInfos, ppBuildRangeInfos);
     return host_work_finish(&work, deferredOperation, result);
-}
-
-VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
-    VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
-    VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
-    VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
-    VkDeviceSize scratchOffset)
-{
-    struct layer_device *device = layer_find_device(commandBuffer);
-    struct build_call call = build_call_start(device, COMMAND_NV);
-    build_call_set_command_buffer(&call, commandBuffer);
-    run_checks(&call);
-    if (call.skip)
-        return;
-    build_call_count_builds(&call, 1);
-    device->vk.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
-                                               update, dst, src, scratch, scratchOffset);
 }

@@ -49,6 +49,25 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     device->vk.CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
 }
 
+VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureNV(
+    VkCommandBuffer commandBuffer, VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
+    VkCopyAccelerationStructureModeKHR mode)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
+    struct journal_entry entry = {
+        .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
+                                                                        : JOURNAL_COPY,
+        .command = COMMAND_NV,
+        .dst = dst_handle,
+        .src = src_handle,
+        .dst_id = resources_find_id(device->resources, RESOURCE_ACCEL_NV, dst_handle),
+        .src_id = resources_find_id(device->resources, RESOURCE_ACCEL_NV, src_handle),
+    };
+    note(device, commandBuffer, &entry);
+    device->vk.CmdCopyAccelerationStructureNV(commandBuffer, dst, src, mode);
+}
+
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {

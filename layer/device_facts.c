@@ -41,6 +41,7 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
     facts->extension.adds_to_inputs =
         facts->extension.motion_blur_nv || facts->extension.linear_swept_spheres_nv ||
         facts->extension.dense_geometry_format_amdx || facts->micromap.any;
+    facts->extension.ray_tracing_nv = is_enabled(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
         if (!registry_knows_extension(create_info->ppEnabledExtensionNames[i]))
             facts->newer_than_registry = true;
@@ -130,18 +131,31 @@ static void collect_limits(struct layer_device *device)
                                                             ? vk->GetPhysicalDeviceProperties2
                                                             : vk->GetPhysicalDeviceProperties2KHR;
     VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits = &device->facts.limits;
+    VkPhysicalDeviceRayTracingPropertiesNV *nv_limits = &device->facts.nv_limits;
     limits->sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
     limits->maxGeometryCount = UINT64_MAX;
     limits->maxPrimitiveCount = UINT64_MAX;
     limits->maxInstanceCount = UINT64_MAX;
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = limits};
+    nv_limits->sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV;
+    nv_limits->maxGeometryCount = UINT64_MAX;
+    nv_limits->maxInstanceCount = UINT64_MAX;
+    nv_limits->maxTriangleCount = UINT64_MAX;
+    VkPhysicalDeviceProperties2 properties = {.sType =
+                                                  VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
     struct micromap_properties micromap;
     chain_micromap_properties(&device->facts, &properties.pNext, &micromap);
-    if (get_properties && device->facts.extension.acceleration_structure)
+    if (device->facts.extension.acceleration_structure) {
+        limits->pNext = properties.pNext;
+        properties.pNext = limits;
+    }
+    if (device->facts.extension.ray_tracing_nv) {
+        nv_limits->pNext = properties.pNext;
+        properties.pNext = nv_limits;
+    }
+    if (get_properties && properties.pNext)
         get_properties(device->physical_device, &properties);
     keep_micromap_limits(&device->facts.micromap, &micromap);
-    limits->pNext = NULL;
+    limits->pNext = nv_limits->pNext = NULL;
 }
 
 static uint32_t usable_api_version(const struct layer_device *device)

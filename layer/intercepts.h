@@ -117,6 +117,10 @@
     INTERCEPT(CmdBuildAccelerationStructuresKHR)                                                   \
     INTERCEPT(CmdBuildAccelerationStructuresIndirectKHR)                                           \
     INTERCEPT(BuildAccelerationStructuresKHR)                                                      \
+    INTERCEPT(CreateAccelerationStructureNV)                                                       \
+    INTERCEPT(DestroyAccelerationStructureNV)                                                      \
+    INTERCEPT(BindAccelerationStructureMemoryNV)                                                   \
+    INTERCEPT(CmdCopyAccelerationStructureNV)                                                      \
     INTERCEPT(CmdBuildAccelerationStructureNV)
 
 /* A parameter list can't come from a PFN type, so the prototypes are written through typeof. */

@@ -17,6 +17,9 @@
 #undef ASK_opacity
 #undef ASK_opacity_ext
 #undef ASK_displacement
+#undef ASK_nv_call
+#undef ASK_nv_info
+#undef ASK_nv_geometry
 #undef ASK_update
 #undef ASK_updated_geometry
 #define ASK_call(name, level)
@@ -34,6 +37,9 @@
 #define ASK_opacity(name, level)
 #define ASK_opacity_ext(name, level)
 #define ASK_displacement(name, level)
+#define ASK_nv_call(name, level)
+#define ASK_nv_info(name, level)
+#define ASK_nv_geometry(name, level)
 #define ASK_update(name, level)
 #define ASK_updated_geometry(name, level)
 #define PENDING(name, level, waits_for, ids)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about one build of a call: what its VkAccelerationStructureBuildGeometryInfoKHR says. */
+#include "check/enabled.h"
 #include "check/names.h"
 #include "check/predicates.h"
 #include "state/build_info.h"
@@ -22,14 +23,8 @@ bool build_info_has_no_chain(const struct build_view *build, struct finding *fin
 
 bool build_type_is_valid(const struct build_view *build, struct finding *finding)
 {
-    const struct device_facts *device = build->call->device;
     VkAccelerationStructureTypeKHR type = build->info->type;
-    return type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
-           type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
-           type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
-           (type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR &&
-            device->extension.opacity_micromap_khr) ||
-           device->newer_than_registry ||
+    return accel_type_is_enabled(build->call->device, type) ||
            violated(finding, "type",
                     "{} is not a VkAccelerationStructureTypeKHR of the extensions enabled",
                     accel_type(type));
@@ -43,37 +38,11 @@ bool build_type_is_not_generic(const struct build_view *build, struct finding *f
                             "kind it makes");
 }
 
-/* The flags that there are on a device with these extensions. */
-static VkBuildAccelerationStructureFlagsKHR flags_of(const struct device_facts *device)
-{
-    VkBuildAccelerationStructureFlagsKHR flags =
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR;
-    if (device->extension.motion_blur_nv)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
-    if (device->extension.opacity_micromap_ext || device->extension.opacity_micromap_khr)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
-                 VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
-    if (device->extension.opacity_micromap_ext)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT;
-    if (device->extension.opacity_micromap_khr)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR;
-    if (device->extension.displacement_micromap_nv)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV;
-    if (device->extension.position_fetch_khr)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DATA_ACCESS_BIT_KHR;
-    if (device->extension.cluster_acceleration_structure_nv)
-        flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_CLUSTER_OPACITY_MICROMAPS_BIT_NV;
-    return flags;
-}
-
 bool build_flags_are_valid(const struct build_view *build, struct finding *finding)
 {
     const struct device_facts *device = build->call->device;
-    VkBuildAccelerationStructureFlagsKHR unknown = build->info->flags & ~flags_of(device);
+    VkBuildAccelerationStructureFlagsKHR unknown =
+        build->info->flags & ~build_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
            violated(finding, "flags",
                     "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR of the "

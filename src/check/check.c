@@ -224,25 +224,10 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
     return wants_pairs_of(pairs->walk, a->role, b->role);
 }
 
-static void start_walk(struct walk *walk, struct check_context *context)
-{
-    walk->context = context;
-    walk->findings = 0;
-    memcpy(walk->wants, context->active, sizeof(walk->wants));
-}
-
-void check_call(struct check_context *context, const struct call_view *call)
-{
-    struct walk walk;
-    start_walk(&walk, context);
-    walk_call(&walk, call, LEVEL_PARAMETERS);
-    walk_call(&walk, call, LEVEL_STATE);
-}
-
 void check_builds(struct check_context *context, struct call_view *call)
 {
     struct walk walk;
-    start_walk(&walk, context);
+    walk_start(&walk, context);
     view_call(context, call);
     walk_call(&walk, call, LEVEL_PARAMETERS);
     walk_call(&walk, call, LEVEL_STATE);

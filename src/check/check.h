@@ -7,6 +7,7 @@
 
 #include "check/finding.h"
 #include "check/location.h"
+#include "check/nv_view.h"
 #include "check/view.h"
 #include "state/journal.h"
 #include "state/readable.h"
@@ -38,6 +39,10 @@ struct check_context {
     void (*see_build)(void *user, const struct build_view *build);
     void (*see_input)(void *user, const struct build_view *build, uint32_t geometry,
                       enum input_role role, const struct address_facts *facts);
+    /* The same for COMMAND_NV. */
+    void (*see_nv_build)(void *user, const struct nv_call_view *call);
+    void (*see_nv_input)(void *user, const struct nv_call_view *call, uint32_t geometry,
+                         enum input_role role, const struct buffer_facts *facts);
     void *user;
 };
 
@@ -54,7 +59,7 @@ void check_free_sweep(struct sweep *sweep);
  * here. */
 void check_builds(struct check_context *context, struct call_view *call);
 
-/* Checks only the rules about the call as a whole; for COMMAND_NV. */
-void check_call(struct check_context *context, const struct call_view *call);
+/* The same for COMMAND_NV: the caller fills the parameters, and the view of the call. */
+void check_nv_build(struct check_context *context, struct nv_call_view *call);
 
 #endif

@@ -18,33 +18,62 @@ static void report(struct replay *replay, const struct journal *journal, uint32_
     replay->found(replay->user, rule, location, finding);
 }
 
+/* Structures. */
+
 struct structure_rules {
     const char *field;
     enum rule alive, backed;
 };
 
+/* What is asked of structures of either kind. */
+struct structure_state {
+    enum tristate alive, backed;
+    uint64_t id;
+};
+
+static struct structure_state state_of_nv(struct resources *resources, uint64_t handle)
+{
+    struct nv_accel_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
+    resources_end_reading(resources, token);
+    nv_shape_release(facts.created);
+    return (struct structure_state){.alive = facts.alive,
+                                    .backed = facts.binding == NV_MEMORY_FREED ? NO : UNKNOWN,
+                                    .id = facts.id};
+}
+
+static struct structure_state state_of(struct resources *resources, uint64_t handle)
+{
+    struct accel_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
+    resources_end_reading(resources, token);
+    return (struct structure_state){.alive = facts.alive, .backed = facts.backed, .id = facts.id};
+}
+
 static void check_structure(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry, uint64_t handle, uint64_t id,
                             bool was_backed, const struct structure_rules *rules)
 {
-    struct accel_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    resources_end_reading(replay->resources, token);
-
-    bool died = facts.alive == NO || (facts.alive == YES && facts.id != id);
-    bool lost_memory = facts.alive == YES && was_backed && facts.backed == NO;
+    bool is_nv = entry->command == COMMAND_NV;
+    struct structure_state state =
+        is_nv ? state_of_nv(replay->resources, handle) : state_of(replay->resources, handle);
+    bool died = state.alive == NO || (state.alive == YES && state.id != id);
+    bool lost_memory = state.alive == YES && was_backed && state.backed == NO;
     enum rule rule = died ? rules->alive : rules->backed;
     if ((!died && !lost_memory) || !is_wanted(replay, entry, rule))
         return;
     struct location location = {.command = (enum build_command)entry->command,
-                                .subject = SUBJECT_BUILD,
+                                .subject = is_nv ? SUBJECT_PARAMETER : SUBJECT_BUILD,
                                 .build = entry->info};
     struct finding finding;
     violated(&finding, rules->field,
              died ? "{} was destroyed after the build was recorded"
                   : "{} lost its memory, or its buffer, after the build was recorded",
-             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle));
+             object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                          : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                    handle));
     report(replay, journal, entry->built.position, rule, &location, &finding);
 }
 
@@ -56,11 +85,18 @@ static void check_entry(struct replay *replay, const struct journal *journal,
     static const struct structure_rules src = {"srcAccelerationStructure",
                                                RULE_src_is_a_valid_handle,
                                                RULE_update_src_is_backed_by_memory};
+    static const struct structure_rules nv_dst = {"dst", RULE_nv_dst_is_a_valid_handle,
+                                                  RULE_nv_dst_is_bound_to_memory};
+    /* Nothing asks whether the source is bound: its memory is never found lost. */
+    static const struct structure_rules nv_src = {"src", RULE_nv_src_is_a_valid_handle, RULE_COUNT};
+    bool is_nv = entry->command == COMMAND_NV;
     if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
         return;
-    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed, &dst);
+    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed,
+                    is_nv ? &nv_dst : &dst);
     if (entry->kind == JOURNAL_UPDATE && entry->src_id && entry->src_id != entry->dst_id)
-        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backed, &src);
+        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backed,
+                        is_nv ? &nv_src : &src);
 }
 
 /* Inputs. */
@@ -103,6 +139,59 @@ static void check_input(struct replay *replay, const struct journal *journal,
     report(replay, journal, input->position, rule, &location, &finding);
 }
 
+/* Of the NV command, by handle. */
+static const struct {
+    const char *field;
+    enum rule rule;
+    enum subject subject;
+} nv_inputs[] = {
+    [INPUT_VERTEX] = {"geometry.triangles.vertexData", RULE_nv_vertex_data_is_a_valid_buffer,
+                      SUBJECT_GEOMETRY},
+    [INPUT_INDEX] = {"geometry.triangles.indexData", RULE_nv_index_data_is_null_or_a_valid_buffer,
+                     SUBJECT_GEOMETRY},
+    [INPUT_TRANSFORM] = {"geometry.triangles.transformData",
+                         RULE_nv_transform_data_is_a_valid_buffer, SUBJECT_GEOMETRY},
+    [INPUT_AABBS] = {"geometry.aabbs.aabbData", RULE_nv_aabb_data_is_a_valid_buffer,
+                     SUBJECT_GEOMETRY},
+    [INPUT_INSTANCES] = {"instanceData", RULE_nv_instance_data_is_a_valid_buffer,
+                         SUBJECT_PARAMETER},
+    [INPUT_SCRATCH] = {"scratch", RULE_nv_scratch_is_a_valid_buffer, SUBJECT_PARAMETER},
+};
+
+static void check_nv_input(struct replay *replay, const struct journal *journal,
+                           const struct journal_input *input)
+{
+    struct buffer_facts facts;
+    unsigned token = resources_begin_reading(replay->resources);
+    resources_find_buffer(replay->resources, input->buffer, &facts);
+    resources_end_reading(replay->resources, token);
+    enum rule rule = nv_inputs[input->role].rule;
+    bool died = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
+    if (!died || !replay->active[COMMAND_NV][rule])
+        return;
+    struct location location = {.command = COMMAND_NV,
+                                .subject = nv_inputs[input->role].subject,
+                                .geometry = input->geometry};
+    struct finding finding;
+    violated(&finding, nv_inputs[input->role].field,
+             "{} was destroyed after the build was recorded",
+             object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer));
+    report(replay, journal, input->position, rule, &location, &finding);
+}
+
+static void check_inputs(struct replay *replay, const struct journal *journal)
+{
+    for (const struct journal_chunk *chunk = journal->inputs.first; chunk; chunk = chunk->next)
+        for (uint32_t i = 0; i < chunk->count; i++) {
+            const struct journal_input *input =
+                &((const struct journal_input_chunk *)chunk)->items[i];
+            if (input->command == COMMAND_NV)
+                check_nv_input(replay, journal, input);
+            else
+                check_input(replay, journal, input);
+        }
+}
+
 void replay_deaths(struct replay *replay, const struct journal *journal)
 {
     bool any_died = journal->deaths != resources_deaths(replay->resources);
@@ -113,8 +202,6 @@ void replay_deaths(struct replay *replay, const struct journal *journal)
         else if (any_died)
             check_entry(replay, journal, entry);
     }
-    for (const struct journal_chunk *chunk = journal->inputs.first; any_died && chunk;
-         chunk = chunk->next)
-        for (uint32_t i = 0; i < chunk->count; i++)
-            check_input(replay, journal, &((const struct journal_input_chunk *)chunk)->items[i]);
+    if (any_died)
+        check_inputs(replay, journal);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the structures of one geometry; its addresses are in input.c. */
+#include "check/enabled.h"
 #include "check/formats.h"
 #include "check/geometry_data.h"
 #include "check/names.h"
@@ -56,39 +57,17 @@ bool geometry_chain_has_no_duplicates(const struct geometry_view *geometry, stru
     return chain_has_no_duplicates(&geometry->chain, finding, "pNext");
 }
 
-static bool type_is_enabled(const struct device_facts *device, VkGeometryTypeKHR type)
-{
-    switch ((int)type) {
-    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-    case VK_GEOMETRY_TYPE_AABBS_KHR:
-    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
-        return true;
-    case VK_GEOMETRY_TYPE_SPHERES_NV:
-    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
-        return device->extension.linear_swept_spheres_nv;
-    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
-        return device->extension.dense_geometry_format_amdx;
-    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
-        return device->extension.opacity_micromap_khr;
-    default:
-        return device->newer_than_registry;
-    }
-}
-
 bool geometry_type_is_valid(const struct geometry_view *geometry, struct finding *finding)
 {
     VkGeometryTypeKHR type = geometry->geometry->geometryType;
-    return type_is_enabled(device_of(geometry), type) ||
+    return geometry_type_is_enabled(device_of(geometry), type) ||
            violated(finding, "geometryType",
                     "{} is not a VkGeometryTypeKHR of the extensions enabled", geometry_type(type));
 }
 
 bool geometry_flags_are_valid(const struct geometry_view *geometry, struct finding *finding)
 {
-    VkGeometryFlagsKHR unknown =
-        geometry->geometry->flags &
-        ~(VkGeometryFlagsKHR)(VK_GEOMETRY_OPAQUE_BIT_KHR |
-                              VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR);
+    VkGeometryFlagsKHR unknown = geometry->geometry->flags & ~geometry_flags;
     return !unknown || device_of(geometry)->newer_than_registry ||
            violated(finding, "flags", "{} has bits {}, which no VkGeometryFlagBitsKHR is",
                     hex(geometry->geometry->flags), hex(unknown));

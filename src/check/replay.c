@@ -192,7 +192,7 @@ void replay_keep(struct command_buffer *command_buffer, const struct journal_mar
 
 static void write_copy(struct replay *replay, const struct journal_entry *entry)
 {
-    struct built copy = *replay_read(replay, entry->src, entry->src_id);
+    struct built copy = *replay_read(replay, entry);
     if (copy.state == BUILT_NEVER)
         copy = built_unknown;
     /* An update of what is not compacted may compact to another size, and so may what is compacted
@@ -239,7 +239,7 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_UPDATE && !entry->judged)
-            judge(replay, journal, entry, replay_read(replay, entry->src, entry->src_id));
+            judge(replay, journal, entry, replay_read(replay, entry));
         write_entry(replay, journal, entry);
     }
 }
@@ -251,7 +251,7 @@ void replay_judge_work(struct replay *replay, const struct journal *journal)
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         if (entry->kind == JOURNAL_UPDATE)
-            judge(replay, journal, entry, replay_read(replay, entry->src, entry->src_id));
+            judge(replay, journal, entry, replay_read(replay, entry));
 }
 
 static void end_writing(struct replay *replay, const struct journal *journal)

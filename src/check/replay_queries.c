@@ -11,7 +11,7 @@
  * queries of it say, so of that nothing is kept. */
 static struct compacted_size *size_of(struct replay *replay, const struct journal_entry *entry)
 {
-    const struct built *built = replay_read(replay, entry->src, entry->src_id);
+    const struct built *built = replay_read(replay, entry);
     if (built->state != BUILT_BEFORE || built->compacted)
         return NULL;
     struct build_state *state = build_states_find(replay->states, entry->src_id);

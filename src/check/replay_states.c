@@ -13,18 +13,21 @@ static bool is_settled(const struct replay *replay, struct moment written)
            execution_clock_has(replay->follows, written);
 }
 
+static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)
+{
+    enum resource_kind kind = entry->command == COMMAND_NV ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
+    return resources_find_id(replay->resources, kind, entry->src) == entry->src_id;
+}
+
 /* A structure that nobody wrote has never been built; but what is known of one goes with it when it
  * is destroyed. */
-const struct built *replay_read(struct replay *replay, uint64_t handle, uint64_t id)
+const struct built *replay_read(struct replay *replay, const struct journal_entry *entry)
 {
-    const struct build_state *state = build_states_find(replay->states, id);
-    if (!id || !replay->predecessors_known || replay->out_of_memory)
+    const struct build_state *state = build_states_find(replay->states, entry->src_id);
+    if (!entry->src_id || !replay->predecessors_known || replay->out_of_memory)
         return &built_unknown;
     if (!state)
-        return replay->never_is_certain &&
-                       resources_find_id(replay->resources, RESOURCE_ACCEL, handle) == id
-                   ? &never
-                   : &built_unknown;
+        return replay->never_is_certain && source_is_alive(replay, entry) ? &never : &built_unknown;
     return !state->host_writers && is_settled(replay, state->written) ? &state->built
                                                                       : &built_unknown;
 }

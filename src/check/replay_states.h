@@ -7,8 +7,9 @@
 
 extern const struct built built_unknown;
 
-/* What the structure was last built with for a reader in this batch, as far as that is certain. */
-const struct built *replay_read(struct replay *replay, uint64_t handle, uint64_t id);
+/* What the source of an entry was last built with for a reader in this batch, as far as that is
+ * certain. */
+const struct built *replay_read(struct replay *replay, const struct journal_entry *entry);
 
 /* What it is built with after this batch; `id` 0 is ignored. */
 void replay_write(struct replay *replay, uint64_t id, const struct built *built);

@@ -2,7 +2,16 @@
 /* The rows, subject by subject, as code: rules.def is included once a subject. */
 #include "check/walk.h"
 
+#include <string.h>
+
 #include "check/predicates.h"
+
+void walk_start(struct walk *walk, struct check_context *context)
+{
+    walk->context = context;
+    walk->findings = 0;
+    memcpy(walk->wants, context->active, sizeof(walk->wants));
+}
 
 void walk_hand_on(struct walk *walk, enum rule rule, const struct location *location,
                   const struct finding *finding)

@@ -14,6 +14,7 @@ struct walk {
     uint32_t findings;
 };
 
+void walk_start(struct walk *walk, struct check_context *context);
 /* Where a geometry, or its build range, is. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
 /* Hands on a finding, and notes whether more of its rule are wanted. */
@@ -37,5 +38,11 @@ void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location);
 void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
                            const struct location *location);
+
+/* Of the NV command (walk_nv.c). */
+void walk_nv_call(struct walk *walk, const struct nv_call_view *nv_call, enum level level);
+void walk_nv_info(struct walk *walk, const struct nv_info_view *nv_info, enum level level);
+void walk_nv_geometry(struct walk *walk, const struct nv_geometry_view *nv_geometry,
+                      enum level level);
 
 #endif

@@ -56,6 +56,44 @@ struct address_facts {
     VkDeviceSize buffer_offset; /* of the address in `buffer`, bytes */
 };
 
+/* A buffer, by its handle. */
+struct buffer_facts {
+    VkBuffer handle;
+    uint64_t id; /* never reused; 0 unless alive */
+    enum tristate alive;
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    VkDeviceSize size;      /* these two: where alive == YES */
+    VkBufferUsageFlags2 usage;
+};
+
+/* What vkGetAccelerationStructureMemoryRequirementsNV of the next layer says, bytes. */
+struct nv_size_facts {
+    bool known;
+    VkDeviceSize object, build_scratch, update_scratch;
+};
+
+/* How vkBindAccelerationStructureMemoryNV has bound a structure. */
+enum nv_binding {
+    NV_BINDING_UNKNOWN,
+    NV_UNBOUND,
+    NV_MEMORY_FREED,
+    NV_MEMORY_TOO_SMALL, /* it goes beyond the end */
+    NV_BOUND,
+};
+
+/* A structure of VK_NV_ray_tracing. */
+struct nv_accel_facts {
+    VkAccelerationStructureNV handle;
+    uint64_t id; /* never reused; 0 unless alive */
+    enum tristate alive;
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    enum nv_binding binding;
+    VkDeviceMemory memory;   /* that it is bound to, or was */
+    struct memory_span span; /* where it lies; memory null: not known */
+    struct nv_size_facts sizes;
+    struct nv_shape *created; /* a reference, for who asked to release; NULL: not known */
+};
+
 enum command_buffer_state {
     COMMAND_BUFFER_UNKNOWN,
     COMMAND_BUFFER_INITIAL,
@@ -120,11 +158,12 @@ struct device_facts {
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
             displacement_micromap_nv, linear_swept_spheres_nv, dense_geometry_format_amdx,
-            position_fetch_khr, cluster_acceleration_structure_nv;
+            position_fetch_khr, cluster_acceleration_structure_nv, ray_tracing_nv;
         bool adds_to_inputs; /* any of those that chain structures to geometries */
     } extension;             /* enabled */
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     struct micromap_support micromap;
+    VkPhysicalDeviceRayTracingPropertiesNV nv_limits;
 };
 
 #endif

@@ -72,7 +72,10 @@ enum input_role {
 
 struct journal_input {
     uint64_t buffer_id; /* see struct address_facts */
-    VkDeviceAddress address;
+    union {
+        VkDeviceAddress address;
+        VkBuffer buffer; /* for COMMAND_NV */
+    };
     uint32_t position; /* of the build in the command buffer */
     uint32_t info;
     uint32_t geometry;

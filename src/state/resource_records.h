@@ -8,6 +8,7 @@
 
 #include "state/address_map.h"
 #include "state/handle_table.h"
+#include "state/nv_shape.h"
 #include "state/reader_lock.h"
 #include "state/resources.h"
 
@@ -84,22 +85,33 @@ struct micromap_record {
     VkMicromapTypeEXT type;
 };
 
+struct nv_accel_record {
+    uint64_t id;
+    enum tristate bound; /* YES: to `memory` at `memory_offset` */
+    bool instances_differ;
+    struct memory_record *memory;
+    VkDeviceSize memory_offset;
+    struct nv_size_facts sizes;
+    struct nv_shape *created; /* NULL: not known */
+};
+
 struct resources {
     struct reader_lock lock;
-    struct handle_table memories, buffers, accels, micromaps;
+    struct handle_table memories, buffers, accels, micromaps, nv_accels;
     struct address_map addresses; /* of buffer records */
     atomic_uint_fast64_t deaths;  /* of records of any kind */
     bool incomplete;
     /* A buffer may have been given an address that the application never retrieves: what is in no
      * known one may be in that. */
     bool replays_addresses;
-    uint64_t last_id; /* of buffers, acceleration structures, micromaps; 0 is nobody's */
+    uint64_t last_id; /* of buffers, structures of either kind, micromaps; 0 is nobody's */
 };
 
 /* Puts a new record into a table; without memory for it the state is incomplete from now on. */
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
 void resources_note_death(struct resources *resources);
+void resources_release_nv(struct resources *resources);
 
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);

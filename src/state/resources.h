@@ -18,6 +18,7 @@
 #include "state/facts.h"
 
 struct resources;
+struct nv_shape;
 
 VkResult resources_create(struct resources **resources);
 void resources_destroy(struct resources *resources);
@@ -62,7 +63,17 @@ uint64_t resources_remove_micromap(struct resources *resources, VkMicromapEXT ha
 void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
                              struct micromap_facts *facts);
 
-/* Look-ups. Between begin and end the caller calls nothing but the two below, and no lock of
+/* Structures of VK_NV_ray_tracing. Takes over the reference to what it was created for. */
+void resources_add_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                            struct nv_shape *created, const struct nv_size_facts *sizes);
+/* Returns the id that the structure had, or 0. */
+uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationStructureNV handle);
+/* As for buffers. */
+void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                             VkDeviceMemory memory, VkDeviceSize offset, bool instances_differ);
+void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle);
+
+/* Look-ups. Between begin and end the caller calls nothing but the four below, and no lock of
  * another module. `begin` returns what `end` wants. */
 unsigned resources_begin_reading(struct resources *resources);
 void resources_end_reading(struct resources *resources, unsigned token);
@@ -70,6 +81,10 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
                           struct accel_facts *facts);
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,
                             struct address_facts *facts);
+void resources_find_buffer(const struct resources *resources, VkBuffer handle,
+                           struct buffer_facts *facts);
+void resources_find_nv_accel(const struct resources *resources, VkAccelerationStructureNV handle,
+                             struct nv_accel_facts *facts);
 
 /* A look-up of one of both. */
 struct resource_query {
@@ -96,7 +111,7 @@ void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDevic
 uint64_t resources_deaths(struct resources *resources);
 
 /* The id of a thing that the device has by that handle, or 0; takes the lock itself. */
-enum resource_kind { RESOURCE_ACCEL, RESOURCE_BUFFER, RESOURCE_MICROMAP };
+enum resource_kind { RESOURCE_ACCEL, RESOURCE_ACCEL_NV, RESOURCE_BUFFER, RESOURCE_MICROMAP };
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
 
 #endif

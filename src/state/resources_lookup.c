@@ -99,6 +99,24 @@ void resources_find_accel(const struct resources *resources, VkAccelerationStruc
                    handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle), facts);
 }
 
+void resources_find_buffer(const struct resources *resources, VkBuffer handle,
+                           struct buffer_facts *facts)
+{
+    const struct buffer_record *buffer =
+        handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
+    *facts = (struct buffer_facts){.handle = handle};
+    if (!handle)
+        return;
+    if (!buffer) {
+        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        return;
+    }
+    facts->alive = YES;
+    facts->id = buffer->where.id;
+    facts->size = buffer->where.size;
+    facts->usage = buffer->where.usage;
+}
+
 void resources_find_pieces(struct resources *resources, VkBuffer handle, VkDeviceSize begin,
                            VkDeviceSize end,
                            void (*visit)(void *user, const struct memory_span *piece), void *user)
@@ -121,6 +139,10 @@ static uint64_t find_id(const struct resources *resources, enum resource_kind ki
     switch (kind) {
     case RESOURCE_ACCEL: {
         const struct accel_record *accel = handle_table_find(&resources->accels, handle);
+        return accel ? accel->id : 0;
+    }
+    case RESOURCE_ACCEL_NV: {
+        const struct nv_accel_record *accel = handle_table_find(&resources->nv_accels, handle);
         return accel ? accel->id : 0;
     }
     case RESOURCE_BUFFER: {

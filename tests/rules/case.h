@@ -33,8 +33,8 @@ struct edit {
     .rules = (const enum rule[]){__VA_ARGS__},                                                     \
     .rule_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)
 
-/* Commands that a case is made for; 0: all that have the ids of its rules; of NV's, only those of
- * the call as a whole, which say nothing of structures that it does not take. */
+/* Commands that a case is made for; 0: all that have the ids of its rules; NV's only for rules of
+ * its own subjects and of the call as a whole: it does not take the structures of the others. */
 enum command_mask {
     ON_DEVICE = 1 << COMMAND_DEVICE,
     ON_INDIRECT = 1 << COMMAND_INDIRECT,
@@ -84,7 +84,8 @@ struct case_list {
 extern const struct case_list cases_call, cases_recording, cases_pointers, cases_build,
     cases_build_state, cases_scratch, cases_geometry, cases_chain, cases_address, cases_range,
     cases_overlap, cases_memory, cases_pairs, cases_silent, cases_sparse, cases_update,
-    cases_motion, cases_spheres, cases_micromap, cases_micromap_data, cases_micromap_use;
+    cases_motion, cases_spheres, cases_micromap, cases_micromap_data, cases_micromap_use, cases_nv,
+    cases_nv_info, cases_nv_geometry, cases_nv_update;
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

@@ -13,11 +13,13 @@
 #include "play.h"
 
 static const struct case_list *const lists[] = {
-    &cases_call,         &cases_recording, &cases_pointers, &cases_build,    &cases_build_state,
-    &cases_scratch,      &cases_geometry,  &cases_chain,    &cases_address,  &cases_range,
-    &cases_overlap,      &cases_pairs,     &cases_memory,   &cases_sparse,   &cases_silent,
-    &cases_update,       &cases_motion,    &cases_spheres,  &cases_micromap, &cases_micromap_data,
-    &cases_micromap_use,
+    &cases_call,         &cases_recording, &cases_pointers, &cases_build,
+    &cases_build_state,  &cases_scratch,   &cases_geometry, &cases_chain,
+    &cases_address,      &cases_range,     &cases_overlap,  &cases_pairs,
+    &cases_memory,       &cases_sparse,    &cases_silent,   &cases_update,
+    &cases_motion,       &cases_spheres,   &cases_micromap, &cases_micromap_data,
+    &cases_micromap_use, &cases_nv,        &cases_nv_info,  &cases_nv_geometry,
+    &cases_nv_update,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
@@ -120,6 +122,13 @@ static void write_results(struct run *run, const struct play *play)
 
 /* ---- which plays ---- */
 
+/* Rules about structures have ids for every command, also for the one that does not take them. */
+static bool is_asked_by_nv(const struct rule_info *info)
+{
+    return info->subject != NULL &&
+           (strcmp(info->subject, "call") == 0 || strncmp(info->subject, "nv_", 3) == 0);
+}
+
 static bool fits_command(const struct test_case *test_case, enum build_command command)
 {
     if (test_case->commands != 0)
@@ -128,7 +137,7 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
         const struct rule_info *info = &rule_infos[test_case->rules[i]];
         if (info->vuid[command] == VUID_NONE)
             return false;
-        if (command == COMMAND_NV && (info->subject == NULL || strcmp(info->subject, "call") != 0))
+        if (command == COMMAND_NV && !is_asked_by_nv(info))
             return false;
     }
     return command != COMMAND_NV || test_case->rule_count > 0;
@@ -201,8 +210,10 @@ static void play_all_forms(struct run *run, const struct case_list *list,
 static void play_at_level(struct run *run, const struct case_list *list,
                           const struct test_case *test_case, const char *level)
 {
-    const struct play play = {&run->platform, test_case, COMMAND_DEVICE, false, level};
-    if (fits_command(test_case, COMMAND_DEVICE) && test_case->gap == NULL &&
+    const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
+    const struct play play = {&run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE, false,
+                              level};
+    if (fits_command(test_case, play.command) && test_case->gap == NULL &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
         play_one(run, list, &play);
 }

@@ -319,6 +319,8 @@ struct scene *scene_open(struct world *world, enum build_command command)
     if (can_build(scene))
         scene_build_before(scene, UPDATE, 2); /* what the updates start from */
     become_updates(scene);
+    if (command == COMMAND_NV)
+        scene_nv_open(scene);
     return scene;
 }
 
@@ -365,7 +367,7 @@ VkResult scene_call(struct scene *scene)
                                                          scene->info_count, scene->infos_argument,
                                                          scene->ranges_argument);
     case COMMAND_NV:
-        scene_call_nv(scene);
+        scene_nv_call(scene);
         break;
     case COMMAND_COUNT:
         abort();

@@ -62,6 +62,22 @@ struct scene_cleanup {
     uint64_t handle;
 };
 
+enum { SCENE_NV_GEOMETRIES = 4 };
+
+/* A call of vkCmdBuildAccelerationStructureNV, and what it uses. */
+struct scene_nv {
+    const VkAccelerationStructureInfoNV *info_argument;
+    VkAccelerationStructureInfoNV info;
+    VkGeometryNV geometries[SCENE_NV_GEOMETRIES];
+    VkBuffer instance_data;
+    VkDeviceSize instance_offset;
+    VkBool32 update;
+    VkAccelerationStructureNV dst, src;
+    VkBuffer scratch;
+    VkDeviceSize scratch_offset;
+    struct test_buffer vertices, indices, transforms, boxes, instances, scratch_buffer;
+};
+
 struct scene {
     struct world *world;
     const VkuDeviceDispatchTable *vk;
@@ -88,12 +104,15 @@ struct scene {
     uint32_t indirect_strides[SCENE_BUILDS];
     struct test_buffer indirect;
 
+    struct scene_nv nv; /* COMMAND_NV */
+
     /* What the builds use. */
     struct test_buffer vertices, indices, transforms, boxes, instances;
     struct scene_micromaps micromaps;
     struct test_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
-    VkDevice other_device; /* made by scene_other_device */
+    VkDevice other_device; /* made by scene_enter_other_device */
     VkuDeviceDispatchTable other_vk;
+    VkDevice own_device; /* while the scene is in the other one */
 
     /* Structures of extensions, for cases that chain them. */
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
@@ -166,6 +185,10 @@ void scene_note_binding(struct scene *scene, struct test_buffer *buffer,
 VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer);
 VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer);
 
+/* Of the first memory type that the bits allow. */
+struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
+                                          uint32_t memory_type_bits);
+
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 
@@ -183,13 +206,44 @@ void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
                        VkDeviceSize memory_offset);
 VkDeviceSize scene_sparse_page(struct scene *scene, const struct test_buffer *buffer);
 
+/* Between these what the scene creates is of another VkDevice. */
+void scene_enter_other_device(struct scene *scene);
+void scene_leave_other_device(struct scene *scene);
+const VkuDeviceDispatchTable *scene_table_of(const struct scene *scene, VkDevice device);
+
 /* An acceleration structure of another VkDevice, like the dst of `build`. */
 VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build);
 
 /* ---- VK_NV_ray_tracing (scene_nv.c) ---- */
 
-/* Records a valid build of one geometry, all of its own. */
-void scene_call_nv(struct scene *scene);
+/* Prepares the build of a BLAS: 2 triangles with 32-bit indices and a transform, then 2 without
+ * either. */
+void scene_nv_open(struct scene *scene);
+void scene_nv_call(struct scene *scene);
+
+/* Makes it another valid call: of 3 boxes, twice; of 3 null instances; an update from another
+ * structure, built before in the command buffer. */
+void scene_nv_use_boxes(struct scene *scene);
+void scene_nv_use_instances(struct scene *scene);
+void scene_nv_use_update(struct scene *scene);
+
+/* Gives the call a dst, and scratch for building and updating, that fit the info as it stands. */
+void scene_nv_give_objects(struct scene *scene);
+
+/* A structure for the info as it stands, not bound; its memory requirements; and binding it, to
+ * memory of its own or of the caller's. */
+VkAccelerationStructureNV scene_nv_create(struct scene *scene);
+VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
+                                           VkAccelerationStructureNV accel,
+                                           VkAccelerationStructureMemoryRequirementsTypeNV type);
+struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructureNV accel,
+                                     VkDeviceSize size);
+void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
+                   VkDeviceSize offset);
+VkAccelerationStructureNV scene_nv_accel(struct scene *scene);
+
+/* Records a build of `dst`, from nothing, with the info as it stands. */
+void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst);
 
 /* ---- command buffers (scene_commands.c) ---- */
 

@@ -1,25 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A build of VK_NV_ray_tracing. */
+#include <string.h>
+
 #include "scene.h"
 
-static const VkGeometryNV geometry_template = {
-    .sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-    .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-    .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
-                               .vertexCount = 6,
-                               .vertexStride = 12,
-                               .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                               .indexType = VK_INDEX_TYPE_NONE_NV},
-                 .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}},
-};
+/* ---- objects ---- */
 
 static void destroy_accel_nv(struct scene *scene, VkDevice device, uint64_t handle)
 {
-    scene->vk->DestroyAccelerationStructureNV(device, (VkAccelerationStructureNV)handle, NULL);
+    scene_table_of(scene, device)
+        ->DestroyAccelerationStructureNV(device, (VkAccelerationStructureNV)handle, NULL);
 }
 
-static VkDeviceSize required_size(const struct scene *scene, VkAccelerationStructureNV accel,
-                                  VkAccelerationStructureMemoryRequirementsTypeNV type)
+VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
+                                           VkAccelerationStructureNV accel,
+                                           VkAccelerationStructureMemoryRequirementsTypeNV type)
 {
     const VkAccelerationStructureMemoryRequirementsInfoNV info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
@@ -29,50 +24,195 @@ static VkDeviceSize required_size(const struct scene *scene, VkAccelerationStruc
     VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
     scene->vk->GetAccelerationStructureMemoryRequirementsNV(scene->world->device, &info,
                                                             &requirements);
-    return requirements.memoryRequirements.size;
+    return requirements.memoryRequirements;
 }
 
-static VkAccelerationStructureNV make_accel(struct scene *scene,
-                                            const VkAccelerationStructureInfoNV *info)
+VkAccelerationStructureNV scene_nv_create(struct scene *scene)
 {
     const VkAccelerationStructureCreateInfoNV create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = *info};
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene->nv.info};
     const VkDevice device = scene->world->device;
     VkAccelerationStructureNV accel;
 
     expect_success(scene->vk->CreateAccelerationStructureNV(device, &create_info, NULL, &accel),
                    "vkCreateAccelerationStructureNV");
     scene_defer(scene, device, (uint64_t)accel, destroy_accel_nv);
-    const struct test_memory memory = scene_allocate(
-        scene,
-        required_size(scene, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV));
-    const VkBindAccelerationStructureMemoryInfoNV bind_info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-        .accelerationStructure = accel,
-        .memory = memory.handle,
-    };
-    expect_success(scene->vk->BindAccelerationStructureMemoryNV(device, 1, &bind_info),
-                   "vkBindAccelerationStructureMemoryNV");
     return accel;
 }
 
-void scene_call_nv(struct scene *scene)
+struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructureNV accel,
+                                     VkDeviceSize size)
 {
-    VkGeometryNV geometry = geometry_template;
-    const VkAccelerationStructureInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
+    const VkMemoryRequirements requirements = scene_nv_requirements(
+        scene, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
+    return scene_allocate_of_type(scene, size != 0 ? size : requirements.size,
+                                  requirements.memoryTypeBits);
+}
+
+void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
+                   VkDeviceSize offset)
+{
+    const VkBindAccelerationStructureMemoryInfoNV bind_info = {
+        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
+        .accelerationStructure = accel,
+        .memory = memory,
+        .memoryOffset = offset,
     };
-    geometry.geometry.triangles.vertexData =
-        scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV).handle;
-    const VkAccelerationStructureNV accel = make_accel(scene, &info);
-    const struct test_buffer scratch = scene_buffer(
-        scene,
-        required_size(scene, accel,
-                      VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV),
-        VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
-    scene->vk->CmdBuildAccelerationStructureNV(scene->command_buffer, &info, VK_NULL_HANDLE, 0,
-                                               VK_FALSE, accel, VK_NULL_HANDLE, scratch.handle, 0);
+    expect_success(
+        scene->vk->BindAccelerationStructureMemoryNV(scene->world->device, 1, &bind_info),
+        "vkBindAccelerationStructureMemoryNV");
+}
+
+VkAccelerationStructureNV scene_nv_accel(struct scene *scene)
+{
+    const VkAccelerationStructureNV accel = scene_nv_create(scene);
+    scene_nv_bind(scene, accel, scene_nv_allocate(scene, accel, 0).handle, 0);
+    return accel;
+}
+
+static VkDeviceSize larger_scratch(const struct scene *scene, VkAccelerationStructureNV accel)
+{
+    const VkDeviceSize build_size =
+        scene_nv_requirements(scene, accel,
+                              VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
+            .size;
+    const VkDeviceSize update_size =
+        scene_nv_requirements(scene, accel,
+                              VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV)
+            .size;
+    return build_size < update_size ? update_size : build_size;
+}
+
+void scene_nv_give_objects(struct scene *scene)
+{
+    struct scene_nv *nv = &scene->nv;
+
+    nv->dst = scene_nv_accel(scene);
+    const VkDeviceSize size = larger_scratch(scene, nv->dst);
+    nv->scratch_buffer =
+        scene_buffer(scene, size != 0 ? size : 1, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    nv->scratch = nv->scratch_buffer.handle;
+}
+
+/* ---- geometries ---- */
+
+static struct test_buffer copy_of(struct scene *scene, const struct test_buffer *input)
+{
+    const struct test_buffer copy =
+        scene_buffer(scene, input->size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    memcpy(copy.host, input->host, input->size);
+    return copy;
+}
+
+static VkGeometryNV empty_geometry(VkGeometryTypeKHR type)
+{
+    return (VkGeometryNV){
+        .sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
+        .geometryType = type,
+        .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV},
+                     .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}},
+    };
+}
+
+static void set_triangles(struct scene *scene)
+{
+    struct scene_nv *nv = &scene->nv;
+
+    for (uint32_t i = 0; i < 2; i++) {
+        nv->geometries[i] = empty_geometry(VK_GEOMETRY_TYPE_TRIANGLES_NV);
+        VkGeometryTrianglesNV *triangles = &nv->geometries[i].geometry.triangles;
+        triangles->vertexData = nv->vertices.handle;
+        triangles->vertexCount = 6;
+        triangles->vertexStride = 12;
+        triangles->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
+        triangles->indexType = VK_INDEX_TYPE_NONE_NV;
+    }
+    VkGeometryTrianglesNV *indexed = &nv->geometries[0].geometry.triangles;
+    indexed->indexType = VK_INDEX_TYPE_UINT32;
+    indexed->indexData = nv->indices.handle;
+    indexed->indexCount = 6;
+    indexed->transformData = nv->transforms.handle;
+}
+
+static void set_info(struct scene *scene, VkAccelerationStructureTypeNV type,
+                     uint32_t geometry_count, uint32_t instance_count)
+{
+    scene->nv.info = (VkAccelerationStructureInfoNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
+        .type = type,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
+        .instanceCount = instance_count,
+        .geometryCount = geometry_count,
+        .pGeometries = geometry_count != 0 ? scene->nv.geometries : NULL,
+    };
+}
+
+void scene_nv_open(struct scene *scene)
+{
+    struct scene_nv *nv = &scene->nv;
+
+    nv->vertices = copy_of(scene, &scene->vertices);
+    nv->indices = copy_of(scene, &scene->indices);
+    nv->transforms = copy_of(scene, &scene->transforms);
+    nv->boxes = copy_of(scene, &scene->boxes);
+    nv->instances = copy_of(scene, &scene->instances);
+    nv->info_argument = &nv->info;
+    set_triangles(scene);
+    set_info(scene, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, 2, 0);
+    scene_nv_give_objects(scene);
+}
+
+void scene_nv_use_boxes(struct scene *scene)
+{
+    struct scene_nv *nv = &scene->nv;
+
+    for (uint32_t i = 0; i < 2; i++) {
+        nv->geometries[i] = empty_geometry(VK_GEOMETRY_TYPE_AABBS_NV);
+        nv->geometries[i].geometry.aabbs.aabbData = nv->boxes.handle;
+        nv->geometries[i].geometry.aabbs.numAABBs = 3;
+        nv->geometries[i].geometry.aabbs.stride = 24;
+        nv->geometries[i].geometry.aabbs.offset = i * 1024;
+    }
+    scene_nv_give_objects(scene);
+}
+
+void scene_nv_use_instances(struct scene *scene)
+{
+    set_info(scene, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV, 0, 3);
+    scene->nv.instance_data = scene->nv.instances.handle;
+    scene_nv_give_objects(scene);
+}
+
+/* ---- the call ---- */
+
+void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst)
+{
+    const struct scene_nv *nv = &scene->nv;
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    };
+    scene->vk->CmdBuildAccelerationStructureNV(scene->command_buffer, &nv->info, nv->instance_data,
+                                               0, VK_FALSE, dst, VK_NULL_HANDLE, nv->scratch, 0);
+    scene->vk->CmdPipelineBarrier(
+        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+}
+
+void scene_nv_use_update(struct scene *scene)
+{
+    scene->nv.src = scene_nv_accel(scene);
+    scene_nv_build(scene, scene->nv.src);
+    scene->nv.update = VK_TRUE;
+}
+
+void scene_nv_call(struct scene *scene)
+{
+    const struct scene_nv *nv = &scene->nv;
+
+    scene->vk->CmdBuildAccelerationStructureNV(scene->command_buffer, nv->info_argument,
+                                               nv->instance_data, nv->instance_offset, nv->update,
+                                               nv->dst, nv->src, nv->scratch, nv->scratch_offset);
 }

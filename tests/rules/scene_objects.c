@@ -30,24 +30,24 @@ void scene_destroy(struct scene *scene, uint64_t handle)
     abort();
 }
 
-static const VkuDeviceDispatchTable *table_of(const struct scene *scene, VkDevice device)
+const VkuDeviceDispatchTable *scene_table_of(const struct scene *scene, VkDevice device)
 {
     return device == scene->other_device ? &scene->other_vk : scene->vk;
 }
 
 static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
 {
-    table_of(scene, device)->FreeMemory(device, (VkDeviceMemory)handle, NULL);
+    scene_table_of(scene, device)->FreeMemory(device, (VkDeviceMemory)handle, NULL);
 }
 
 static void destroy_buffer(struct scene *scene, VkDevice device, uint64_t handle)
 {
-    table_of(scene, device)->DestroyBuffer(device, (VkBuffer)handle, NULL);
+    scene_table_of(scene, device)->DestroyBuffer(device, (VkBuffer)handle, NULL);
 }
 
 static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
 {
-    table_of(scene, device)
+    scene_table_of(scene, device)
         ->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
 }
 
@@ -69,8 +69,8 @@ static uint32_t find_memory_type(const struct scene *scene, VkMemoryPropertyFlag
     return UINT32_MAX;
 }
 
-struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
-                                       VkMemoryPropertyFlags properties, const void *chain)
+static struct test_memory allocate(struct scene *scene, VkDeviceSize size, uint32_t type,
+                                   const void *chain)
 {
     struct test_memory memory = {.size = size};
     const VkMemoryAllocateFlagsInfo flags_info = {
@@ -82,22 +82,37 @@ struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
         .pNext = scene->world->setup.route == ROUTE_EXT ? chain : &flags_info,
         .allocationSize = size,
-        .memoryTypeIndex = find_memory_type(scene, properties),
+        .memoryTypeIndex = type,
     };
     const VkDevice device = scene->world->device;
 
-    if (allocate_info.memoryTypeIndex == UINT32_MAX) {
-        scene_skip(scene, "no memory type of the wanted kind");
-        return memory;
-    }
     expect_success(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle),
                    "vkAllocateMemory");
     scene_defer(scene, device, (uint64_t)memory.handle, free_memory);
-    if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
-        expect_success(
-            scene->vk->MapMemory(device, memory.handle, 0, size, 0, (void **)&memory.host),
-            "vkMapMemory");
     return memory;
+}
+
+struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
+                                       VkMemoryPropertyFlags properties, const void *chain)
+{
+    const uint32_t type = find_memory_type(scene, properties);
+
+    if (type == UINT32_MAX) {
+        scene_skip(scene, "no memory type of the wanted kind");
+        return (struct test_memory){.size = size};
+    }
+    struct test_memory memory = allocate(scene, size, type, chain);
+    if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
+        expect_success(scene->vk->MapMemory(scene->world->device, memory.handle, 0, size, 0,
+                                            (void **)&memory.host),
+                       "vkMapMemory");
+    return memory;
+}
+
+struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
+                                          uint32_t memory_type_bits)
+{
+    return allocate(scene, size, (uint32_t)__builtin_ctz(memory_type_bits), NULL);
 }
 
 struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size)
@@ -211,12 +226,11 @@ VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test
     return scene_create_accel(scene, &create_info);
 }
 
-VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build)
+void scene_enter_other_device(struct scene *scene)
 {
     struct world *world = scene->world;
-    const VkDevice device = world->device;
-    const struct test_buffer dst_buffer = scene->dst_buffers[build];
 
+    scene->own_device = world->device;
     if (scene->other_device == VK_NULL_HANDLE) {
         scene->other_device = world_create_device(world);
         vkuInitDeviceDispatchTable(scene->other_device, &scene->other_vk,
@@ -226,9 +240,21 @@ VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint
     }
     world->device = scene->other_device;
     scene->vk = &scene->other_vk;
+}
+
+void scene_leave_other_device(struct scene *scene)
+{
+    scene->world->device = scene->own_device;
+    scene->vk = &scene->world->vk;
+}
+
+VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build)
+{
+    const struct test_buffer dst_buffer = scene->dst_buffers[build];
+
+    scene_enter_other_device(scene);
     const VkAccelerationStructureKHR accel = scene_accel_for(scene, build);
-    world->device = device;
-    scene->vk = &world->vk;
+    scene_leave_other_device(scene);
     scene->dst_buffers[build] = dst_buffer;
     return accel;
 }

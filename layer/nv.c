@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of VK_NV_ray_tracing: its structures, and the command that builds them. */
+#include "build_call.h"
+#include "intercepts.h"
+#include "state/chain.h"
+#include "state/nv_shape.h"
+#include "submissions.h"
+
+/* ---- structures */
+
+static VkDeviceSize required_size(const struct layer_device *device,
+                                  VkAccelerationStructureNV accel,
+                                  VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    const VkAccelerationStructureMemoryRequirementsInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
+        .type = type,
+        .accelerationStructure = accel,
+    };
+    VkMemoryRequirements2 answer = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+    device->vk.GetAccelerationStructureMemoryRequirementsNV(device->handle, &info, &answer);
+    return answer.memoryRequirements.size;
+}
+
+/* They depend on what the structure was created for alone, so that builds need not ask. */
+static struct nv_size_facts find_sizes(const struct layer_device *device,
+                                       VkAccelerationStructureNV accel)
+{
+    if (device->level < LEVEL_STATE || !device->vk.GetAccelerationStructureMemoryRequirementsNV)
+        return (struct nv_size_facts){.known = false};
+    return (struct nv_size_facts){
+        .known = true,
+        .object = required_size(device, accel,
+                                VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV),
+        .build_scratch = required_size(
+            device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV),
+        .update_scratch = required_size(
+            device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV),
+    };
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureNV(
+    VkDevice device, const VkAccelerationStructureCreateInfoNV *pCreateInfo,
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureNV *pAccelerationStructure)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateAccelerationStructureNV(device, pCreateInfo, pAllocator,
+                                                              pAccelerationStructure);
+    if (result == VK_SUCCESS) {
+        struct nv_size_facts sizes = find_sizes(state, *pAccelerationStructure);
+        resources_add_nv_accel(state->resources, *pAccelerationStructure,
+                               nv_shape_create(&pCreateInfo->info), &sizes);
+    }
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureNV(
+    VkDevice device, VkAccelerationStructureNV accelerationStructure,
+    const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    submissions_forget(state->submissions,
+                       resources_remove_nv_accel(state->resources, accelerationStructure), 1);
+    object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                     (uint64_t)(uintptr_t)accelerationStructure, NULL);
+    state->vk.DestroyAccelerationStructureNV(device, accelerationStructure, pAllocator);
+}
+
+/* Whether instance i of the structure is bound to another instance of the memory than i. */
+static bool instances_differ(const VkBindAccelerationStructureMemoryInfoNV *bind)
+{
+    for (uint32_t i = 0; i < bind->deviceIndexCount; i++)
+        if (bind->pDeviceIndices[i] != i)
+            return true;
+    return false;
+}
+
+/* A failed call may have bound some. */
+VKAPI_ATTR VkResult VKAPI_CALL
+assay_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
+                                        const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result =
+        state->vk.BindAccelerationStructureMemoryNV(device, bindInfoCount, pBindInfos);
+    for (uint32_t i = 0; i < bindInfoCount; i++)
+        if (result == VK_SUCCESS)
+            resources_bind_nv_accel(state->resources, pBindInfos[i].accelerationStructure,
+                                    pBindInfos[i].memory, pBindInfos[i].memoryOffset,
+                                    instances_differ(&pBindInfos[i]));
+        else
+            resources_forget_nv_binding(state->resources, pBindInfos[i].accelerationStructure);
+    return result;
+}
+
+/* ---- builds */
+
+static struct built describe(const struct build_call *call, const struct nv_call_view *view)
+{
+    uint32_t position = call->origin.build_index;
+    if (!view->info)
+        return (struct built){.state = BUILT_UNKNOWN, .position = position};
+    return (struct built){.state = BUILT_BEFORE,
+                          .command_buffer = call->origin.command_buffer,
+                          .position = position,
+                          .flags = view->info->flags,
+                          .type = view->info->type,
+                          .geometry_count = view->info->geometryCount};
+}
+
+static void see_build(void *user, const struct nv_call_view *view)
+{
+    struct build_call *call = user;
+    struct journal *journal = call->command_buffer->journal;
+    if (!view->dst_facts.id)
+        return;
+    struct journal_entry entry = {
+        .kind = view->update ? JOURNAL_UPDATE : JOURNAL_BUILD,
+        .command = COMMAND_NV,
+        .labels = journal_note_labels(journal, &call->command_buffer->labels),
+        .dst = (uint64_t)(uintptr_t)view->dst,
+        .dst_id = view->dst_facts.id,
+        .dst_backed = view->dst_facts.binding == NV_BOUND,
+        .src = (uint64_t)(uintptr_t)view->src,
+        .src_id = view->src_facts.id,
+        .built = describe(call, view),
+    };
+    journal_add(journal, &entry);
+}
+
+static void see_input(void *user, const struct nv_call_view *view, uint32_t geometry,
+                      enum input_role role, const struct buffer_facts *facts)
+{
+    struct build_call *call = user;
+    struct journal_input input = {
+        .buffer_id = facts->id,
+        .buffer = facts->handle,
+        .position = call->origin.build_index,
+        .geometry = geometry,
+        .role = (unsigned char)role,
+        .command = COMMAND_NV,
+        .is_update = view->update,
+    };
+    journal_add_input(call->command_buffer->journal, &input);
+}
+
+static void run_checks(struct build_call *call, struct nv_call_view *view)
+{
+    struct readable_cache own_cache = {0};
+    struct check_context context = {
+        .level = call->device->level,
+        .active = call->device->active_rules[COMMAND_NV],
+        .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
+        .resources = call->device->resources,
+        .found = build_call_found,
+        .of_another_device = build_call_of_another_device,
+        .user = call,
+    };
+    if (build_call_begin_journal(call)) {
+        context.see_nv_build = see_build;
+        context.see_nv_input = see_input;
+    }
+    check_nv_build(&context, view);
+    if (context.see_nv_build)
+        build_call_settle_journal(call);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
+    VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
+    VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
+    VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
+    VkDeviceSize scratchOffset)
+{
+    struct layer_device *device = layer_find_device(commandBuffer);
+    struct build_call call = build_call_start(device, COMMAND_NV);
+    build_call_set_command_buffer(&call, commandBuffer);
+    struct nv_call_view view = {
+        .call = &call.view,
+        .info_argument = pInfo,
+        .instance_data = instanceData,
+        .update = update != VK_FALSE,
+        .dst = dst,
+        .src = src,
+        .scratch = scratch,
+        .scratch_offset = scratchOffset,
+    };
+    run_checks(&call, &view);
+    if (call.skip)
+        return;
+    build_call_count_builds(&call, 1);
+    device->vk.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
+                                               update, dst, src, scratch, scratchOffset);
+}

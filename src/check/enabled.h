@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which enumerants there are on a device with the extensions that were enabled for it. */
+#ifndef ASSAY_CHECK_ENABLED_H
+#define ASSAY_CHECK_ENABLED_H
+
+#include <stdbool.h>
+
+#include "state/facts.h"
+
+bool accel_type_is_enabled(const struct device_facts *device, VkAccelerationStructureTypeKHR type);
+bool geometry_type_is_enabled(const struct device_facts *device, VkGeometryTypeKHR type);
+
+/* All bits that there are. */
+VkBuildAccelerationStructureFlagsKHR build_flags_enabled(const struct device_facts *device);
+static const VkGeometryFlagsKHR geometry_flags =
+    VK_GEOMETRY_OPAQUE_BIT_KHR | VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR;
+
+#endif

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Structures of VK_NV_ray_tracing: each is bound to memory by itself, without a buffer between. */
+#include <stdlib.h>
+
+#include "state/resource_records.h"
+
+static void unbind(struct nv_accel_record *accel)
+{
+    memory_record_release(accel->memory);
+    accel->memory = NULL;
+}
+
+static void free_record(void *record, void *context)
+{
+    struct nv_accel_record *accel = record;
+    (void)context;
+    unbind(accel);
+    nv_shape_release(accel->created);
+    free(accel);
+}
+
+void resources_release_nv(struct resources *resources)
+{
+    handle_table_each(&resources->nv_accels, free_record, NULL);
+    handle_table_release(&resources->nv_accels);
+}
+
+/* Returns the id of what was removed, or 0. */
+static uint64_t remove_record(struct resources *resources, uint64_t handle)
+{
+    struct nv_accel_record *accel = handle_table_remove(&resources->nv_accels, handle);
+    if (!accel)
+        return 0;
+    uint64_t id = accel->id;
+    resources_note_death(resources);
+    free_record(accel, NULL);
+    return id;
+}
+
+void resources_add_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                            struct nv_shape *created, const struct nv_size_facts *sizes)
+{
+    struct nv_accel_record *accel = malloc(sizeof(*accel));
+    if (accel)
+        *accel = (struct nv_accel_record){.bound = NO, .sizes = *sizes, .created = created};
+    reader_lock_write(&resources->lock);
+    remove_record(resources, (uint64_t)(uintptr_t)handle);
+    if (accel)
+        accel->id = ++resources->last_id;
+    bool kept =
+        resources_publish(resources, &resources->nv_accels, (uint64_t)(uintptr_t)handle, accel);
+    reader_lock_write_done(&resources->lock);
+    if (!kept)
+        nv_shape_release(created);
+}
+
+uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationStructureNV handle)
+{
+    reader_lock_write(&resources->lock);
+    uint64_t id = remove_record(resources, (uint64_t)(uintptr_t)handle);
+    reader_lock_write_done(&resources->lock);
+    return id;
+}
+
+static struct nv_accel_record *find(const struct resources *resources,
+                                    VkAccelerationStructureNV handle)
+{
+    return handle_table_find(&resources->nv_accels, (uint64_t)(uintptr_t)handle);
+}
+
+void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                             VkDeviceMemory memory, VkDeviceSize offset, bool instances_differ)
+{
+    reader_lock_write(&resources->lock);
+    struct nv_accel_record *accel = find(resources, handle);
+    if (accel) {
+        unbind(accel);
+        accel->memory = handle_table_find(&resources->memories, (uint64_t)(uintptr_t)memory);
+        accel->memory_offset = offset;
+        accel->instances_differ = instances_differ;
+        accel->bound = accel->memory ? YES : UNKNOWN;
+        if (accel->memory)
+            accel->memory->references++;
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle)
+{
+    reader_lock_write(&resources->lock);
+    struct nv_accel_record *accel = find(resources, handle);
+    if (accel) {
+        unbind(accel);
+        accel->bound = UNKNOWN;
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+/* Whether the structure goes beyond the end of its memory; a size of 0 is that of an import, whose
+ * own size isn't known. */
+static bool is_cut_short(const struct nv_accel_record *accel)
+{
+    VkDeviceSize size = accel->memory->size, offset = accel->memory_offset;
+    return accel->sizes.known && size && (offset > size || size - offset < accel->sizes.object);
+}
+
+static enum nv_binding binding_of(const struct nv_accel_record *accel)
+{
+    if (accel->bound != YES)
+        return accel->bound == NO ? NV_UNBOUND : NV_BINDING_UNKNOWN;
+    if (!accel->memory->alive)
+        return NV_MEMORY_FREED;
+    return is_cut_short(accel) ? NV_MEMORY_TOO_SMALL : NV_BOUND;
+}
+
+static struct memory_span span_of(const struct nv_accel_record *accel)
+{
+    if (binding_of(accel) != NV_BOUND || accel->instances_differ || !accel->sizes.known)
+        return (struct memory_span){0};
+    return (struct memory_span){accel->memory->handle, accel->memory_offset,
+                                accel->memory_offset + accel->sizes.object};
+}
+
+void resources_find_nv_accel(const struct resources *resources, VkAccelerationStructureNV handle,
+                             struct nv_accel_facts *facts)
+{
+    const struct nv_accel_record *accel = find(resources, handle);
+    *facts = (struct nv_accel_facts){.handle = handle};
+    if (!handle)
+        return;
+    if (!accel) {
+        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        return;
+    }
+    facts->alive = YES;
+    facts->id = accel->id;
+    facts->binding = binding_of(accel);
+    facts->memory = accel->memory ? accel->memory->handle : VK_NULL_HANDLE;
+    facts->span = span_of(accel);
+    facts->sizes = accel->sizes;
+    facts->created = nv_shape_share(accel->created);
+}

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* VkGeometryNV and the structures in it. */
+#include "case.h"
+
+#define NV_TRIANGLES(index) nv.geometries[index].geometry.triangles
+#define NV_BOXES(index) nv.geometries[index].geometry.aabbs
+
+/* ---- buffers ---- */
+
+static VkGeometryTrianglesNV *indexed(struct scene *scene)
+{
+    return &scene->nv.geometries[0].geometry.triangles;
+}
+
+static void use_destroyed_vertices(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->nv.vertices.handle);
+}
+
+static void use_destroyed_indices(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->nv.indices.handle);
+}
+
+static void use_destroyed_transforms(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->nv.transforms.handle);
+}
+
+static void use_destroyed_boxes(struct scene *scene)
+{
+    scene_nv_use_boxes(scene);
+    scene_destroy(scene, (uint64_t)scene->nv.boxes.handle);
+}
+
+static VkBuffer foreign_buffer(struct scene *scene)
+{
+    scene_enter_other_device(scene);
+    const struct test_buffer buffer =
+        scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    scene_leave_other_device(scene);
+    return buffer.handle;
+}
+
+static void use_foreign_vertices(struct scene *scene)
+{
+    indexed(scene)->vertexData = foreign_buffer(scene);
+}
+
+static void use_foreign_indices(struct scene *scene)
+{
+    indexed(scene)->indexData = foreign_buffer(scene);
+}
+
+static void use_a_foreign_transform(struct scene *scene)
+{
+    indexed(scene)->transformData = foreign_buffer(scene);
+}
+
+/* ---- formats and indices ---- */
+
+static void use_short_indices(struct scene *scene)
+{
+    indexed(scene)->indexType = VK_INDEX_TYPE_UINT16;
+    indexed(scene)->indexOffset = SCENE_BUFFER_SIZE / 2;
+}
+
+static void use_short_indices_at_an_odd_offset(struct scene *scene)
+{
+    use_short_indices(scene);
+    indexed(scene)->indexOffset++;
+}
+
+static void use_short_indices_at_half_a_word(struct scene *scene)
+{
+    use_short_indices(scene);
+    indexed(scene)->indexOffset += 2;
+}
+
+/* ---- cases ---- */
+
+#define CASE_OF_BOXES .mutate = scene_nv_use_boxes, .mutate_twin = scene_nv_use_boxes
+
+static const struct test_case cases[] = {
+    {.name = "stype",
+     RULES(RULE_nv_geometry_has_its_stype),
+     .edits = EDITS(SET(nv.geometries[1].sType, 0)),
+     .path = "): pInfo->pGeometries[1].sType VK_STRUCTURE_TYPE_APPLICATION_INFO is not"},
+    {.name = "chain",
+     RULES(RULE_nv_geometry_has_no_chain),
+     .edits = EDITS(SET(nv.geometries[1].pNext, 16))},
+    {.name = "type_unknown",
+     RULES(RULE_nv_geometry_type_is_valid),
+     .edits = EDITS(SET(nv.geometries[0].geometryType, 1234), SET(nv.info.geometryCount, 1))},
+    {.name = "type_instances",
+     RULES(RULE_nv_geometry_type_is_triangles_or_aabbs),
+     .edits = EDITS(SET(nv.geometries[0].geometryType, VK_GEOMETRY_TYPE_INSTANCES_KHR),
+                    SET(nv.info.geometryCount, 1))},
+    {.name = "flags_unknown",
+     RULES(RULE_nv_geometry_flags_are_valid),
+     .edits = EDITS(SET(nv.geometries[1].flags, 1u << 30)),
+     .twin_edits = EDITS(
+         SET(nv.geometries[1].flags,
+             VK_GEOMETRY_OPAQUE_BIT_NV | VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_NV))},
+
+    {.name = "nothing_filled",
+     RULES(RULE_nv_geometry_data_is_filled),
+     .edits = EDITS(SET(NV_TRIANGLES(0).sType, 0), SET(NV_BOXES(0).sType, 0))},
+    {.name = "nothing_filled_of_boxes",
+     RULES(RULE_nv_geometry_data_is_filled),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_TRIANGLES(0).sType, 0), SET(NV_BOXES(0).sType, 0))},
+    {.name = "triangles_stype",
+     RULES(RULE_nv_triangles_have_their_stype),
+     .edits = EDITS(SET(NV_TRIANGLES(0).sType, VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV))},
+    {.name = "boxes_stype",
+     RULES(RULE_nv_aabbs_have_their_stype),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_BOXES(0).sType, 0))},
+    {.name = "unused_triangles_stype",
+     RULES(RULE_nv_unused_triangles_have_their_stype),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_TRIANGLES(0).sType, 0))},
+    {.name = "unused_boxes_stype",
+     RULES(RULE_nv_unused_aabbs_have_their_stype),
+     .edits = EDITS(SET(NV_BOXES(1).sType, VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV))},
+    {.name = "triangles_chain",
+     RULES(RULE_nv_triangles_have_no_chain),
+     .edits = EDITS(SET(NV_TRIANGLES(0).pNext, 16)),
+     .path = "pInfo->pGeometries[0].geometry.triangles.pNext 0x10"},
+    {.name = "boxes_chain",
+     RULES(RULE_nv_aabbs_have_no_chain),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_BOXES(0).pNext, 16))},
+
+    {.name = "vertices_destroyed",
+     RULES(RULE_nv_vertex_data_is_a_valid_buffer),
+     .mutate = use_destroyed_vertices,
+     .count = 2},
+    {.name = "vertices_never_created",
+     RULES(RULE_nv_vertex_data_is_a_valid_buffer),
+     .edits = EDITS(SET(NV_TRIANGLES(1).vertexData, 0x1234567)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(1).vertexData, 0))},
+    {.name = "vertex_offset_at_the_end",
+     RULES(RULE_nv_vertex_offset_is_in_the_buffer),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexOffset, SCENE_BUFFER_SIZE)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).vertexOffset, SCENE_BUFFER_SIZE - 4))},
+    {.name = "vertex_offset_far_behind",
+     RULES(RULE_nv_vertex_offset_is_in_the_buffer),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexOffset, UINT64_MAX - 3))},
+    {.name = "vertex_offset_unaligned",
+     RULES(RULE_nv_vertex_offset_is_aligned),
+     .edits = EDITS(SET(NV_TRIANGLES(1).vertexOffset, 2)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(1).vertexOffset, 4))},
+    {.name = "vertex_offset_unaligned_half",
+     RULES(RULE_nv_vertex_offset_is_aligned),
+     .edits = EDITS(SET(NV_TRIANGLES(1).vertexFormat, VK_FORMAT_R16G16_SFLOAT),
+                    SET(NV_TRIANGLES(1).vertexOffset, 3)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(1).vertexFormat, VK_FORMAT_R16G16_SFLOAT),
+                         SET(NV_TRIANGLES(1).vertexOffset, 2))},
+    {.name = "vertex_stride_large",
+     RULES(RULE_nv_vertex_stride_fits_32_bits),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexStride, 1ull << 32)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).vertexStride, UINT32_MAX))},
+    {.name = "vertex_format_unknown",
+     RULES(RULE_nv_vertex_format_is_valid),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, 12345678))},
+    {.name = "vertex_format_double",
+     RULES(RULE_nv_vertex_format_is_allowed),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, VK_FORMAT_R64G64B64_SFLOAT)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, VK_FORMAT_R16G16B16_SNORM))},
+    {.name = "vertex_format_undefined",
+     RULES(RULE_nv_vertex_format_is_allowed),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, VK_FORMAT_UNDEFINED)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, VK_FORMAT_R16G16_SNORM))},
+    {.name = "vertex_format_of_the_other_extension",
+     RULES(RULE_nv_vertex_format_is_allowed),
+     .edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).vertexFormat, VK_FORMAT_R16G16B16_SFLOAT))},
+
+    {.name = "index_type_unknown",
+     RULES(RULE_nv_index_type_is_valid),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexType, 1234))},
+    {.name = "index_type_uint8",
+     RULES(RULE_nv_index_type_is_16_or_32_bits_or_none),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_UINT8)),
+     .mutate_twin = use_short_indices},
+    {.name = "indices_destroyed",
+     RULES(RULE_nv_index_data_is_null_or_a_valid_buffer),
+     .mutate = use_destroyed_indices},
+    {.name = "indices_null",
+     RULES(RULE_nv_indexed_triangles_have_index_data),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexData, 0))},
+    {.name = "indices_of_unindexed",
+     RULES(RULE_nv_unindexed_triangles_have_no_index_data),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_NONE_NV),
+                    SET(NV_TRIANGLES(0).indexCount, 0)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_NONE_NV),
+                         SET(NV_TRIANGLES(0).indexCount, 0), SET(NV_TRIANGLES(0).indexData, 0))},
+    {.name = "index_count_of_unindexed",
+     RULES(RULE_nv_unindexed_triangles_have_no_index_count),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_NONE_NV),
+                    SET(NV_TRIANGLES(0).indexData, 0))},
+    {.name = "index_offset_at_the_end",
+     RULES(RULE_nv_index_offset_is_in_the_buffer),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexOffset, SCENE_BUFFER_SIZE)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).indexOffset, SCENE_BUFFER_SIZE - 4))},
+    {.name = "index_offset_unaligned",
+     RULES(RULE_nv_index_offset_is_aligned),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexOffset, 2)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).indexOffset, 4))},
+    {.name = "index_offset_unaligned_short",
+     RULES(RULE_nv_index_offset_is_aligned),
+     .mutate = use_short_indices_at_an_odd_offset,
+     .mutate_twin = use_short_indices_at_half_a_word},
+
+    {.name = "transform_destroyed",
+     RULES(RULE_nv_transform_data_is_a_valid_buffer),
+     .mutate = use_destroyed_transforms,
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).transformData, 0))},
+    {.name = "transform_offset_at_the_end",
+     RULES(RULE_nv_transform_offset_is_in_the_buffer),
+     .edits = EDITS(SET(NV_TRIANGLES(0).transformOffset, SCENE_BUFFER_SIZE)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).transformOffset, SCENE_BUFFER_SIZE - 64))},
+    {.name = "transform_offset_unaligned",
+     RULES(RULE_nv_transform_offset_is_aligned),
+     .edits = EDITS(SET(NV_TRIANGLES(0).transformOffset, 8)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).transformOffset, 48))},
+    {.name = "transform_offset_without_transform",
+     RULES(RULE_nv_transform_offset_is_aligned),
+     .edits = EDITS(SET(NV_TRIANGLES(0).transformData, 0), SET(NV_TRIANGLES(0).transformOffset, 8)),
+     .twin_edits = EDITS(SET(NV_TRIANGLES(0).transformData, 0),
+                         SET(NV_TRIANGLES(0).transformOffset, 1 << 20))},
+
+    {.name = "vertices_of_another_device",
+     RULES(RULE_nv_triangles_buffers_share_the_device),
+     .mutate = use_foreign_vertices},
+    {.name = "indices_of_another_device",
+     RULES(RULE_nv_triangles_buffers_share_the_device),
+     .mutate = use_foreign_indices},
+    {.name = "transform_of_another_device",
+     RULES(RULE_nv_triangles_buffers_share_the_device),
+     .mutate = use_a_foreign_transform,
+     .path = "pInfo->pGeometries[0].geometry.triangles.transformData VkBuffer 0x"},
+
+    {.name = "boxes_destroyed",
+     RULES(RULE_nv_aabb_data_is_a_valid_buffer),
+     .mutate = use_destroyed_boxes,
+     .mutate_twin = scene_nv_use_boxes,
+     .count = 2},
+    {.name = "boxes_null",
+     RULES(RULE_nv_aabb_data_is_a_valid_buffer),
+     .silent = true,
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_BOXES(0).aabbData, 0))},
+    {.name = "box_offset_at_the_end",
+     RULES(RULE_nv_aabb_offset_is_in_the_buffer),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_BOXES(0).offset, SCENE_BUFFER_SIZE)),
+     .twin_edits = EDITS(SET(NV_BOXES(0).offset, SCENE_BUFFER_SIZE - 72))},
+    {.name = "box_offset_unaligned",
+     RULES(RULE_nv_aabb_offset_is_aligned),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_BOXES(1).offset, 4)),
+     .twin_edits = EDITS(SET(NV_BOXES(1).offset, 8))},
+    {.name = "box_stride_unaligned",
+     RULES(RULE_nv_aabb_stride_is_aligned),
+     CASE_OF_BOXES,
+     .edits = EDITS(SET(NV_BOXES(1).stride, 28)),
+     .twin_edits = EDITS(SET(NV_BOXES(1).stride, 32))},
+
+    /* What a type doesn't use is not looked at. */
+    {.name = "triangles_in_boxes",
+     RULES(RULE_nv_vertex_format_is_allowed, RULE_nv_vertex_offset_is_aligned),
+     .silent = true,
+     CASE_OF_BOXES,
+     .edits = EDITS(
+         SET(NV_TRIANGLES(0).vertexData, 0x1234567), SET(NV_TRIANGLES(0).vertexOffset, 1),
+         SET(NV_TRIANGLES(0).vertexFormat, 12345678), SET(NV_TRIANGLES(0).transformOffset, 1))},
+    {.name = "boxes_in_triangles",
+     RULES(RULE_nv_aabb_data_is_a_valid_buffer, RULE_nv_aabb_stride_is_aligned),
+     .silent = true,
+     .edits = EDITS(SET(NV_BOXES(0).aabbData, 0x1234567), SET(NV_BOXES(0).offset, 1),
+                    SET(NV_BOXES(0).stride, 1), SET(NV_BOXES(0).numAABBs, 1000))},
+};
+
+CASE_LIST(cases_nv_geometry, cases);

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Updates of VK_NV_ray_tracing by what their source was built with earlier in the same command
+ * buffer. */
+#include "case.h"
+
+/* A source that was created and built with these flags. */
+static VkAccelerationStructureNV built_with(struct scene *scene,
+                                            VkBuildAccelerationStructureFlagsNV flags)
+{
+    const VkBuildAccelerationStructureFlagsNV own = scene->nv.info.flags;
+    scene->nv.info.flags = flags;
+    const VkAccelerationStructureNV source = scene_nv_accel(scene);
+    scene_nv_build(scene, source);
+    scene->nv.info.flags = own;
+    return source;
+}
+
+static void update_from(struct scene *scene, VkAccelerationStructureNV source)
+{
+    scene->nv.src = source;
+    scene->nv.update = VK_TRUE;
+}
+
+static void update_what_does_not_allow_it(struct scene *scene)
+{
+    update_from(scene, built_with(scene, 0));
+}
+
+static void update_what_allows_it(struct scene *scene)
+{
+    update_from(scene, built_with(scene, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV));
+}
+
+/* Flags need not be equal, as those of the other extension's updates. */
+static void update_what_allows_more(struct scene *scene)
+{
+    update_from(scene, built_with(scene, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
+                                             VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV));
+}
+
+static VkAccelerationStructureNV copy_of(struct scene *scene, VkAccelerationStructureNV source,
+                                         VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkAccelerationStructureNV copy = scene_nv_accel(scene);
+    scene->vk->CmdCopyAccelerationStructureNV(scene->command_buffer, copy, source, mode);
+    return copy;
+}
+
+static void update_a_clone_that_does_not_allow_it(struct scene *scene)
+{
+    update_from(
+        scene, copy_of(scene, built_with(scene, 0), VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+}
+
+static void update_a_clone(struct scene *scene)
+{
+    update_from(scene,
+                copy_of(scene,
+                        built_with(scene, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV),
+                        VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+}
+
+/* The original build counts, not the update after it. */
+static void update_an_update(struct scene *scene)
+{
+    scene_nv_use_update(scene);
+    scene_nv_call(scene);
+    update_from(scene, scene->nv.dst);
+}
+
+static void update_in_place(struct scene *scene)
+{
+    scene_nv_use_update(scene);
+    scene->nv.dst = scene->nv.src;
+}
+
+/* A KHR structure of the same handle, had it one, would be another thing. */
+static void build_a_khr_structure_between(struct scene *scene)
+{
+    scene_nv_use_update(scene);
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[INDEXED],
+                                                 &scene->range_pointers[INDEXED]);
+}
+
+static const struct test_case cases[] = {
+    {.name = "not_allowed",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .commands = ON_NV,
+     .mutate = update_what_does_not_allow_it,
+     .mutate_twin = update_what_allows_it,
+     .path = "): src VkAccelerationStructureNV 0x"},
+    {.name = "allowed_with_other_flags",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .commands = ON_NV,
+     .silent = true,
+     .mutate = update_what_allows_more},
+    {.name = "clone_of_what_is_not_allowed",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .commands = ON_NV,
+     .mutate = update_a_clone_that_does_not_allow_it,
+     .mutate_twin = update_a_clone},
+    {.name = "update_of_an_update",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .commands = ON_NV,
+     .silent = true,
+     .mutate = update_an_update},
+    {.name = "in_place",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .commands = ON_NV,
+     .silent = true,
+     .mutate = update_in_place},
+    {.name = "beside_the_other_extension",
+     RULES(RULE_update_source_was_built_with_allow_update),
+     .commands = ON_NV,
+     .silent = true,
+     .mutate = build_a_khr_structure_between},
+};
+
+CASE_LIST(cases_nv_update, cases);
