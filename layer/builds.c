@@ -70,6 +70,7 @@ static struct built describe(const struct build_call *call, const struct build_v
         .position = call->origin.build_index + build->index,
         .dst_size = build->dst.size,
         .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
+        .dense_readable = build->dense_readable,
     };
     if (build->geometry_count != build->info->geometryCount)
         return (struct built){.state = BUILT_UNKNOWN, .position = description.position};

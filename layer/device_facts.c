@@ -71,12 +71,17 @@ static void collect_features(struct device_facts *facts, const void *chain)
         chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
     facts->spheres = spheres && spheres->spheres;
     facts->linear_swept_spheres = spheres && spheres->linearSweptSpheres;
+
     const VkPhysicalDeviceOpacityMicromapFeaturesEXT *ext =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
     const VkPhysicalDeviceOpacityMicromapFeaturesKHR *khr =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
     facts->micromap.ext = ext && ext->micromap;
     facts->micromap.khr = khr && khr->micromap;
+
+    const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
+    facts->dense_geometry_format = dense && dense->denseGeometryFormat;
 }
 
 /* The structures of properties that a physical device may know. */

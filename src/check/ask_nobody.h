@@ -20,8 +20,11 @@
 #undef ASK_nv_call
 #undef ASK_nv_info
 #undef ASK_nv_geometry
+#undef ASK_dense_build
+#undef ASK_dense
 #undef ASK_update
 #undef ASK_updated_geometry
+#undef ASK_updated_dense
 #define ASK_call(name, level)
 #define ASK_build(name, level)
 #define ASK_geometry(name, level)
@@ -40,7 +43,10 @@
 #define ASK_nv_call(name, level)
 #define ASK_nv_info(name, level)
 #define ASK_nv_geometry(name, level)
+#define ASK_dense_build(name, level)
+#define ASK_dense(name, level)
 #define ASK_update(name, level)
 #define ASK_updated_geometry(name, level)
+#define ASK_updated_dense(name, level)
 #define PENDING(name, level, waits_for, ids)
 #define RULE(subject, name, level, ids) ASK_##subject(name, level)

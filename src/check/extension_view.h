@@ -44,4 +44,22 @@ struct swept_spheres_view {
     VkRayTracingLssPrimitiveEndCapsModeNV end_caps_mode;
 };
 
+/* VK_AMDX_dense_geometry_format. A build that has such geometries, and one of them. */
+struct dense_build_view {
+    const struct build_view *build;
+};
+
+struct dense_view {
+    const struct geometry_view *geometry;
+    bool missing; /* the structure certainly isn't there, though geometryType needs it */
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data; /* or NULL */
+    const struct address_facts *address; /* from level STATE on, of device builds; else NULL */
+};
+
+/* Such a geometry of an update, and that of its source. */
+struct updated_dense_view {
+    const struct update_view *update;
+    const struct dense_shape *asked, *source;
+};
+
 #endif

@@ -8,18 +8,29 @@ bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geomet
     case VK_GEOMETRY_TYPE_SPHERES_NV:
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
         return spheres_are_sound(geometry);
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        return dense_is_sound(geometry);
     default:
         return false;
     }
 }
 
-void check_extended_build(struct walk *walk, const struct build_view *build, bool with_state)
+bool extended_data_is_missing(const struct geometry_view *geometry)
+{
+    const struct chain_facts *chain = &geometry->chain;
+    return !chain->unreadable && !chain->has_duplicate && !chain->has_stray &&
+           !geometry->build->call->device->newer_than_registry;
+}
+
+void check_extended_build(struct walk *walk, struct build_view *build, bool with_state)
 {
     const struct device_facts *device = build->call->device;
     if (device->extension.motion_blur_nv)
         check_motion_build(walk, build, with_state);
     if (device->micromap.any)
         check_micromap_build(walk, build, with_state);
+    if (device->extension.dense_geometry_format_amdx)
+        check_dense_build(walk, build);
 }
 
 void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
@@ -34,6 +45,8 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
         check_spheres(walk, geometry, with_state);
     if (device->micromap.any)
         check_micromaps(walk, geometry, with_state);
+    if (device->extension.dense_geometry_format_amdx)
+        check_dense(walk, geometry, with_state);
 }
 
 const struct address_facts *chained_input(struct check_context *context,

@@ -7,7 +7,7 @@
 
 /* Put what the enabled extensions add to a build, or to a geometry, to their rules, at level STATE
  * too if `with_state`. `chained` lives as long as the geometry's check. */
-void check_extended_build(struct walk *walk, const struct build_view *build, bool with_state);
+void check_extended_build(struct walk *walk, struct build_view *build, bool with_state);
 void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
                              struct chained_inputs *chained, bool with_state);
 
@@ -17,10 +17,19 @@ void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_s
 void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state);
 void check_micromap_build(struct walk *walk, const struct build_view *build, bool with_state);
 void check_micromaps(struct walk *walk, struct geometry_view *geometry, bool with_state);
+void check_dense_build(struct walk *walk, struct build_view *build);
+void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state);
 
 /* Whether a driver can be asked about a geometry whose data is in its chain, which is readable. */
 bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
 bool spheres_are_sound(const VkAccelerationStructureGeometryKHR *geometry);
+/* How many triangles a geometry says that it has which takes no build range; false for others. */
+bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count);
+bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
+
+/* Where the structure that geometryType needs was not found in the chain of a geometry: whether
+ * that is what is wrong, and not something else with the chain. */
+bool extended_data_is_missing(const struct geometry_view *geometry);
 
 /* Looks up an address in a chained structure, for the rules about all inputs and for the journal.
  * Not for host builds. */

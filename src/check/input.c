@@ -41,6 +41,8 @@ const char *input_field(enum input_role role)
         return OPACITY_DATA "indexBuffer";
     case INPUT_OPACITY_EXT_INDEX:
         return OPACITY_EXT_DATA "indexBuffer.deviceAddress";
+    case INPUT_DENSE_DATA:
+        return DENSE_DATA "compressedData.deviceAddress";
     case INPUT_SCRATCH:
         break;
     }

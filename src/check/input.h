@@ -16,6 +16,7 @@
     "geometry.triangles.pNext<VkAccelerationStructureTrianglesOpacityMicromapEXT>."
 #define DISPLACEMENT_DATA                                                                          \
     "geometry.triangles.pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>."
+#define DENSE_DATA "pNext<VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX>."
 
 /* The member that gives the address, relative to its geometry, or to the build for scratch. */
 const char *input_field(enum input_role role);

@@ -43,6 +43,27 @@ static void judge_geometries(struct walk *walk, const struct update_view *update
     }
 }
 
+static void judge_dense(struct walk *walk, const struct update_view *update,
+                        const struct location *build)
+{
+    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
+    if (!asked || !source || asked->count != source->count)
+        return;
+    struct location location = *build;
+    location.subject = SUBJECT_GEOMETRY;
+    const struct dense_shape *now = built_dense_shapes(asked), *then = built_dense_shapes(source);
+    const struct dense_shape *end = then + source->dense_count;
+    for (uint32_t i = 0; i < asked->dense_count; i++, now++) {
+        while (then < end && then->geometry < now->geometry)
+            then++;
+        if (then == end || then->geometry != now->geometry)
+            continue;
+        struct updated_dense_view dense = {.update = update, .asked = now, .source = then};
+        location.geometry = now->geometry;
+        walk_updated_dense(walk, &dense, &location);
+    }
+}
+
 /* What the dst of an update needs at least: the size of a build, or, of a compacted source, that to
  * which its build compacts. 0 where neither is known. */
 static VkDeviceSize size_needed(const struct geometry_shapes *asked, const struct built *source)
@@ -95,6 +116,7 @@ static void judge(struct replay *replay, const struct journal *journal,
                                 .geometry_by_pointer = entry->geometry_by_pointer};
     walk_update(&walk, &update, &location);
     judge_geometries(&walk, &update, &location);
+    judge_dense(&walk, &update, &location);
     judge_size(&walk, entry, source, &location);
 }
 

@@ -18,15 +18,6 @@ static const VkStructureType swept_type =
     .index_type = (s)->indexType, .vertices = (s)->vertexData, .radii = (s)->radiusData,           \
     .indices = (s)->indexData
 
-/* That the structure isn't there, and nothing else is wrong with the chain that would explain it.
- */
-static bool is_missing(const struct geometry_view *geometry)
-{
-    const struct chain_facts *chain = &geometry->chain;
-    return !chain->unreadable && !chain->has_duplicate && !chain->has_stray &&
-           !geometry->build->call->device->newer_than_registry;
-}
-
 /* Without primitives nothing is read. */
 static bool is_unreadable(struct check_context *context, const struct geometry_view *geometry,
                           const void *address)
@@ -72,7 +63,7 @@ static void check_plain_spheres(struct walk *walk, struct geometry_view *geometr
 {
     const VkAccelerationStructureGeometrySpheresDataNV *s =
         chain_member(geometry->geometry->pNext, &geometry->chain, spheres_type);
-    struct spheres_view view = {.data = {.missing = is_missing(geometry)}};
+    struct spheres_view view = {.data = {.missing = extended_data_is_missing(geometry)}};
     if (s)
         view.data = (struct sphere_data){COMMON_MEMBERS(s)};
     view.data.geometry = geometry;
@@ -90,7 +81,7 @@ static void check_swept_spheres(struct walk *walk, struct geometry_view *geometr
 {
     const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
         chain_member(geometry->geometry->pNext, &geometry->chain, swept_type);
-    struct swept_spheres_view view = {.data = {.missing = is_missing(geometry)}};
+    struct swept_spheres_view view = {.data = {.missing = extended_data_is_missing(geometry)}};
     if (s)
         view = (struct swept_spheres_view){.data = {COMMON_MEMBERS(s)},
                                            .indexing_mode = s->indexingMode,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about updates, measured by what their source was last built with. They are asked only where
  * that is known. */
+#include "check/update.h"
 #include "check/names.h"
 #include "check/predicates.h"
 
@@ -18,7 +19,7 @@ static struct value where(const struct built *built)
 
 #define LAST_BUILT "{} was last built with {} ({})"
 
-static bool differs(const struct update_view *update, struct finding *finding, const char *field,
+bool update_differs(const struct update_view *update, struct finding *finding, const char *field,
                     struct value now, struct value then)
 {
     return violated(finding, field, "is {}, but " LAST_BUILT, now, source(update), then,
@@ -43,8 +44,8 @@ bool geometry_count_matches_source(const struct update_view *update, struct find
 {
     return update->source->state == BUILT_NEVER ||
            update->asked->geometry_count == update->source->geometry_count ||
-           differs(update, finding, "geometryCount", number(update->asked->geometry_count),
-                   number(update->source->geometry_count));
+           update_differs(update, finding, "geometryCount", number(update->asked->geometry_count),
+                          number(update->source->geometry_count));
 }
 
 /* A source that doesn't allow updates at all has a rule of its own. */
@@ -53,14 +54,14 @@ bool build_flags_match_source(const struct update_view *update, struct finding *
     const struct built *last = update->source;
     return !(last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
            update->asked->flags == last->flags ||
-           differs(update, finding, "flags", hex(update->asked->flags), hex(last->flags));
+           update_differs(update, finding, "flags", hex(update->asked->flags), hex(last->flags));
 }
 
 bool build_type_matches_source(const struct update_view *update, struct finding *finding)
 {
     return update->source->state == BUILT_NEVER || update->asked->type == update->source->type ||
-           differs(update, finding, "type", accel_type(update->asked->type),
-                   accel_type(update->source->type));
+           update_differs(update, finding, "type", accel_type(update->asked->type),
+                          accel_type(update->source->type));
 }
 
 /* Geometries. */
@@ -68,7 +69,7 @@ bool build_type_matches_source(const struct update_view *update, struct finding 
 static bool geometry_differs(const struct updated_geometry_view *geometry, struct finding *finding,
                              const char *field, struct value now, struct value then)
 {
-    return differs(geometry->update, finding, field, now, then);
+    return update_differs(geometry->update, finding, field, now, then);
 }
 
 bool geometry_type_matches_source(const struct updated_geometry_view *updated_geometry,

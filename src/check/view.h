@@ -44,6 +44,8 @@ struct build_view {
     uint64_t triangle_count, aabb_count;
     uint32_t first_other_type; /* index of the first geometry whose type is not the first's; or
                                   geometry_count */
+    bool dense_readable; /* the data of all geometries of VK_AMDX_dense_geometry_format; false where
+                            there are none */
 
     /* From level STATE on. */
     struct accel_facts dst, src;

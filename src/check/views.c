@@ -206,7 +206,8 @@ static void find_sizes(struct check_context *context, struct build_view *build)
         counts = malloc(count * sizeof(*counts));
     bool known = counts != NULL;
     for (uint32_t i = 0; known && i < count; i++)
-        known = view_primitive_count(build, i, &counts[i]);
+        known = view_primitive_count(build, i, &counts[i]) ||
+                dense_triangle_count(build_geometry(build->info, i), &counts[i]);
     if (known)
         context->find_sizes(context->user, build->info, counts, &build->sizes);
     if (counts != inline_counts)

@@ -150,6 +150,29 @@ void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swep
 #include "rules.def"
 }
 
+#include "check/ask_nobody.h"
+#undef ASK_dense_build
+#define ASK_dense_build(name, level) ASK(name, level, dense_build)
+
+void walk_dense_build(struct walk *walk, const struct dense_build_view *dense_build,
+                      enum level level)
+{
+    const struct location location = location_of_build(dense_build->build);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_dense
+#define ASK_dense(name, level) ASK(name, level, dense)
+
+void walk_dense(struct walk *walk, const struct dense_view *dense, enum level level)
+{
+    const struct location location = walk_location(dense->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
 /* Updates are judged once, where their source is known. */
 #define ASK_HERE(name, view)                                                                       \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
@@ -172,6 +195,17 @@ void walk_update(struct walk *walk, const struct update_view *update,
 
 void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
                            const struct location *location)
+{
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_updated_dense
+#define ASK_updated_dense(name, level) ASK_HERE(name, updated_dense)
+
+void walk_updated_dense(struct walk *walk, const struct updated_dense_view *updated_dense,
+                        const struct location *location)
 {
     struct finding finding;
 #include "rules.def"

@@ -33,11 +33,16 @@ void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view
 void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level);
 void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
                         enum level level);
+void walk_dense_build(struct walk *walk, const struct dense_build_view *dense_build,
+                      enum level level);
+void walk_dense(struct walk *walk, const struct dense_view *dense, enum level level);
 void walk_pair(struct walk *walk, const struct pair_view *pair);
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location);
 void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
                            const struct location *location);
+void walk_updated_dense(struct walk *walk, const struct updated_dense_view *updated_dense,
+                        const struct location *location);
 
 /* Of the NV command (walk_nv.c). */
 void walk_nv_call(struct walk *walk, const struct nv_call_view *nv_call, enum level level);

@@ -3,8 +3,10 @@
 #include "state/built.h"
 
 #include <stdlib.h>
+#include <vulkan/vulkan.h>
 
 #include "state/build_info.h"
+#include "state/chain.h"
 
 static void add_reference(atomic_uint *references)
 {
@@ -70,20 +72,97 @@ describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
     return shape;
 }
 
-static struct geometry_shapes *describe_geometries(const struct build_description *description)
+static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    uint32_t count = description->info->geometryCount;
-    struct geometry_shapes *shapes =
-        malloc(sizeof(*shapes) + (size_t)count * sizeof(shapes->items[0]));
+    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+}
+
+/* The offset of the dense shapes behind `count` items. */
+static size_t dense_offset(uint32_t count)
+{
+    size_t end = sizeof(struct geometry_shapes) + (size_t)count * sizeof(struct geometry_shape);
+    size_t alignment = _Alignof(struct dense_shape);
+    return (end + alignment - 1) / alignment * alignment;
+}
+
+const struct dense_shape *built_dense_shapes(const struct geometry_shapes *shapes)
+{
+    return (const void *)((const char *)shapes + dense_offset(shapes->count));
+}
+
+static struct dense_shape
+describe_dense(uint32_t index,
+               const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
+{
+    return (struct dense_shape){.geometry = index,
+                                .triangle_count = data->numTriangles,
+                                .vertex_count = data->numVertices,
+                                .max_primitive_index = data->maxPrimitiveIndex,
+                                .max_geometry_index = data->maxGeometryIndex,
+                                .format = (uint32_t)data->format,
+                                .data_size = data->dataSize};
+}
+
+/* False where a geometry says that it is dense and has no data. */
+static bool describe_all_dense(const struct build_description *description,
+                               struct geometry_shapes *shapes)
+{
+    struct dense_shape *next = (void *)((char *)shapes + dense_offset(shapes->count));
+    for (uint32_t i = 0; i < shapes->count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(description->info, i);
+        if (!is_dense(geometry))
+            continue;
+        const void *data = chain_find(
+            geometry->pNext,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX);
+        if (!data)
+            return false;
+        *next++ = describe_dense(i, data);
+    }
+    return true;
+}
+
+static uint32_t count_dense(const struct build_description *description)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < description->info->geometryCount; i++)
+        if (is_dense(build_geometry(description->info, i)))
+            count++;
+    return count;
+}
+
+/* Without dense geometries nothing lies behind the items. */
+static struct geometry_shapes *allocate_shapes(uint32_t count, uint32_t dense_count)
+{
+    size_t size = sizeof(struct geometry_shapes) + (size_t)count * sizeof(struct geometry_shape);
+    if (dense_count)
+        size = dense_offset(count) + (size_t)dense_count * sizeof(struct dense_shape);
+    struct geometry_shapes *shapes = malloc(size);
     if (!shapes)
         return NULL;
     atomic_init(&shapes->references, 1);
     shapes->count = count;
+    shapes->dense_count = dense_count;
+    return shapes;
+}
+
+static struct geometry_shapes *describe_geometries(const struct build_description *description)
+{
+    uint32_t dense_count = count_dense(description);
+    if (dense_count && !description->dense_readable)
+        return NULL;
+    struct geometry_shapes *shapes = allocate_shapes(description->info->geometryCount, dense_count);
+    if (!shapes)
+        return NULL;
     shapes->dst_size = description->dst_size;
     shapes->needed_size = description->needed_size;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < shapes->count; i++)
         shapes->items[i] = describe_geometry(build_geometry(description->info, i),
                                              description->ranges ? &description->ranges[i] : NULL);
+    if (dense_count && !describe_all_dense(description, shapes)) {
+        free(shapes);
+        return NULL;
+    }
     return shapes;
 }
 

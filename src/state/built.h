@@ -22,15 +22,26 @@ struct geometry_shape {
     uint32_t primitive_count;
 };
 
-/* Immutable once made; freed with its last reference. */
+/* What a geometry of VK_AMDX_dense_geometry_format has beside its type and flags. */
+struct dense_shape {
+    uint32_t geometry; /* its index */
+    uint32_t triangle_count, vertex_count, max_primitive_index, max_geometry_index;
+    uint32_t format;        /* VkCompressedTriangleFormatAMDX */
+    VkDeviceSize data_size; /* bytes */
+};
+
+/* Immutable once made; freed with its last reference. The dense shapes lie behind the items. */
 struct geometry_shapes {
     atomic_uint references;
     /* Of an update: the size of its dst, and what vkGetAccelerationStructureBuildSizesKHR says that
      * it needs, in bytes; 0 where that isn't known. */
     VkDeviceSize dst_size, needed_size;
-    uint32_t count;
+    uint32_t count, dense_count;
     struct geometry_shape items[];
 };
+
+/* In ascending order of their geometries; dense_count of them. */
+const struct dense_shape *built_dense_shapes(const struct geometry_shapes *shapes);
 
 /* What queries have told of the compacted size of one build: shared by the structure that holds it,
  * its copies, and the queries that wait to be read. `size` is for who owns the live states. */
@@ -79,6 +90,7 @@ struct build_description {
     VkCommandBuffer command_buffer;
     uint32_t position;
     VkDeviceSize dst_size, needed_size; /* see struct geometry_shapes */
+    bool dense_readable;                /* the chains of dense geometries, with their data */
 };
 
 struct built built_describe(const struct build_description *description);

@@ -153,8 +153,8 @@ struct device_facts {
     /* Commands that the layer doesn't see may build acceleration structures. */
     bool has_other_builders;
     bool acceleration_structure, acceleration_structure_indirect_build,
-        acceleration_structure_host_commands; /* features */
-    bool spheres, linear_swept_spheres;       /* likewise */
+        acceleration_structure_host_commands;                  /* features */
+    bool spheres, linear_swept_spheres, dense_geometry_format; /* likewise */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
             displacement_micromap_nv, linear_swept_spheres_nv, dense_geometry_format_amdx,

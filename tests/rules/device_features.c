@@ -26,7 +26,8 @@ static const struct {
     {ENABLE_VIDEO, VK_KHR_VIDEO_QUEUE_EXTENSION_NAME},
     {ENABLE_VIDEO, VK_KHR_VIDEO_DECODE_QUEUE_EXTENSION_NAME},
     {ENABLE_VIDEO, VK_KHR_VIDEO_DECODE_H264_EXTENSION_NAME},
-    {ENABLE_MAINTENANCE5, VK_KHR_MAINTENANCE_5_EXTENSION_NAME},
+    {ENABLE_MAINTENANCE5 | ENABLE_DENSE, VK_KHR_MAINTENANCE_5_EXTENSION_NAME},
+    {ENABLE_DENSE, VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME},
     {ENABLE_FUTURE, FUTURE_EXTENSION},
     {ENABLE_RAY_TRACING_NV, VK_NV_RAY_TRACING_EXTENSION_NAME},
     {ENABLE_SYNCHRONIZATION_2, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME},
@@ -138,7 +139,12 @@ static void chain_of_setup(struct features *features, const struct setup *setup,
         features->spheres.spheres = (setup->disable & DISABLE_SPHERES) == 0;
         features->spheres.linearSweptSpheres = (setup->disable & DISABLE_LINEAR_SWEPT_SPHERES) == 0;
     }
-    if ((setup->enable & ENABLE_MAINTENANCE5) != 0) {
+    if ((setup->enable & ENABLE_DENSE) != 0) {
+        chain(head, &features->dense,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
+        features->dense.denseGeometryFormat = (setup->disable & DISABLE_DENSE) == 0;
+    }
+    if ((setup->enable & (ENABLE_MAINTENANCE5 | ENABLE_DENSE)) != 0) {
         chain(head, &features->maintenance5,
               VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_5_FEATURES);
         features->maintenance5.maintenance5 = VK_TRUE;

@@ -25,6 +25,7 @@ struct features {
     VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement;
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
     VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
     VkPhysicalDeviceMaintenance5Features maintenance5;
     VkPhysicalDeviceDynamicRenderingFeatures dynamic_rendering;
 };

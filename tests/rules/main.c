@@ -13,12 +13,11 @@
 #include "play.h"
 
 static const struct case_list *const lists[] = {
-    &cases_call,         &cases_recording, &cases_pointers, &cases_build,
-    &cases_build_state,  &cases_scratch,   &cases_geometry, &cases_chain,
-    &cases_address,      &cases_range,     &cases_overlap,  &cases_pairs,
-    &cases_memory,       &cases_sparse,    &cases_silent,   &cases_update,
-    &cases_motion,       &cases_spheres,   &cases_micromap, &cases_micromap_data,
-    &cases_micromap_use, &cases_nv,        &cases_nv_info,  &cases_nv_geometry,
+    &cases_call,          &cases_recording,    &cases_pointers, &cases_build,   &cases_build_state,
+    &cases_scratch,       &cases_geometry,     &cases_chain,    &cases_address, &cases_range,
+    &cases_overlap,       &cases_pairs,        &cases_memory,   &cases_sparse,  &cases_silent,
+    &cases_update,        &cases_dense,        &cases_motion,   &cases_spheres, &cases_micromap,
+    &cases_micromap_data, &cases_micromap_use, &cases_nv,       &cases_nv_info, &cases_nv_geometry,
     &cases_nv_update,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
@@ -146,8 +145,8 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
 /* Rules about geometries are asked of both arrays. */
 static bool wants_pointers(const struct test_case *test_case)
 {
-    static const char *const subjects[] = {"geometry", "range", "motion_triangles", "spheres",
-                                           "swept_spheres"};
+    static const char *const subjects[] = {"geometry", "range",         "motion_triangles",
+                                           "spheres",  "swept_spheres", "dense"};
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->keep_arrays; i++) {
         const char *subject = rule_infos[test_case->rules[i]].subject;
         for (size_t j = 0; subject != NULL && j < sizeof(subjects) / sizeof(subjects[0]); j++)

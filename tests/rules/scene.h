@@ -118,6 +118,7 @@ struct scene {
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
     VkAccelerationStructureGeometrySpheresDataNV spheres;
     VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept_spheres;
+    VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
 
     uint32_t cleanup_count;
     struct scene_cleanup cleanups[SCENE_CLEANUPS];

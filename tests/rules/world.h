@@ -25,6 +25,7 @@ enum setup_enable {
     ENABLE_GROUP = 1 << 13,  /* a logical device of two physical ones */
     ENABLE_RAY_TRACING_NV = 1 << 14,
     ENABLE_SYNCHRONIZATION_2 = 1 << 15, /* by its extension, too */
+    ENABLE_DENSE = 1 << 16,             /* with VK_KHR_maintenance5 */
 };
 
 /* Features that are left off though their extension is enabled. */
@@ -38,6 +39,7 @@ enum setup_disable {
     DISABLE_LINEAR_SWEPT_SPHERES = 1 << 4,
     DISABLE_MICROMAP_EXT = 1 << 5,
     DISABLE_MICROMAP_KHR = 1 << 6,
+    DISABLE_DENSE = 1 << 7,
 };
 
 /* How features are asked for, and buffer addresses retrieved. */

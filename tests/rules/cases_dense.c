@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* VK_AMDX_dense_geometry_format: builds of compressed triangles, and their updates. */
+#include "case.h"
+#include "placing.h"
+
+#define DENSE_PATH                                                                                 \
+    "pInfos[6].pGeometries[0]."                                                                    \
+    "pNext<VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX>."
+#define ADDRESS dense.compressedData.deviceAddress
+#define WILD 0x7000000000ull
+
+/* The build that the functions below add. */
+enum { DENSE = SCENE_BASE_BUILDS };
+
+static const struct setup with_dense = {.enable = ENABLE_DENSE};
+static const struct setup without_dense = {.enable = ENABLE_DENSE, .disable = DISABLE_DENSE};
+static const struct setup with_dense_and_future = {.enable = ENABLE_DENSE | ENABLE_FUTURE};
+
+/* ---- builds */
+
+static struct test_buffer dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
+{
+    const VkBufferUsageFlags2CreateInfo flags2 = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
+        .usage = usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT};
+    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                            .pNext = &flags2,
+                                            .size = SCENE_BUFFER_SIZE,
+                                            .usage = INPUT_USAGE};
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer;
+}
+
+static void add_build(struct scene *scene, const struct test_buffer *buffer)
+{
+    scene_add_build(scene, UNINDEXED);
+    scene->infos[DENSE].geometryCount = 1;
+    scene->dense = (VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
+        .compressedData.deviceAddress = scene_address(scene, buffer, 0),
+        .dataSize = 1024,
+        .numTriangles = 64,
+        .numVertices = 96,
+        .maxPrimitiveIndex = 63,
+        .maxGeometryIndex = 1,
+        .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX,
+    };
+    scene->geometries[DENSE][0] = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .pNext = &scene->dense,
+        .geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX,
+    };
+    /* So that the sizes are those of so many triangles; no range is given. */
+    scene->ranges[DENSE][0].primitiveCount = scene->dense.numTriangles;
+    scene_give_objects(scene, DENSE);
+    scene->range_pointers[DENSE] = NULL;
+}
+
+static void add_dense(struct scene *scene)
+{
+    const struct test_buffer buffer =
+        dense_buffer(scene, VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    add_build(scene, &buffer);
+}
+
+static void add_dense_without_usage(struct scene *scene)
+{
+    const struct test_buffer buffer =
+        dense_buffer(scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    add_build(scene, &buffer);
+}
+
+static void add_dense_past_the_end(struct scene *scene)
+{
+    add_dense(scene);
+    scene->ADDRESS += SCENE_BUFFER_SIZE;
+}
+
+static void add_dense_in_freed_memory(struct scene *scene)
+{
+    const struct test_buffer buffer =
+        dense_buffer(scene, VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    add_build(scene, &buffer);
+    scene_destroy(scene, (uint64_t)buffer.memory);
+}
+
+static void add_dense_twice(struct scene *scene)
+{
+    add_dense(scene);
+    scene->geometries[DENSE][1] = scene->geometries[DENSE][0];
+    scene->ranges[DENSE][1] = scene->ranges[DENSE][0];
+    scene->infos[DENSE].geometryCount = 2;
+    scene_give_objects(scene, DENSE);
+}
+
+static void add_dense_with_ranges(struct scene *scene)
+{
+    add_dense(scene);
+    scene->range_pointers[DENSE] = scene->ranges[DENSE];
+}
+
+static void add_dense_into_too_little(struct scene *scene)
+{
+    add_dense(scene);
+    scene->infos[DENSE].dstAccelerationStructure =
+        scene_accel_in(scene, &scene->dst_buffers[DENSE], 0, place_size(scene, DENSE) - 1,
+                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+/* The structure begins where it can be read and ends where it can't. */
+static void add_dense_off_the_page(struct scene *scene)
+{
+    add_dense(scene);
+    VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
+    cut->sType = scene->dense.sType;
+    scene->geometries[DENSE][0].pNext = cut;
+}
+
+/* ---- updates of what an earlier command built */
+
+static void update_dense(struct scene *scene)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+    };
+    add_dense(scene);
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[DENSE],
+                                                 &scene->range_pointers[DENSE]);
+    scene->vk->CmdPipelineBarrier(
+        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
+}
+
+/* Of a source whose data could not be read nothing is known. */
+static void update_of_dense_without_data(struct scene *scene)
+{
+    add_dense(scene);
+    scene->geometries[DENSE][0].pNext = NULL;
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[DENSE],
+                                                 &scene->range_pointers[DENSE]);
+    messages_clear(&scene->world->messages);
+    scene->geometries[DENSE][0].pNext = &scene->dense;
+    scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
+}
+
+#define UPDATE_CASE(name_, rule, member, value)                                                    \
+    {                                                                                              \
+        .name = name_, RULES(rule), .setup = &with_dense, .mutate = update_dense,                  \
+        .edits = EDITS(SET(dense.member, value)), .mutate_twin = update_dense,                     \
+        .path = DENSE_PATH #member                                                                 \
+    }
+
+static const struct test_case cases[] = {
+    {.name = "dense_feature_off",
+     RULES(RULE_dense_geometry_feature_is_enabled),
+     .setup = &without_dense,
+     .twin_setup = &with_dense,
+     .mutate = add_dense,
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = "pInfos[6].pGeometries[0].geometryType"},
+    {.name = "dense_without_data",
+     RULES(RULE_dense_triangles_have_their_stype),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(SET(geometries[DENSE][0].pNext, 0)),
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "sType"},
+    {.name = "dense_data_of_other_stype",
+     RULES(RULE_geometry_chain_is_known),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(SET(dense.sType, 0)),
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dense_data_off_the_page",
+     RULES(RULE_geometry_chain_is_known),
+     .setup = &with_dense,
+     .mutate = add_dense_off_the_page,
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dense_format_of_nobody",
+     RULES(RULE_dense_format_is_valid),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(SET(dense.format, 1)),
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "format"},
+    {.name = "dense_format_of_the_future",
+     RULES(RULE_dense_format_is_valid, RULE_dense_data_is_aligned, RULE_dense_data_size_is_aligned),
+     .silent = true,
+     .setup = &with_dense_and_future,
+     .mutate = add_dense,
+     .edits = EDITS(SET(dense.format, 1), SET(dense.dataSize, 100), ADD(ADDRESS, 4)),
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dense_address_null",
+     RULES(RULE_dense_data_is_valid),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(SET(ADDRESS, 0)),
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "compressedData.deviceAddress"},
+    {.name = "dense_address_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(SET(ADDRESS, WILD)),
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "compressedData.deviceAddress"},
+    {.name = "dense_address_past_the_end",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .setup = &with_dense,
+     .mutate = add_dense_past_the_end,
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dense_address_in_freed_memory",
+     RULES(RULE_input_buffer_is_bound),
+     .setup = &with_dense,
+     .mutate = add_dense_in_freed_memory,
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "dense_address_misaligned",
+     RULES(RULE_dense_data_is_aligned),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(ADD(ADDRESS, 64)),
+     .mutate_twin = add_dense,
+     .twin_edits = EDITS(ADD(ADDRESS, 128)),
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "compressedData.deviceAddress"},
+    {.name = "dense_data_size_misaligned",
+     RULES(RULE_dense_data_size_is_aligned),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .edits = EDITS(SET(dense.dataSize, 192)),
+     .mutate_twin = add_dense,
+     .twin_edits = EDITS(SET(dense.dataSize, 0)),
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "dataSize"},
+    {.name = "dense_buffer_without_usage",
+     RULES(RULE_dense_buffer_has_compressed_data_usage),
+     .setup = &with_dense,
+     .mutate = add_dense_without_usage,
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = DENSE_PATH "compressedData.deviceAddress"},
+    {.name = "dense_geometry_twice",
+     RULES(RULE_dense_geometry_is_alone),
+     .setup = &with_dense,
+     .mutate = add_dense_twice,
+     .mutate_twin = add_dense,
+     .commands = ON_COMMAND_BUFFERS,
+     .path = "pInfos[6].geometryCount"},
+    {.name = "dense_geometry_with_build_ranges",
+     RULES(RULE_dense_geometry_has_no_build_ranges),
+     .setup = &with_dense,
+     .mutate = add_dense_with_ranges,
+     .mutate_twin = add_dense,
+     .path = "pInfos[6]"},
+    {.name = "dense_geometry_built_by_the_host",
+     RULES(RULE_host_build_has_no_dense_geometry),
+     .setup = &with_dense,
+     .mutate = add_dense,
+     .path = "pInfos[6].pGeometries[0].geometryType"},
+    /* What builds need is asked of the driver for these, too. */
+    {.name = "dense_dst_too_small",
+     RULES(RULE_dst_is_large_enough),
+     .setup = &with_dense,
+     .mutate = add_dense_into_too_little,
+     .mutate_twin = add_dense,
+     .commands = ON_DEVICE,
+     .path = "pInfos[6].dstAccelerationStructure"},
+
+    UPDATE_CASE("dense_triangle_count_of_update", RULE_dense_triangle_count_matches_source,
+                numTriangles, 63),
+    UPDATE_CASE("dense_vertex_count_of_update", RULE_dense_vertex_count_matches_source, numVertices,
+                95),
+    UPDATE_CASE("dense_max_primitive_index_of_update",
+                RULE_dense_max_primitive_index_matches_source, maxPrimitiveIndex, 62),
+    UPDATE_CASE("dense_max_geometry_index_of_update", RULE_dense_max_geometry_index_matches_source,
+                maxGeometryIndex, 0),
+    UPDATE_CASE("dense_data_size_of_update", RULE_dense_data_size_matches_source, dataSize, 896),
+    {.name = "dense_format_of_update",
+     RULES(RULE_dense_format_matches_source),
+     .setup = &with_dense_and_future,
+     .mutate = update_dense,
+     .edits = EDITS(SET(dense.format, 1)),
+     .mutate_twin = update_dense,
+     .path = DENSE_PATH "format"},
+    {.name = "dense_update_of_source_without_data",
+     RULES(RULE_dense_triangle_count_matches_source, RULE_dense_data_size_matches_source),
+     .silent = true,
+     .setup = &with_dense,
+     .mutate = update_of_dense_without_data},
+};
+
+CASE_LIST(cases_dense, cases);
