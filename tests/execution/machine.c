@@ -198,6 +198,8 @@ static void change_structure(struct machine *machine, const struct step *step)
 
 void machine_step(struct machine *machine, const struct step *step)
 {
+    if (machine->is_nv && machine_nv_step(machine, step))
+        return;
     if (step->action >= ACTION_HOST_BUILD && step->action < ACTION_BATCH)
         machine_host(machine, step);
     else if (step->action < ACTION_BATCH)

@@ -36,6 +36,11 @@ struct machine {
         VkAccelerationStructureKHR handle;
         struct test_buffer buffer;
     } structures[STRUCTURES];
+    bool is_nv; /* VK_NV_ray_tracing takes the steps */
+    struct {
+        VkAccelerationStructureNV handle;
+        VkDeviceMemory memory;
+    } nv[STRUCTURES];
     struct test_buffer scratch, blob;
     VkCommandPool pools[COMMAND_BUFFERS];
     VkCommandBuffer command_buffers[COMMAND_BUFFERS];
@@ -72,6 +77,15 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer);
 
 /* machine_record.c */
 void machine_record(struct machine *machine, const struct step *step);
+/* Around a build: its place and labels, then a barrier behind it. */
+void machine_begin_build(struct machine *machine, const struct step *step);
+void machine_end_build(struct machine *machine, const struct step *step);
+
+/* machine_nv.c: gives the machine structures of its kind; takes a step, unless it is the same for
+ * both extensions; and whether a program has no other steps than it can take. */
+void machine_nv_open(struct machine *machine);
+bool machine_nv_step(struct machine *machine, const struct step *step);
+bool machine_nv_takes(const struct program *program);
 
 /* machine_queries.c */
 void machine_create_queries(struct machine *machine);

@@ -61,22 +61,37 @@ const struct shape *machine_shape(const struct machine *machine, const struct st
     return step->detail == BAD ? &machine->bad : &machine->good;
 }
 
-static void build(struct machine *machine, const struct step *step)
+void machine_begin_build(struct machine *machine, const struct step *step)
 {
     const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
     const bool is_update = step->action == ACTION_UPDATE;
-    const struct shape *shape = machine_shape(machine, step);
     const struct place place = {step->object, machine->positions[step->object]++};
-    struct shape_arguments arguments;
 
     machine->last_build = place;
     if (is_update)
         machine->last_update = place;
     else if (step->detail == BAD)
         machine->last_bad = place;
-    machine_fill_build(machine, &arguments, step->object, step->dst, shape);
     push_label(machine, command_buffer, "frame");
     push_label(machine, command_buffer, is_update ? "refit" : "build");
+}
+
+void machine_end_build(struct machine *machine, const struct step *step)
+{
+    const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
+    machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
+    machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
+    barrier(machine, command_buffer);
+}
+
+static void build(struct machine *machine, const struct step *step)
+{
+    const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
+    const bool is_update = step->action == ACTION_UPDATE;
+    struct shape_arguments arguments;
+
+    machine_begin_build(machine, step);
+    machine_fill_build(machine, &arguments, step->object, step->dst, machine_shape(machine, step));
     if (is_update) {
         arguments.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
         arguments.info.srcAccelerationStructure = machine->structures[step->src].handle;
@@ -86,9 +101,7 @@ static void build(struct machine *machine, const struct step *step)
     else
         machine->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &arguments.info,
                                                        &arguments.range_pointer);
-    machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
-    machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
-    barrier(machine, command_buffer);
+    machine_end_build(machine, step);
 }
 
 static void build_pair(struct machine *machine, const struct step *step)

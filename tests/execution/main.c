@@ -6,10 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "machine.h"
 #include "play.h"
 
 static const struct program_list *const lists[] = {&order_programs, &silent_programs,
-                                                   &death_programs, &size_programs, &host_programs};
+                                                   &death_programs, &size_programs,
+                                                   &host_programs,  &nv_programs};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -90,14 +92,21 @@ static bool fits_command(const struct play *play)
     return true;
 }
 
+/* What dies under NV's builds has programs of its own. */
+static bool takes_nv(const struct program_list *list, const struct program *program)
+{
+    return list != &death_programs && machine_nv_takes(program);
+}
+
 static void play_commands(struct run *run, const struct program_list *list,
                           const struct program *program, const struct difference *difference)
 {
     const bool by_host = program_has(program, ACTION_HOST_UPDATE);
-    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_HOST; command++) {
+    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
         struct play play = {&run->platform, program, difference, command, false, NULL};
         if (!fits_command(&play) || by_host != (command == COMMAND_HOST) ||
-            (command == COMMAND_INDIRECT && !program_has(program, ACTION_UPDATE)))
+            (command == COMMAND_INDIRECT && !program_has(program, ACTION_UPDATE)) ||
+            (command == COMMAND_NV ? !takes_nv(list, program) : list == &nv_programs))
             continue;
         play_one(run, list, &play);
         play.is_twin = true;
@@ -146,7 +155,7 @@ static void check_every_rule_has_fired(struct run *run)
         const struct rule_info *info = &rule_infos[rule];
         if (!is_about_updates(rule))
             continue;
-        for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_HOST; command++) {
+        for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
             const enum vuid vuid = info->vuid[command];
             if (vuid == VUID_NONE || (command != COMMAND_DEVICE && !run->platform.is_null))
                 continue;

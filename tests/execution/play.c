@@ -41,6 +41,8 @@ static void lose(struct null_driver_config *config)
     (void)config;
 }
 
+/* The flags of NV builds are those that dst was created with: programs in which they come to differ
+ * are played where no driver minds, and nothing is said of that. */
 static struct setup setup_for(const struct play *play)
 {
     const uint32_t needs = play->program->needs;
@@ -55,6 +57,10 @@ static struct setup setup_for(const struct play *play)
         setup.configure = lose;
     if (needs & NEEDS_SUBMIT2_KHR)
         setup.enable = ENABLE_SYNCHRONIZATION_2;
+    if (play->command == COMMAND_NV) {
+        setup.enable |= ENABLE_RAY_TRACING_NV;
+        setup.muted = "02488";
+    }
     return setup;
 }
 
@@ -64,7 +70,8 @@ static const char *enter_world(const struct play *play, struct world *world)
     const struct setup setup = setup_for(play);
     const bool is_other = world->setup.configure != setup.configure ||
                           world->setup.level != setup.level ||
-                          world->setup.enable != setup.enable || play->program->needs & NEEDS_LOSS;
+                          world->setup.enable != setup.enable ||
+                          world->setup.muted != setup.muted || play->program->needs & NEEDS_LOSS;
     if (!play->platform->is_null && play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST))
         return "needs the null driver";
     if (world->device == VK_NULL_HANDLE || is_other) {
@@ -73,6 +80,8 @@ static const char *enter_world(const struct play *play, struct world *world)
         if (missing != NULL)
             return missing;
     }
+    if (!play->platform->is_null && play->command == COMMAND_NV && play->difference != NULL)
+        return "needs the null driver";
     if (play->command == COMMAND_INDIRECT && !world->has_indirect)
         return "no accelerationStructureIndirectBuild";
     if ((play->command == COMMAND_HOST || play->program->needs & NEEDS_HOST) && !world->has_host)
@@ -121,6 +130,8 @@ static void prepare(const struct play *play, struct machine *machine, struct wor
     machine->update_command = play->command == COMMAND_HOST ? COMMAND_DEVICE : play->command;
     machine->good = good;
     machine->bad = bad;
+    if (play->command == COMMAND_NV)
+        machine_nv_open(machine);
 }
 
 /* ---- one step */
@@ -147,9 +158,26 @@ static bool contains(const struct messages *messages, const char *text, struct r
 /* The command that the last update, or build, was made by. */
 static enum build_command command_of_reports(const struct machine *machine)
 {
+    if (machine->is_nv)
+        return COMMAND_NV;
     if (machine->last_update.command_buffer == NOWHERE)
         return COMMAND_DEVICE;
     return machine->last_update.command_buffer == BY_HOST ? COMMAND_HOST : machine->update_command;
+}
+
+/* How the messages of a play begin: the call and the field. Programs of both extensions name fields
+ * of KHR's structure. */
+static void describe_field(const struct play *play, const struct machine *machine, char *text,
+                           size_t size)
+{
+    const char *path = play->program->has_rule ? play->program->path : play->difference->path;
+    const char *name = build_command_name(command_of_reports(machine));
+    if (!machine->is_nv)
+        snprintf(text, size, "%s(): pInfos[0]%s", name, path);
+    else if (strcmp(path, ".srcAccelerationStructure") == 0)
+        snprintf(text, size, "%s(): src VkAccelerationStructureNV", name);
+    else
+        snprintf(text, size, "%s(): %s", name, path);
 }
 
 /* As the source of an update is described. */
@@ -175,11 +203,9 @@ static bool check_texts(const struct play *play, const struct machine *machine,
     const struct messages *messages = &machine->scene->world->messages;
     const bool is_update = machine->last_update.command_buffer != NOWHERE;
     const struct place *place = is_update ? &machine->last_update : &machine->last_build;
-    const char *path = play->program->has_rule ? play->program->path : play->difference->path;
     char text[256];
 
-    snprintf(text, sizeof(text), "%s(): pInfos[0]%s",
-             build_command_name(command_of_reports(machine)), path);
+    describe_field(play, machine, text, sizeof(text));
     bool good = contains(messages, text, report);
     if (place->command_buffer != BY_HOST) {
         snprintf(text, sizeof(text), "[\"%s\"], build %u, labels \"frame\" > \"%s\"",

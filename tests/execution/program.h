@@ -228,8 +228,8 @@ struct program_list {
     const struct program_list name_ = {#name_, (programs_),                                        \
                                        sizeof(programs_) / sizeof((programs_)[0])}
 
-extern const struct program_list order_programs, silent_programs, death_programs, size_programs,
-    host_programs;
+extern const struct program_list order_programs, silent_programs, death_programs, nv_programs,
+    size_programs, host_programs;
 
 /* Whether the program has such a step. */
 bool program_has(const struct program *program, enum action action);

@@ -31,11 +31,13 @@ static void instance_create(struct world *world)
     static const uint32_t no_limit = 0;
     const VkLayerSettingEXT settings[] = {
         {LAYER_NAME, "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &no_limit},
+        {LAYER_NAME, "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT,
+         world->setup.muted != NULL ? 1 : 0, &world->setup.muted},
         {LAYER_NAME, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &world->setup.level},
     };
     const VkLayerSettingsCreateInfoEXT layer_settings = {
         .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = world->setup.level != NULL ? 2 : 1,
+        .settingCount = world->setup.level != NULL ? 3 : 2,
         .pSettings = settings,
     };
     VkDebugUtilsMessengerCreateInfoEXT messenger = messages_messenger(&world->messages);

@@ -57,6 +57,7 @@ struct setup {
     uint32_t disable;                                     /* enum setup_disable */
     enum setup_route route;
     uint32_t api_version; /* that the application asks for; 0: 1.3 */
+    const char *muted;    /* NULL, or an id (its last digits) of which nothing is to be said */
     bool by_environment;  /* the instance names no layer: the environment does */
 };
 
