@@ -82,10 +82,13 @@ enum builder_result builder_get_sizes(const struct builder_input *input, const u
     return result;
 }
 
-static void clear_unused_records(const struct structure_header *header)
+/* All that no record or node has, so that the bytes depend on the input alone. */
+static void clear_unused(const struct structure_header *header)
 {
     uint64_t size = structure_record_size(header->kind), used = header->record_count * size;
     memset((uint8_t *)structure_records(header) + used, 0, header->nodes - header->records - used);
+    uint64_t end = header->nodes + header->node_capacity * sizeof(struct wide_node);
+    memset((uint8_t *)header + end, 0, header->size - end);
 }
 
 static void build_tree(struct build_state *state)
@@ -118,8 +121,7 @@ static void write_header(struct build_state *state)
     structure_lay_out(state->header, state->kind, input->geometry_count, primitives,
                       structure_node_capacity(state->kind, primitives));
     state->header->flags = input->flags;
-    memset(structure_geometries(state->header), 0,
-           state->header->records - state->header->geometries);
+    memset(state->header + 1, 0, state->header->records - sizeof(*state->header));
 }
 
 static enum builder_result run_build(struct build_state *state, struct builder_report *report)
@@ -132,7 +134,7 @@ static enum builder_result run_build(struct build_state *state, struct builder_r
     if (result == BUILDER_OK) {
         write_header(state);
         build_tree(state);
-        clear_unused_records(state->header);
+        clear_unused(state->header);
     }
     workers_stop(&state->workers);
     return result;

@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Backend cpu through the loader: builds and updates by the host, what rays meet, and what was
+ * counted meanwhile. The valid calls are silent. */
+#include "host_scene.h"
+
+#include <string.h>
+
+static void test_build_and_trace(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, 0);
+    expect_scene(scene.tlas.handle, 1);
+    AssayHit hit = stage_trace(&stage, scene.blas.handle, 0.25f, 0.25f);
+    assert_true(hit.isHit);
+    assert_int_equal(hit.instance, 0);
+    assert_int_equal(hit.customIndex, 0);
+    close_scene(&scene);
+    expect_silence();
+}
+
+static void test_sizes(void **state)
+{
+    (void)state;
+    struct stage_build build;
+    stage_triangles(&build, 1000, 0);
+    VkAccelerationStructureBuildSizesInfoKHR sizes = stage_sizes(&stage, &build), other = sizes;
+    assert_true(sizes.accelerationStructureSize > 1000 * 48);
+    assert_true(sizes.buildScratchSize > sizes.updateScratchSize);
+    stage.vk.GetAccelerationStructureBuildSizesKHR(
+        stage.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_OR_DEVICE_KHR, &build.info,
+        &build.range.primitiveCount, &other);
+    assert_memory_equal(&sizes, &other, sizeof(sizes));
+    build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
+    VkDeviceSize fast = stage_sizes(&stage, &build).buildScratchSize;
+    build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+    assert_true(stage_sizes(&stage, &build).buildScratchSize > fast);
+
+    const VkAccelerationStructureGeometryKHR *pointer = &build.geometry;
+    build.info.pGeometries = NULL;
+    build.info.ppGeometries = &pointer;
+    assert_int_equal(stage_sizes(&stage, &build).accelerationStructureSize,
+                     sizes.accelerationStructureSize);
+    build.info.geometryCount = 0;
+    assert_true(stage_sizes(&stage, &build).accelerationStructureSize > 0);
+    stage_free(&build);
+    expect_silence();
+}
+
+/* In place, and into another structure, which leaves the source as it was. */
+static void test_update(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, UPDATABLE);
+    struct stage_structure other =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    stage_move(&scene.triangles, 2, 0, 0);
+    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
+    assert_float_equal(stage_trace(&stage, other.handle, 0.25f, 0.25f).t, 3, 0);
+    expect_scene(scene.tlas.handle, 1);
+    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                       scene.blas.handle));
+    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
+                       scene.tlas.handle));
+    expect_scene(scene.tlas.handle, 3);
+    stage_destroy(&stage, &other);
+    close_scene(&scene);
+    expect_silence();
+}
+
+/* ---- counters: paired scenes, one thing apart */
+
+static AssayCounters minus(AssayCounters after, AssayCounters before)
+{
+    uint64_t *values = (uint64_t *)&after;
+    for (size_t i = 0; i < sizeof(after) / sizeof(*values); i++)
+        values[i] -= ((const uint64_t *)&before)[i];
+    return after;
+}
+
+static void test_counters(void **state)
+{
+    (void)state;
+    AssayCounters start = stage_counters(&stage);
+    struct scene scene;
+    open_scene(&scene, 10, UPDATABLE);
+    AssayCounters did = minus(stage_counters(&stage), start);
+    AssayCounters expected = {
+        .builds = 2, .primitives = 12, .bytesBuilt = scene.blas.size + scene.tlas.size};
+    assert_memory_equal(&did, &expected, sizeof(did));
+
+    start = stage_counters(&stage);
+    stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, scene.blas.handle);
+    did = minus(stage_counters(&stage), start);
+    expected = (AssayCounters){.updates = 1, .primitives = 10, .bytesBuilt = scene.blas.size};
+    assert_memory_equal(&did, &expected, sizeof(did));
+
+    /* Beside the triangles nothing is tested; within one, without need of exactness; through an
+     * edge with. */
+    start = stage_counters(&stage);
+    stage_trace(&stage, scene.blas.handle, 5, 5);
+    did = minus(stage_counters(&stage), start);
+    assert_int_equal(did.rays, 1);
+    assert_int_equal(did.primitivesTested, 0);
+    stage_trace(&stage, scene.blas.handle, 0.25f, 0.25f);
+    did = minus(stage_counters(&stage), start);
+    assert_true(did.primitivesTested > 0);
+    assert_int_equal(did.exactCalls, 0);
+    stage_trace(&stage, scene.blas.handle, 0.5f, 0.5f);
+    did = minus(stage_counters(&stage), start);
+    assert_true(did.exactCalls > 0);
+    assert_int_equal(did.builds + did.updates + did.copies + did.instancesEntered, 0);
+
+    char part[12];
+    memset(part, 0x55, sizeof(part));
+    stage.get_counters(stage.device, 8, (AssayCounters *)(void *)part);
+    uint64_t builds;
+    memcpy(&builds, part, 8);
+    assert_int_equal(builds, stage_counters(&stage).builds);
+    assert_int_equal(part[8], 0x55);
+    close_scene(&scene);
+    expect_silence();
+}
+
+/* ---- tracing */
+
+static void test_trace_arguments(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, 0);
+    AssayRay rays[2] = {0};
+    AssayHit hits[2];
+    const AssayTraceInfo valid = {.accelerationStructure = (uint64_t)scene.tlas.handle,
+                                  .accuracy = ASSAY_ACCURACY_FAST,
+                                  .rayCount = 2,
+                                  .raySize = sizeof(rays[0]),
+                                  .hitSize = sizeof(hits[0]),
+                                  .rays = rays,
+                                  .hits = hits};
+    AssayTraceInfo info = valid;
+    expect(stage.trace_rays(stage.device, &info));
+    assert_false(hits[0].isHit || hits[1].isHit); /* no direction */
+    info.raySize--;
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    info = valid;
+    info.hitSize++;
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    info = valid;
+    info.accuracy = (AssayAccuracy)3;
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    info = valid;
+    info.rays = NULL;
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    info = valid;
+    info.hits = (AssayHit *)(uintptr_t)0x1000;
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    info = valid;
+    info.accelerationStructure++;
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    info.rayCount = 0;
+    info = valid;
+    expect(stage.trace_rays(stage.device, &info));
+    expect_mistake(stage.trace_rays(stage.device, NULL));
+    close_scene(&scene);
+    expect_silence();
+}
+
+static int run(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_build_and_trace), cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_update),          cmocka_unit_test(test_counters),
+        cmocka_unit_test(test_trace_arguments),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return stage_main(argc, argv, run);
+}

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Backend cpu through the loader: clones and compaction, properties, and structures that go to
+ * memory and come back elsewhere. The valid calls are silent. */
+#include "host_scene.h"
+
+#include <stdlib.h>
+
+static void test_copies(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 100, COMPACTABLE | UPDATABLE);
+    uint64_t size =
+        property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    assert_true(size > 0 && size <= scene.blas.size);
+    assert_int_equal(property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR),
+                     scene.blas.size);
+    struct stage_structure compact =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
+    struct stage_structure clone =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    expect(copy_structure(scene.blas.handle, compact.handle,
+                          VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
+    expect(copy_structure(scene.blas.handle, clone.handle,
+                          VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    expect_silence();
+    assert_int_equal(property(compact.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR), size);
+    stage_move(&scene.triangles, 2, 0, 0);
+    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
+    assert_float_equal(stage_trace(&stage, compact.handle, 0.25f, 0.25f).t, 3, 0);
+    assert_float_equal(stage_trace(&stage, clone.handle, 0.25f, 0.25f).t, 1, 0);
+    expect_silence();
+
+    if (size < scene.blas.size)
+        expect_mistake(copy_structure(scene.blas.handle, compact.handle,
+                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    stage_destroy(&stage, &clone);
+    expect_mistake(copy_structure(scene.blas.handle, clone.handle,
+                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    expect_mistake(copy_structure(clone.handle, compact.handle,
+                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
+    stage_destroy(&stage, &compact);
+    close_scene(&scene);
+    forget_messages();
+}
+
+static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = bytes,
+        .dst = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    return stage.vk.CopyMemoryToAccelerationStructureKHR(stage.device, VK_NULL_HANDLE, &info);
+}
+
+static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
+{
+    const VkAccelerationStructureVersionInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_VERSION_INFO_KHR, .pVersionData = bytes};
+    VkAccelerationStructureCompatibilityKHR answer;
+    stage.vk.GetDeviceAccelerationStructureCompatibilityKHR(stage.device, &info, &answer);
+    return answer;
+}
+
+/* A scene written to memory, destroyed, and read back with other references. */
+static void test_serialize_and_relocate(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 100, 0);
+    size_t blas_size, tlas_size;
+    uint64_t pointers =
+        property(scene.tlas.handle,
+                 VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR);
+    assert_int_equal(pointers, 2);
+    uint64_t *blas = serialize(scene.blas.handle, &blas_size);
+    uint64_t *tlas = serialize(scene.tlas.handle, &tlas_size);
+    assert_int_equal(blas[4], blas_size);
+    assert_int_equal(tlas[4], tlas_size);
+    assert_int_equal(tlas[6], 2);
+    assert_int_equal(tlas[7], (uint64_t)scene.blas.handle);
+    close_scene(&scene);
+
+    struct stage_structure new_blas =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas[5]);
+    struct stage_structure new_tlas =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
+    assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
+    expect(deserialize(blas, new_blas.handle));
+    expect(deserialize(tlas, new_tlas.handle));
+    assert_false(stage_trace(&stage, new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
+    const VkAccelerationStructureDeviceAddressInfoKHR address = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = new_blas.handle};
+    tlas[7] = tlas[8] = stage.vk.GetAccelerationStructureDeviceAddressKHR(stage.device, &address);
+    expect(deserialize(tlas, new_tlas.handle));
+    expect_scene(new_tlas.handle, 1);
+    expect_silence();
+
+    tlas[4] -= 8;
+    expect_mistake(deserialize(tlas, new_tlas.handle));
+    tlas[4] = UINT64_MAX;
+    expect_mistake(deserialize(tlas, new_tlas.handle));
+    ((uint8_t *)tlas)[VK_UUID_SIZE] ^= 1;
+    assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_INCOMPATIBLE_KHR);
+    expect_mistake(deserialize(tlas, new_tlas.handle));
+    expect_mistake(deserialize(NULL, new_tlas.handle));
+    expect_mistake(deserialize((void *)(uintptr_t)0x1000, new_tlas.handle));
+    expect_scene(new_tlas.handle, 1);
+    stage_destroy(&stage, &new_tlas);
+    stage_destroy(&stage, &new_blas);
+    free(blas);
+    free(tlas);
+    forget_messages();
+}
+
+static int run(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_serialize_and_relocate),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return stage_main(argc, argv, run);
+}

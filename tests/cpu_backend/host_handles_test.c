@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Backend cpu through the loader: handles of its objects, addresses, names and private data. */
+#include "host_scene.h"
+
+#include <string.h>
+
+static void test_names(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, 0);
+    VkDebugUtilsObjectNameInfoEXT name = {.sType =
+                                              VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                                          .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                          .objectHandle = (uint64_t)scene.blas.handle,
+                                          .pObjectName = "bunny"};
+    expect(stage.vk.SetDebugUtilsObjectNameEXT(stage.device, &name));
+    const VkDebugUtilsObjectTagInfoEXT tag = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_TAG_INFO_EXT,
+        .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+        .objectHandle = (uint64_t)scene.blas.handle,
+        .tagSize = 4,
+        .pTag = "tag"};
+    expect(stage.vk.SetDebugUtilsObjectTagEXT(stage.device, &tag));
+    name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
+    name.objectHandle = (uint64_t)scene.blas.buffer;
+    expect(stage.vk.SetDebugUtilsObjectNameEXT(stage.device, &name));
+    close_scene(&scene);
+    expect_silence();
+}
+
+static void set_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object, uint64_t value)
+{
+    expect(stage.vk.SetPrivateData(stage.device, type, object, slot, value));
+}
+
+static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object)
+{
+    uint64_t value = 99;
+    stage.vk.GetPrivateData(stage.device, type, object, slot, &value);
+    return value;
+}
+
+static void test_private_data(void **state)
+{
+    (void)state;
+    if (!stage.vk.SetPrivateData)
+        skip();
+    const VkPrivateDataSlotCreateInfo info = {.sType =
+                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    struct scene scene;
+    open_scene(&scene, 10, 0);
+    const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
+    const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    const uint64_t buffer = (uint64_t)scene.blas.buffer;
+    VkPrivateDataSlot slots[2];
+    for (int i = 0; i < 2; i++)
+        expect(stage.vk.CreatePrivateDataSlot(stage.device, &info, NULL, &slots[i]));
+    set_data(slots[0], type, blas, 1);
+    set_data(slots[1], type, blas, 2);
+    set_data(slots[0], type, tlas, 3);
+    set_data(slots[0], VK_OBJECT_TYPE_BUFFER, buffer, 4);
+    set_data(slots[0], type, blas, 5);
+    assert_int_equal(get_data(slots[0], type, blas), 5);
+    assert_int_equal(get_data(slots[1], type, blas), 2);
+    assert_int_equal(get_data(slots[0], type, tlas), 3);
+    assert_int_equal(get_data(slots[1], type, tlas), 0);
+    assert_int_equal(get_data(slots[0], VK_OBJECT_TYPE_BUFFER, buffer), 4);
+    stage.vk.DestroyPrivateDataSlot(stage.device, slots[0], NULL);
+    expect(stage.vk.CreatePrivateDataSlot(stage.device, &info, NULL, &slots[0]));
+    assert_int_equal(get_data(slots[0], type, tlas), 0);
+    assert_int_equal(get_data(slots[1], type, blas), 2);
+    set_data(slots[0], type, blas, 6);
+    close_scene(&scene);
+    assert_int_equal(get_data(slots[0], type, blas), 0);
+    for (int i = 0; i < 2; i++)
+        stage.vk.DestroyPrivateDataSlot(stage.device, slots[i], NULL);
+    expect_silence();
+}
+
+static int run(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_private_data),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return stage_main(argc, argv, run);
+}

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Backend cpu through the loader: what mistakes lead to. None crashes, and each leaves the
+ * structures as they were. */
+#include "host_scene.h"
+
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#define WILD ((VkAccelerationStructureKHR)0x1234567890)
+
+static void test_wild_handles(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, UPDATABLE);
+    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, WILD, VK_NULL_HANDLE));
+    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, WILD));
+    expect_mistake(
+        copy_structure(WILD, scene.blas.handle, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    uint64_t value = 1;
+    const VkAccelerationStructureKHR wild = WILD;
+    expect_mistake(stage.vk.WriteAccelerationStructuresPropertiesKHR(
+        stage.device, 1, &wild, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8, &value, 8));
+    assert_int_equal(value, 0);
+    expect_mistake(stage.vk.WriteAccelerationStructuresPropertiesKHR(
+        stage.device, 1, &scene.blas.handle, VK_QUERY_TYPE_OCCLUSION, 8, &value, 8));
+    const VkDeferredOperationKHR operation = (VkDeferredOperationKHR)0x42;
+    expect_mistake(
+        stage_build(&stage, operation, &scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
+    expect_mistake(stage.vk.DeferredOperationJoinKHR(stage.device, operation));
+    expect_mistake(stage.vk.GetDeferredOperationResultKHR(stage.device, operation));
+    assert_int_equal(stage.vk.GetDeferredOperationMaxConcurrencyKHR(stage.device, operation), 0);
+    stage.vk.DestroyDeferredOperationKHR(stage.device, operation, NULL);
+    stage.vk.DestroyDeferredOperationKHR(stage.device, VK_NULL_HANDLE, NULL);
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, VK_NULL_HANDLE, NULL);
+    expect_scene(scene.tlas.handle, 1);
+    close_scene(&scene);
+    forget_messages();
+}
+
+/* An instance of what is destroyed, or not built, is as good as none. */
+static void test_destroyed(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, UPDATABLE);
+    expect_scene(scene.tlas.handle, 1);
+    struct stage_structure empty =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    VkAccelerationStructureInstanceKHR *instances = scene.instances.data;
+    instances[1].accelerationStructureReference = (uint64_t)empty.handle;
+    expect(
+        stage_build(&stage, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
+    expect_hit(scene.tlas.handle, 0.25f, 1, 0);
+    assert_false(stage_trace(&stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    stage_destroy(&stage, &scene.blas);
+    assert_false(stage_trace(&stage, scene.tlas.handle, 0.25f, 0.25f).isHit);
+    stage_destroy(&stage, &empty);
+    stage_destroy(&stage, &scene.tlas);
+    AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
+                           .raySize = sizeof(AssayRay),
+                           .hitSize = sizeof(AssayHit)};
+    expect_mistake(stage.trace_rays(stage.device, &info));
+    stage_free(&scene.triangles);
+    stage_free(&scene.instances);
+    forget_messages();
+}
+
+static VkResult build_again(struct scene *scene)
+{
+    return stage_build(&stage, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
+                       VK_NULL_HANDLE);
+}
+
+/* Each leaves the structure as it was. */
+static void test_bad_pointers(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, UPDATABLE);
+    size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    char *hole = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    mprotect(hole + page, page, PROT_NONE);
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &scene.triangles.geometry.geometry.triangles;
+    const VkAccelerationStructureGeometryTrianglesDataKHR valid = *triangles;
+
+    triangles->vertexData.hostAddress = NULL;
+    expect_mistake(build_again(&scene));
+    triangles->vertexData.hostAddress = hole + page - 100; /* three triangles are 108 bytes */
+    expect_mistake(build_again(&scene));
+    triangles->vertexData.hostAddress = hole + page - 10 * 36;
+    expect(build_again(&scene));
+    *triangles = valid;
+    triangles->vertexStride = UINT64_MAX;
+    expect_mistake(build_again(&scene));
+    *triangles = valid;
+    triangles->indexType = VK_INDEX_TYPE_UINT32;
+    triangles->indexData.hostAddress = hole + page - 119;
+    expect_mistake(build_again(&scene));
+    triangles->indexData.hostAddress = hole + page - 120;
+    expect(build_again(&scene));
+    memset(hole, 0xff, page); /* wild indices */
+    expect_mistake(build_again(&scene));
+    *triangles = valid;
+    triangles->transformData.hostAddress = hole + page - 47;
+    expect_mistake(build_again(&scene));
+    *triangles = valid;
+    triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
+    expect_mistake(build_again(&scene));
+    *triangles = valid;
+
+    scene.triangles.info.scratchData.hostAddress = hole + page; /* the backend has its own */
+    expect(build_again(&scene));
+    scene.triangles.info.scratchData.hostAddress = scene.triangles.scratch;
+    scene.triangles.info.pGeometries = (const void *)(hole + page - 8);
+    expect_mistake(build_again(&scene));
+    scene.triangles.info.pGeometries = &scene.triangles.geometry;
+    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    expect_mistake(
+        stage_build(&stage, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
+    expect_mistake(stage.vk.WriteAccelerationStructuresPropertiesKHR(
+        stage.device, 1, &scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8,
+        hole + page, 8));
+    expect(build_again(&scene));
+    expect_scene(scene.tlas.handle, 1);
+    munmap(hole, 2 * page);
+    close_scene(&scene);
+    forget_messages();
+}
+
+/* A shape that the source hasn't, and a structure that is too small. */
+static void test_bad_builds(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, UPDATABLE);
+    scene.triangles.range.primitiveCount = 9;
+    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                               scene.blas.handle));
+    scene.triangles.range.primitiveCount = 10;
+    struct stage_structure small =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 256);
+    expect_mistake(
+        stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, small.handle, VK_NULL_HANDLE));
+    expect_mistake(
+        stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, small.handle));
+    stage_destroy(&stage, &small);
+    expect_scene(scene.tlas.handle, 1);
+    close_scene(&scene);
+    forget_messages();
+}
+
+static int run(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_wild_handles),
+        cmocka_unit_test(test_destroyed),
+        cmocka_unit_test(test_bad_pointers),
+        cmocka_unit_test(test_bad_builds),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return stage_main(argc, argv, run);
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scenes on a stage that the tests of one program share, and what is expected there. */
+#ifndef CPU_BACKEND_HOST_SCENE_H
+#define CPU_BACKEND_HOST_SCENE_H
+
+#include "host_stage.h"
+
+extern struct stage stage;
+
+enum {
+    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+};
+
+#define expect(call) assert_int_equal(call, VK_SUCCESS)
+#define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
+
+void expect_silence(void);
+/* Mistakes may be told or not: that is other tests' business. */
+void forget_messages(void);
+
+/* A BLAS of some triangles, and a TLAS with two instances of it. */
+struct scene {
+    struct stage_build triangles, instances;
+    struct stage_structure blas, tlas;
+};
+void open_scene(struct scene *scene, uint32_t triangles,
+                VkBuildAccelerationStructureFlagsKHR flags);
+void close_scene(struct scene *scene);
+
+/* The ray at (y, 0.25) hits the first triangle of an instance at t. */
+void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance);
+void expect_scene(VkAccelerationStructureKHR tlas, float t);
+
+VkResult copy_structure(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                        VkCopyAccelerationStructureModeKHR mode);
+
+uint64_t property(VkAccelerationStructureKHR structure, VkQueryType type);
+/* Into new memory, which the caller frees. */
+void *serialize(VkAccelerationStructureKHR src, size_t *size);
+
+/* Opens the stage on the platform that the arguments name, runs the tests, and returns what main
+ * is to return. */
+int stage_main(int argc, char **argv, int (*run)(void));
+
+#endif
