@@ -120,21 +120,19 @@ static void add_dense_off_the_page(struct scene *scene)
 
 /* ---- updates of what an earlier command built */
 
-static void update_dense(struct scene *scene)
+/* A host build of the source is reported, too, but that is not what the case is about. */
+static void build_then_update(struct scene *scene)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-    };
-    add_dense(scene);
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[DENSE],
-                                                 &scene->range_pointers[DENSE]);
-    scene->vk->CmdPipelineBarrier(
-        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene_build_before(scene, DENSE, 1);
+    messages_clear(&scene->world->messages);
     scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
+}
+
+static void update_dense(struct scene *scene)
+{
+    add_dense(scene);
+    build_then_update(scene);
 }
 
 /* Of a source whose data could not be read nothing is known. */
@@ -142,19 +140,23 @@ static void update_of_dense_without_data(struct scene *scene)
 {
     add_dense(scene);
     scene->geometries[DENSE][0].pNext = NULL;
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[DENSE],
-                                                 &scene->range_pointers[DENSE]);
-    messages_clear(&scene->world->messages);
+    build_then_update(scene);
     scene->geometries[DENSE][0].pNext = &scene->dense;
-    scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-    scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
 }
 
-#define UPDATE_CASE(name_, rule, member, value)                                                    \
+/* On the command buffer's commands; and on the host, which takes no such geometry at all. */
+#define UPDATE_CASES(name_, rule, member, value)                                                   \
+    {.name = name_,                                                                                \
+     RULES(rule),                                                                                  \
+     .setup = &with_dense,                                                                         \
+     .mutate = update_dense,                                                                       \
+     .edits = EDITS(SET(dense.member, value)),                                                     \
+     .mutate_twin = update_dense,                                                                  \
+     .commands = ON_COMMAND_BUFFERS,                                                               \
+     .path = DENSE_PATH #member},                                                                  \
     {                                                                                              \
-        .name = name_, RULES(rule), .setup = &with_dense, .mutate = update_dense,                  \
-        .edits = EDITS(SET(dense.member, value)), .mutate_twin = update_dense,                     \
-        .path = DENSE_PATH #member                                                                 \
+        .name = name_, RULES(rule, RULE_host_build_has_no_dense_geometry), .setup = &with_dense,   \
+        .mutate = update_dense, .edits = EDITS(SET(dense.member, value)), .commands = ON_HOST      \
     }
 
 static const struct test_case cases[] = {
@@ -282,27 +284,35 @@ static const struct test_case cases[] = {
      .commands = ON_DEVICE,
      .path = "pInfos[6].dstAccelerationStructure"},
 
-    UPDATE_CASE("dense_triangle_count_of_update", RULE_dense_triangle_count_matches_source,
-                numTriangles, 63),
-    UPDATE_CASE("dense_vertex_count_of_update", RULE_dense_vertex_count_matches_source, numVertices,
-                95),
-    UPDATE_CASE("dense_max_primitive_index_of_update",
-                RULE_dense_max_primitive_index_matches_source, maxPrimitiveIndex, 62),
-    UPDATE_CASE("dense_max_geometry_index_of_update", RULE_dense_max_geometry_index_matches_source,
-                maxGeometryIndex, 0),
-    UPDATE_CASE("dense_data_size_of_update", RULE_dense_data_size_matches_source, dataSize, 896),
+    UPDATE_CASES("dense_triangle_count_of_update", RULE_dense_triangle_count_matches_source,
+                 numTriangles, 63),
+    UPDATE_CASES("dense_vertex_count_of_update", RULE_dense_vertex_count_matches_source,
+                 numVertices, 95),
+    UPDATE_CASES("dense_max_primitive_index_of_update",
+                 RULE_dense_max_primitive_index_matches_source, maxPrimitiveIndex, 62),
+    UPDATE_CASES("dense_max_geometry_index_of_update", RULE_dense_max_geometry_index_matches_source,
+                 maxGeometryIndex, 0),
+    UPDATE_CASES("dense_data_size_of_update", RULE_dense_data_size_matches_source, dataSize, 896),
     {.name = "dense_format_of_update",
      RULES(RULE_dense_format_matches_source),
      .setup = &with_dense_and_future,
      .mutate = update_dense,
      .edits = EDITS(SET(dense.format, 1)),
      .mutate_twin = update_dense,
+     .commands = ON_COMMAND_BUFFERS,
      .path = DENSE_PATH "format"},
+    {.name = "dense_format_of_update",
+     RULES(RULE_dense_format_matches_source, RULE_host_build_has_no_dense_geometry),
+     .setup = &with_dense_and_future,
+     .mutate = update_dense,
+     .edits = EDITS(SET(dense.format, 1)),
+     .commands = ON_HOST},
     {.name = "dense_update_of_source_without_data",
      RULES(RULE_dense_triangle_count_matches_source, RULE_dense_data_size_matches_source),
      .silent = true,
      .setup = &with_dense,
-     .mutate = update_of_dense_without_data},
+     .mutate = update_of_dense_without_data,
+     .commands = ON_COMMAND_BUFFERS},
 };
 
 CASE_LIST(cases_dense, cases);
