@@ -116,7 +116,8 @@ static void create_instance(struct application *app)
 static void create_device(struct application *app)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME};
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
         .bufferDeviceAddress = VK_TRUE};
@@ -133,7 +134,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = 2,
+                                     .enabledExtensionCount = 3,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;

@@ -16,6 +16,7 @@ enum {
     SCRATCH_SIZE = 8192,
     SPARSE_PAGE = 65536,
     SPARSE_PAGES = 12,
+    NV_STRUCTURES = 24,
     QUERIES = 4,
 };
 
@@ -56,6 +57,10 @@ struct application {
     VkDeviceMemory tails_memory;
     VkBuffer tails;
     VkAccelerationStructureKHR with_tails[2];
+    /* Of VK_NV_ray_tracing, with their scratch behind them in one memory. */
+    VkDeviceMemory nv_memory;
+    VkAccelerationStructureNV nv[NV_STRUCTURES];
+    VkBuffer nv_scratch;
 };
 
 /* Asks for something that can be refused; the second time there is memory. */
@@ -83,6 +88,12 @@ VkDeviceMemory allocate(struct application *app, VkDeviceSize size);
 VkDeviceAddress address_of(struct application *app, VkBuffer buffer);
 VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
                                         VkDeviceSize offset, VkDeviceSize size);
+
+/* Of VK_NV_ray_tracing (nv.c): what it records is valid, but for the mistake. */
+void create_nv(struct application *app);
+void destroy_nv(struct application *app);
+void record_nv(struct application *app, VkCommandBuffer command_buffer);
+void mistake_nv(struct application *app, VkCommandBuffer command_buffer);
 
 void create_objects(struct application *app);
 void destroy_objects(struct application *app);

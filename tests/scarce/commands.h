@@ -19,21 +19,26 @@
     COMMAND(AllocateCommandBuffers)                                                                \
     COMMAND(AllocateMemory)                                                                        \
     COMMAND(BeginCommandBuffer)                                                                    \
+    COMMAND(BindAccelerationStructureMemoryNV)                                                     \
     COMMAND(BindBufferMemory)                                                                      \
     COMMAND(BindBufferMemory2)                                                                     \
     COMMAND(CmdBeginDebugUtilsLabelEXT)                                                            \
+    COMMAND(CmdBuildAccelerationStructureNV)                                                       \
     COMMAND(CmdBuildAccelerationStructuresKHR)                                                     \
     COMMAND(CmdCopyAccelerationStructureKHR)                                                       \
+    COMMAND(CmdCopyAccelerationStructureNV)                                                        \
     COMMAND(CmdEndDebugUtilsLabelEXT)                                                              \
     COMMAND(CmdExecuteCommands)                                                                    \
     COMMAND(CmdInsertDebugUtilsLabelEXT)                                                           \
     COMMAND(CmdWriteAccelerationStructuresPropertiesKHR)                                           \
     COMMAND(CreateAccelerationStructureKHR)                                                        \
+    COMMAND(CreateAccelerationStructureNV)                                                         \
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(CreateCommandPool)                                                                     \
     COMMAND(CreateQueryPool)                                                                       \
     COMMAND(CreateSemaphore)                                                                       \
     COMMAND(DestroyAccelerationStructureKHR)                                                       \
+    COMMAND(DestroyAccelerationStructureNV)                                                        \
     COMMAND(DestroyBuffer)                                                                         \
     COMMAND(DestroyCommandPool)                                                                    \
     COMMAND(DestroyDevice)                                                                         \

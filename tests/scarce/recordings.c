@@ -141,6 +141,7 @@ static void record_builds(struct application *app, VkCommandBuffer command_buffe
     call.infos[0].srcAccelerationStructure = call.infos[0].dstAccelerationStructure =
         app->sets[BUILDS - 1].accel;
     send(app, command_buffer, &call);
+    record_nv(app, command_buffer);
     close_labels(app, command_buffer, 9);
     end(app, command_buffer);
 }
@@ -242,6 +243,12 @@ static void make_mistakes(struct application *app)
     info = add_build(app, &call, sets[1].accel, VK_NULL_HANDLE);
     info->scratchData.deviceAddress = app->scratch_address + SETS * SCRATCH_SIZE - 256;
     make_mistake(app, &sets[8], &call, ID("pInfos-03671"));
+
+    expect(app, "VUID-vkCmdBuildAccelerationStructureNV-dst-02488");
+    begin(app, sets[9].primary);
+    mistake_nv(app, sets[9].primary);
+    end(app, sets[9].primary);
+    expect_nothing_more(app);
 }
 
 void record_all(struct application *app)

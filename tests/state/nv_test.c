@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of what is known of structures of VK_NV_ray_tracing, and of buffers by their handles. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "state/nv_shape.h"
+#include "things.h"
+
+enum { OBJECT = 0x1000, MEMORY = 1 << 20 }; /* have_memory's size */
+
+static VkAccelerationStructureNV nv(unsigned n)
+{
+    return (VkAccelerationStructureNV)(uintptr_t)(0x400 + n);
+}
+
+static const VkGeometryNV geometries[] = {
+    {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+     .geometry = {.triangles = {.vertexCount = 5, .indexCount = 6}, .aabbs = {.numAABBs = 7}}},
+    {.geometryType = VK_GEOMETRY_TYPE_AABBS_NV,
+     .geometry = {.triangles = {.vertexCount = 5, .indexCount = 6}, .aabbs = {.numAABBs = 7}}},
+    {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+     .geometry = {.triangles = {.vertexCount = 5, .indexCount = 6}, .aabbs = {.numAABBs = 7}}},
+};
+
+static const VkAccelerationStructureInfoNV info = {
+    .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+    .flags = VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV,
+    .instanceCount = 9,
+    .geometryCount = 3,
+    .pGeometries = geometries,
+};
+
+static void have_nv(struct resources *resources, unsigned n)
+{
+    const struct nv_size_facts sizes = {
+        .known = true, .object = OBJECT, .build_scratch = 2, .update_scratch = 3};
+    resources_add_nv_accel(resources, nv(n), nv_shape_create(&info), &sizes);
+}
+
+/* The caller has no use for the reference. */
+static struct nv_accel_facts nv_facts(struct resources *resources, unsigned n)
+{
+    struct nv_accel_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_nv_accel(resources, nv(n), &facts);
+    resources_end_reading(resources, token);
+    nv_shape_release(facts.created);
+    return facts;
+}
+
+static struct buffer_facts buffer_facts(struct resources *resources, unsigned n)
+{
+    struct buffer_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_buffer(resources, buffer(n), &facts);
+    resources_end_reading(resources, token);
+    return facts;
+}
+
+static void assert_binding(struct resources *resources, unsigned n, enum nv_binding binding)
+{
+    struct nv_accel_facts facts = nv_facts(resources, n);
+    assert_int_equal(facts.binding, binding);
+    if (binding != NV_BOUND)
+        assert_no_span(&facts.span);
+}
+
+static void test_a_structure_has_its_details(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_nv(resources, 1);
+    struct nv_accel_facts facts;
+    resources_find_nv_accel(resources, nv(1), &facts);
+    assert_int_equal(facts.alive, YES);
+    assert_int_equal(facts.id, resources_find_id(resources, RESOURCE_ACCEL_NV, 0x401));
+    assert_true(facts.sizes.known && facts.sizes.object == OBJECT);
+    resources_remove_nv_accel(resources, nv(1)); /* the copy outlives it */
+    resources_destroy(resources);
+    assert_int_equal(facts.created->type, info.type);
+    assert_int_equal(facts.created->flags, info.flags);
+    assert_int_equal(facts.created->instance_count, 9);
+    assert_int_equal(facts.created->geometry_count, 3);
+    const struct nv_counts *counts = facts.created->geometries;
+    assert_true(counts[0].vertices == 5 && counts[0].indices == 6 && counts[0].aabbs == 0);
+    assert_true(counts[1].vertices == 0 && counts[1].indices == 0 && counts[1].aabbs == 7);
+    assert_true(counts[2].vertices == 0 && counts[2].indices == 0 && counts[2].aabbs == 0);
+    nv_shape_release(facts.created);
+}
+
+static void test_handles_are_of_their_extension(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_nv(resources, 1);
+    have_accel(resources, 1, 0, 0, 16);
+    assert_int_equal(nv_facts(resources, 2).alive, NO);
+    assert_int_equal(resources_find_id(resources, RESOURCE_ACCEL, 0x401), 0);
+    assert_int_equal(resources_find_id(resources, RESOURCE_ACCEL_NV, 0x301), 0);
+    assert_int_not_equal(nv_facts(resources, 1).id, accel_facts(resources, 1).id);
+    resources_destroy(resources);
+}
+
+static void test_a_handle_that_is_used_again_is_another_structure(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_nv(resources, 1);
+    resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
+    uint64_t id = nv_facts(resources, 1).id, deaths = resources_deaths(resources);
+    have_nv(resources, 1);
+    assert_int_not_equal(nv_facts(resources, 1).id, id);
+    assert_true(resources_deaths(resources) > deaths);
+    assert_binding(resources, 1, NV_UNBOUND);
+    assert_int_not_equal(resources_remove_nv_accel(resources, nv(1)), 0);
+    assert_int_equal(resources_remove_nv_accel(resources, nv(1)), 0);
+    assert_int_equal(nv_facts(resources, 1).alive, NO);
+    resources_destroy(resources);
+}
+
+static void test_where_a_structure_lies(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_nv(resources, 1);
+    assert_binding(resources, 1, NV_UNBOUND);
+    resources_bind_nv_accel(resources, nv(1), memory(1), 0x100, false);
+    assert_binding(resources, 1, NV_BOUND);
+    struct memory_span span = nv_facts(resources, 1).span;
+    assert_span(&span, 1, 0x100, 0x100 + OBJECT);
+
+    resources_bind_nv_accel(resources, nv(1), memory(1), 0x100, true);
+    struct nv_accel_facts facts = nv_facts(resources, 1);
+    assert_int_equal(facts.binding, NV_BOUND);
+    assert_no_span(&facts.span);
+
+    resources_bind_nv_accel(resources, nv(1), memory(1), MEMORY - OBJECT, false);
+    assert_binding(resources, 1, NV_BOUND);
+    resources_bind_nv_accel(resources, nv(1), memory(1), MEMORY - OBJECT + 1, false);
+    assert_binding(resources, 1, NV_MEMORY_TOO_SMALL);
+    resources_bind_nv_accel(resources, nv(1), memory(1), UINT64_MAX, false);
+    assert_binding(resources, 1, NV_MEMORY_TOO_SMALL);
+    resources_destroy(resources);
+}
+
+static void test_memory_that_goes_away(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_nv(resources, 1);
+    have_nv(resources, 2);
+    resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
+    resources_bind_nv_accel(resources, nv(2), memory(2), 0, false);
+    assert_binding(resources, 2, NV_BINDING_UNKNOWN); /* of memory that nobody allocated */
+    resources_remove_memory(resources, memory(1));
+    assert_binding(resources, 1, NV_MEMORY_FREED);
+    have_memory(resources, 1);
+    assert_binding(resources, 1, NV_MEMORY_FREED); /* the new one is another */
+    resources_forget_nv_binding(resources, nv(1));
+    assert_binding(resources, 1, NV_BINDING_UNKNOWN);
+    resources_forget_nv_binding(resources, nv(7));
+    resources_bind_nv_accel(resources, nv(7), memory(1), 0, false);
+    resources_destroy(resources);
+}
+
+static void test_imported_memory_may_be_of_any_size(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    resources_add_memory(resources, memory(1), 0, 0, false);
+    have_nv(resources, 1);
+    resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
+    assert_binding(resources, 1, NV_BOUND);
+    resources_destroy(resources);
+}
+
+static void test_geometries_that_cannot_be_read(void **state)
+{
+    (void)state;
+    VkAccelerationStructureInfoNV bad = info;
+    bad.pGeometries = (const VkGeometryNV *)16;
+    assert_null(nv_shape_create(&bad));
+    bad.pGeometries = NULL;
+    assert_null(nv_shape_create(&bad));
+    bad.geometryCount = 0;
+    nv_shape_release(nv_shape_create(&bad));
+    nv_shape_release(NULL);
+    assert_null(nv_shape_share(NULL));
+}
+
+static void test_without_memory(void **state)
+{
+    (void)state;
+    bool failed = true;
+    for (int i = 0; failed; i++) {
+        struct resources *resources = no_resources();
+        memory_fail_after(i);
+        have_nv(resources, 1);
+        failed = memory_fail_no_more();
+        struct nv_accel_facts facts = nv_facts(resources, 1);
+        assert_true(facts.alive == YES || (failed && facts.alive == UNKNOWN));
+        assert_true(facts.alive == YES || nv_facts(resources, 2).alive == UNKNOWN);
+        resources_destroy(resources);
+    }
+}
+
+static void test_buffers_by_handle(void **state)
+{
+    (void)state;
+    struct resources *resources = no_resources();
+    have_buffer(resources, 1, 0x123, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    struct buffer_facts facts = buffer_facts(resources, 1);
+    assert_int_equal(facts.alive, YES);
+    assert_int_equal(facts.size, 0x123);
+    assert_int_equal(facts.usage, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    assert_int_equal(facts.id, resources_find_id(resources, RESOURCE_BUFFER, 0x201));
+    assert_int_equal(buffer_facts(resources, 2).alive, NO);
+    assert_int_equal(buffer_facts(resources, 0).alive, UNKNOWN);
+    resources_remove_buffer(resources, buffer(1));
+    assert_int_equal(buffer_facts(resources, 1).alive, NO);
+    assert_int_equal(buffer_facts(resources, 1).id, 0);
+    resources_destroy(resources);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_structure_has_its_details),
+        cmocka_unit_test(test_handles_are_of_their_extension),
+        cmocka_unit_test(test_a_handle_that_is_used_again_is_another_structure),
+        cmocka_unit_test(test_where_a_structure_lies),
+        cmocka_unit_test(test_memory_that_goes_away),
+        cmocka_unit_test(test_imported_memory_may_be_of_any_size),
+        cmocka_unit_test(test_geometries_that_cannot_be_read),
+        cmocka_unit_test(test_without_memory),
+        cmocka_unit_test(test_buffers_by_handle),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
