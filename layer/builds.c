@@ -200,6 +200,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.max_primitive_counts = ppMaxPrimitiveCounts;
+    call.view.indirect_addresses = pIndirectDeviceAddresses;
+    call.view.indirect_strides = pIndirectStrides;
     run_checks(&call);
     if (call.skip)
         return;

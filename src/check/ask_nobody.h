@@ -6,6 +6,7 @@
 #undef ASK_build
 #undef ASK_geometry
 #undef ASK_range
+#undef ASK_indirect
 #undef ASK_pair
 #undef ASK_motion_build
 #undef ASK_motion_triangles
@@ -29,6 +30,7 @@
 #define ASK_build(name, level)
 #define ASK_geometry(name, level)
 #define ASK_range(name, level)
+#define ASK_indirect(name, level)
 #define ASK_pair(name, level)
 #define ASK_motion_build(name, level)
 #define ASK_motion_triangles(name, level)

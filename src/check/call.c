@@ -137,3 +137,15 @@ bool max_primitive_counts_are_readable(const struct call_view *call, struct find
     return array_is_readable(call, finding, "ppMaxPrimitiveCounts", call->max_primitive_counts,
                              call->max_primitive_counts_readable);
 }
+
+bool indirect_addresses_are_readable(const struct call_view *call, struct finding *finding)
+{
+    return array_is_readable(call, finding, "pIndirectDeviceAddresses", call->indirect_addresses,
+                             call->indirect_addresses_readable);
+}
+
+bool indirect_strides_are_readable(const struct call_view *call, struct finding *finding)
+{
+    return array_is_readable(call, finding, "pIndirectStrides", call->indirect_strides,
+                             call->indirect_strides_readable);
+}

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "check/extensions.h"
+#include "check/indirect.h"
 #include "check/sweep.h"
 #include "check/views.h"
 #include "check/walk.h"
@@ -161,6 +162,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
     walk_build(walk, build, LEVEL_PARAMETERS);
+    if (build->call->command == COMMAND_INDIRECT)
+        check_indirect(walk, build, with_state);
     check_geometries(walk, build, first, with_state);
     if (with_state) {
         /* The driver is asked for sizes of sound parameters only. */

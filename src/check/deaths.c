@@ -106,10 +106,19 @@ static enum rule rule_of_input(const struct journal_input *input, enum address_s
     if (input->role == INPUT_SCRATCH)
         return input->is_update ? RULE_update_scratch_is_in_one_buffer
                                 : RULE_build_scratch_is_in_one_buffer;
+    if (input->role == INPUT_INDIRECT)
+        return RULE_indirect_ranges_are_in_one_buffer;
     if (status == ADDRESS_UNBOUND)
         return RULE_input_buffer_is_bound;
     return input->role == INPUT_TRANSFORM ? RULE_transform_address_is_valid
                                           : RULE_input_address_is_in_a_buffer;
+}
+
+static enum subject subject_of_input(enum input_role role)
+{
+    if (role == INPUT_INDIRECT)
+        return SUBJECT_ELEMENT;
+    return role == INPUT_SCRATCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY;
 }
 
 static void check_input(struct replay *replay, const struct journal *journal,
@@ -124,9 +133,8 @@ static void check_input(struct replay *replay, const struct journal *journal,
     enum rule rule = rule_of_input(input, facts.status);
     if (!replay->active[input->command][rule])
         return;
-    bool is_scratch = input->role == INPUT_SCRATCH;
     struct location location = {.command = (enum build_command)input->command,
-                                .subject = is_scratch ? SUBJECT_BUILD : SUBJECT_GEOMETRY,
+                                .subject = subject_of_input((enum input_role)input->role),
                                 .build = input->info,
                                 .geometry = input->geometry,
                                 .geometry_by_pointer = input->geometry_by_pointer};

@@ -43,6 +43,8 @@ const char *input_field(enum input_role role)
         return OPACITY_EXT_DATA "indexBuffer.deviceAddress";
     case INPUT_DENSE_DATA:
         return DENSE_DATA "compressedData.deviceAddress";
+    case INPUT_INDIRECT:
+        return "pIndirectDeviceAddresses";
     case INPUT_SCRATCH:
         break;
     }

@@ -14,6 +14,7 @@ enum subject {
     SUBJECT_BUILD,
     SUBJECT_GEOMETRY,
     SUBJECT_RANGE,
+    SUBJECT_ELEMENT, /* of another array of the call that has one for each build */
 };
 
 struct location {

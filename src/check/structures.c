@@ -93,16 +93,28 @@ bool update_src_is_backed_by_memory(const struct build_view *build, struct findi
     return !is_update(build) || is_backed(&build->src, finding, "srcAccelerationStructure");
 }
 
-/* An update may go into a structure of compacted size; what that is only execution knows. */
-bool dst_is_large_enough(const struct build_view *build, struct finding *finding)
+static bool has_size_of_build(const struct build_view *build, struct finding *finding)
 {
-    if (!is_build(build) || !build->sizes.known || !build->dst.details_known)
+    if (!build->sizes.known || !build->dst.details_known)
         return true;
     return build->dst.size >= build->sizes.acceleration_structure ||
            violated(finding, "dstAccelerationStructure",
                     "{} was created with size {}, less than accelerationStructureSize ({})",
                     structure(build->dst.handle), number(build->dst.size),
                     number(build->sizes.acceleration_structure));
+}
+
+/* An update may go into a structure of compacted size; what that is only execution knows. */
+bool dst_is_large_enough(const struct build_view *build, struct finding *finding)
+{
+    return !is_build(build) || has_size_of_build(build, finding);
+}
+
+/* The maxima are what the call gives as counts, and no exception is made for updates. */
+bool dst_is_large_enough_for_max_primitive_counts(const struct build_view *build,
+                                                  struct finding *finding)
+{
+    return has_size_of_build(build, finding);
 }
 
 /* Scratch. */

@@ -23,7 +23,10 @@ struct call_view {
     const VkAccelerationStructureBuildGeometryInfoKHR *infos;
     const VkAccelerationStructureBuildRangeInfoKHR *const *build_ranges; /* not INDIRECT */
     const uint32_t *const *max_primitive_counts;                         /* INDIRECT */
-    bool infos_readable, build_ranges_readable, max_primitive_counts_readable;
+    const VkDeviceAddress *indirect_addresses;                           /* these two: INDIRECT */
+    const uint32_t *indirect_strides;
+    bool infos_readable, build_ranges_readable, max_primitive_counts_readable,
+        indirect_addresses_readable, indirect_strides_readable;
 };
 
 /* One element of pInfos. */
@@ -91,6 +94,14 @@ struct range_view {
     const struct geometry_view *geometry;
     const VkAccelerationStructureBuildRangeInfoKHR *range; /* NULL for COMMAND_INDIRECT */
     uint32_t primitive_count;
+};
+
+/* Where the indirect command reads the build ranges of one build. */
+struct indirect_view {
+    const struct build_view *build;
+    const VkDeviceAddress *address; /* these two: NULL where the array can't be read */
+    const uint32_t *stride;
+    struct address_facts facts; /* from level STATE on */
 };
 
 /* What a range of memory is to the call. */

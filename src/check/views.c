@@ -25,6 +25,12 @@ void view_call(struct check_context *context, struct call_view *call)
     call->max_primitive_counts_readable =
         call->command == COMMAND_INDIRECT &&
         readable(cache, call->max_primitive_counts, count * sizeof(*call->max_primitive_counts));
+    call->indirect_addresses_readable =
+        call->command == COMMAND_INDIRECT &&
+        readable(cache, call->indirect_addresses, count * sizeof(*call->indirect_addresses));
+    call->indirect_strides_readable =
+        call->command == COMMAND_INDIRECT &&
+        readable(cache, call->indirect_strides, count * sizeof(*call->indirect_strides));
 }
 
 /* Parameters. */

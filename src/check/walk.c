@@ -86,6 +86,18 @@ void walk_range(struct walk *walk, const struct range_view *range, enum level le
 #include "rules.def"
 }
 
+#include "check/ask_nobody.h"
+#undef ASK_indirect
+#define ASK_indirect(name, level) ASK(name, level, indirect)
+
+void walk_indirect(struct walk *walk, const struct indirect_view *indirect, enum level level)
+{
+    const struct location location = {
+        .command = COMMAND_INDIRECT, .subject = SUBJECT_ELEMENT, .build = indirect->build->index};
+    struct finding finding;
+#include "rules.def"
+}
+
 /* Pairs are met once, whatever their rows' levels. */
 #include "check/ask_nobody.h"
 #undef ASK_pair

@@ -125,6 +125,9 @@ static void append_path(struct text_buffer *text, const struct location *at, con
         if (at->command != COMMAND_INDIRECT)
             append_field(text, ".", field);
         return;
+    case SUBJECT_ELEMENT:
+        text_append(text, "%s[%" PRIu32 "]", field, at->build);
+        return;
     }
 }
 

@@ -69,6 +69,7 @@ enum input_role {
     INPUT_OPACITY_EXT_INDEX,
     INPUT_DENSE_DATA,
     INPUT_SCRATCH,
+    INPUT_INDIRECT, /* build ranges */
 };
 
 struct journal_input {

@@ -153,6 +153,8 @@ static struct test_buffer *find_input(struct machine *machine, enum input input)
         return &scene->instances;
     case SCRATCH:
         return &machine->scratch;
+    case RANGES:
+        return &scene->indirect;
     case INPUTS:
         break;
     }

@@ -77,6 +77,7 @@ static VkBuffer find_input(const struct machine *machine, enum input input)
         return nv->instances.handle;
     case SCRATCH:
         return nv->scratch;
+    case RANGES:
     case INPUTS:
         break;
     }

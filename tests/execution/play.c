@@ -173,7 +173,7 @@ static void describe_field(const struct play *play, const struct machine *machin
     const char *path = play->program->has_rule ? play->program->path : play->difference->path;
     const char *name = build_command_name(command_of_reports(machine));
     if (!machine->is_nv)
-        snprintf(text, size, "%s(): pInfos[0]%s", name, path);
+        snprintf(text, size, "%s(): %s%s", name, path[0] == 'p' ? "" : "pInfos[0]", path);
     else if (strcmp(path, ".srcAccelerationStructure") == 0)
         snprintf(text, size, "%s(): src VkAccelerationStructureNV", name);
     else

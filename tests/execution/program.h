@@ -25,7 +25,7 @@ enum { DEFERRED_OPERATIONS = 2 };
 
 enum build_shape { GOOD, BAD };
 enum use { USE_AGAIN, USE_ONCE, USE_SIMULTANEOUS };
-enum input { VERTICES, INDICES, TRANSFORMS, BOXES, INSTANCES_INPUT, SCRATCH, INPUTS };
+enum input { VERTICES, INDICES, TRANSFORMS, BOXES, INSTANCES_INPUT, SCRATCH, RANGES, INPUTS };
 
 enum action {
     ACTION_END_OF_PROGRAM,
@@ -211,7 +211,7 @@ struct program {
     /* Rules other than those of the difference, and where. */
     enum rule rule;
     bool has_rule;
-    const char *path;
+    const char *path;            /* below pInfos[0], or another parameter */
     struct shape (*shape)(void); /* of GOOD builds and updates; NULL: the difference's */
     bool keeps_place;            /* what is reported names no earlier build */
 };

@@ -77,6 +77,11 @@ static void make_inputs(struct scene *scene)
     scene->indirect = scene_buffer(scene, sizeof(scene->ranges),
                                    VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
                                        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
+        scene->indirect_addresses[build] =
+            scene->indirect.address + build * sizeof(scene->ranges[build]);
+        scene->indirect_strides[build] = sizeof(scene->ranges[build][0]);
+    }
 }
 
 /* ---- geometries ---- */
@@ -278,6 +283,8 @@ static void set_pointers(struct scene *scene)
     scene->infos_argument = scene->infos;
     scene->ranges_argument = scene->range_pointers;
     scene->counts_argument = scene->count_pointers;
+    scene->indirect_addresses_argument = scene->indirect_addresses;
+    scene->indirect_strides_argument = scene->indirect_strides;
 }
 
 static bool can_build(const struct scene *scene)
@@ -341,15 +348,13 @@ static void call_indirect(struct scene *scene)
 {
     memcpy(scene->indirect.host, scene->ranges, sizeof(scene->ranges));
     for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
-        scene->indirect_addresses[build] =
-            scene->indirect.address + build * sizeof(scene->ranges[build]);
-        scene->indirect_strides[build] = sizeof(scene->ranges[build][0]);
         for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
             scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
     }
     scene->vk->CmdBuildAccelerationStructuresIndirectKHR(
-        scene->command_buffer, scene->info_count, scene->infos_argument, scene->indirect_addresses,
-        scene->indirect_strides, scene->counts_argument);
+        scene->command_buffer, scene->info_count, scene->infos_argument,
+        scene->indirect_addresses_argument, scene->indirect_strides_argument,
+        scene->counts_argument);
 }
 
 VkResult scene_call(struct scene *scene)

@@ -89,7 +89,9 @@ struct scene {
     uint32_t info_count;
     const VkAccelerationStructureBuildGeometryInfoKHR *infos_argument;
     const VkAccelerationStructureBuildRangeInfoKHR *const *ranges_argument;
-    const uint32_t *const *counts_argument; /* COMMAND_INDIRECT */
+    const uint32_t *const *counts_argument; /* these three: COMMAND_INDIRECT */
+    const VkDeviceAddress *indirect_addresses_argument;
+    const uint32_t *indirect_strides_argument;
 
     VkAccelerationStructureBuildGeometryInfoKHR infos[SCENE_BUILDS];
     VkAccelerationStructureGeometryKHR geometries[SCENE_BUILDS][SCENE_GEOMETRIES];
@@ -97,7 +99,8 @@ struct scene {
     VkAccelerationStructureBuildRangeInfoKHR ranges[SCENE_BUILDS][SCENE_GEOMETRIES];
     const VkAccelerationStructureBuildRangeInfoKHR *range_pointers[SCENE_BUILDS];
 
-    /* For COMMAND_INDIRECT, filled from `ranges` when the call is made. */
+    /* For COMMAND_INDIRECT. Counts and the buffer are filled from `ranges` when the call is made.
+     */
     uint32_t counts[SCENE_BUILDS][SCENE_GEOMETRIES];
     const uint32_t *count_pointers[SCENE_BUILDS];
     VkDeviceAddress indirect_addresses[SCENE_BUILDS];
