@@ -31,12 +31,12 @@ static void select_rules(struct layer_device *device)
 
 static void free_device(struct layer_device *device)
 {
-    cpu_overlay_destroy(device->cpu);
     deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
+    command_buffers_destroy(device->command_buffers); /* and their work for the backend */
+    cpu_overlay_destroy(device->cpu);
     resources_destroy(device->resources);
-    command_buffers_destroy(device->command_buffers);
     size_cache_destroy(device->sizes);
     object_names_destroy(device->names);
     query_pools_destroy(device->query_pools);
@@ -64,7 +64,7 @@ static struct layer_device *allocate_device(void)
 
 static VkResult follow_submissions(struct layer_device *device)
 {
-    if (device->level < LEVEL_EXECUTION)
+    if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
     VkResult result = submissions_create(device, &device->submissions);
     if (result != VK_SUCCESS)
@@ -125,9 +125,12 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
         goto fail_set_up;
     return VK_SUCCESS;
 
-fail_set_up:
-    device->vk.DestroyDevice(*pDevice, pAllocator);
+fail_set_up:;
+    PFN_vkDestroyDevice destroy = device->vk.DestroyDevice;
+    free_device(device);
+    destroy(*pDevice, pAllocator);
     *pDevice = VK_NULL_HANDLE;
+    return result;
 fail_create:
     free_device(device);
     return result;
@@ -140,6 +143,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     if (!state)
         return;
     layer_remove_device(state);
-    state->vk.DestroyDevice(device, pAllocator);
-    free_device(state);
+    PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
+    free_device(state); /* first: it may have objects of the device */
+    destroy(device, pAllocator);
 }

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "check/replay.h"
+#include "cpu/submits.h"
 #include "layer.h"
 
 struct submissions {
@@ -239,11 +240,16 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->lost)
         replay_batch(submissions, run, NULL);
+    if (submissions->device->cpu)
+        cpu_overlay_run(submissions->device->cpu, run);
 }
 
 static void lost(void *user)
 {
-    lose(user);
+    struct submissions *submissions = user;
+    lose(submissions);
+    if (submissions->device->cpu)
+        cpu_overlay_lose_order(submissions->device->cpu);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)

@@ -32,6 +32,12 @@
     COMMAND(acceleration_structure, CopyMemoryToAccelerationStructureKHR)                          \
     COMMAND(acceleration_structure, WriteAccelerationStructuresPropertiesKHR)                      \
     COMMAND(acceleration_structure, GetDeviceAccelerationStructureCompatibilityKHR)                \
+    COMMAND(acceleration_structure, CmdBuildAccelerationStructuresKHR)                             \
+    COMMAND(acceleration_structure, CmdBuildAccelerationStructuresIndirectKHR)                     \
+    COMMAND(acceleration_structure, CmdCopyAccelerationStructureKHR)                               \
+    COMMAND(acceleration_structure, CmdCopyAccelerationStructureToMemoryKHR)                       \
+    COMMAND(acceleration_structure, CmdCopyMemoryToAccelerationStructureKHR)                       \
+    COMMAND(acceleration_structure, CmdWriteAccelerationStructuresPropertiesKHR)                   \
     COMMAND(deferred_host_operations, CreateDeferredOperationKHR)                                  \
     COMMAND(deferred_host_operations, DestroyDeferredOperationKHR)                                 \
     COMMAND(deferred_host_operations, GetDeferredOperationMaxConcurrencyKHR)                       \
@@ -49,7 +55,23 @@
     COMMAND(GetPrivateData)                                                                        \
     COMMAND(GetPrivateDataEXT)                                                                     \
     COMMAND(DestroyPrivateDataSlot)                                                                \
-    COMMAND(DestroyPrivateDataSlotEXT)
+    COMMAND(DestroyPrivateDataSlotEXT)                                                             \
+    COMMAND(CreateQueryPool)                                                                       \
+    COMMAND(DestroyQueryPool)                                                                      \
+    COMMAND(GetQueryPoolResults)                                                                   \
+    COMMAND(ResetQueryPool)                                                                        \
+    COMMAND(ResetQueryPoolEXT)                                                                     \
+    COMMAND(CmdResetQueryPool)                                                                     \
+    COMMAND(CmdCopyQueryPoolResults)                                                               \
+    COMMAND(DestroyBuffer)                                                                         \
+    COMMAND(CmdExecuteCommands)                                                                    \
+    COMMAND(GetDeviceQueue)                                                                        \
+    COMMAND(GetDeviceQueue2)                                                                       \
+    COMMAND(QueueSubmit)                                                                           \
+    COMMAND(QueueSubmit2)                                                                          \
+    COMMAND(QueueSubmit2KHR)                                                                       \
+    COMMAND(QueueBindSparse)                                                                       \
+    COMMAND(QueuePresentKHR)
 
 /* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
 #define CPU_OWN_COMMANDS(COMMAND)                                                                  \

@@ -7,6 +7,7 @@
 
 #include "cpu/commands.h"
 #include "cpu/offer.h"
+#include "cpu/staging.h"
 
 /* ---- instances */
 
@@ -60,6 +61,18 @@ static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_
     memcpy(uuid, ids.driverUUID, VK_UUID_SIZE);
 }
 
+/* What the loader wants to be told of dispatchable objects that a layer creates for itself. */
+static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInfo *create_info)
+{
+    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
+        const VkLayerDeviceCreateInfo *info = (const VkLayerDeviceCreateInfo *)s;
+        if (s->sType == VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO &&
+            info->function == VK_LOADER_DATA_CALLBACK)
+            return info->u.pfnSetDeviceLoaderData;
+    }
+    return NULL;
+}
+
 static void cover(struct layer_device *device, const struct cpu_overlay *overlay)
 {
 #define SUPPLY(extension, name)                                                                    \
@@ -83,15 +96,19 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
     uint8_t uuid[VK_UUID_SIZE];
     find_driver_uuid(device, uuid);
-    if (!overlay || cpu_device_create(uuid, &overlay->device) != VK_SUCCESS) {
-        free(overlay);
+    if (!overlay)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    }
+    pthread_mutex_init(&overlay->queue_lock, NULL);
+    device->cpu = overlay;
+    if (cpu_device_create(uuid, &overlay->device) != VK_SUCCESS ||
+        cpu_playback_create(overlay->device, &overlay->playback) != VK_SUCCESS ||
+        cpu_staging_create(device, &overlay->staging) != VK_SUCCESS)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    overlay->set_loader_data = find_loader_data_setter(create_info);
     overlay->acceleration_structure = structures;
     overlay->deferred_host_operations = deferred;
     overlay->next = device->vk;
     cover(device, overlay);
-    device->cpu = overlay;
     return VK_SUCCESS;
 }
 
@@ -99,7 +116,11 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
 {
     if (!overlay)
         return;
+    cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
+    cpu_staging_destroy(overlay->staging);
+    handle_table_release(&overlay->queue_families);
+    pthread_mutex_destroy(&overlay->queue_lock);
     free(overlay);
 }
 

@@ -6,7 +6,10 @@
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
+#include <pthread.h>
+
 #include "cpu/device.h"
+#include "cpu/playback.h"
 #include "layer.h"
 
 /* Once instance->vk is filled in. */
@@ -22,11 +25,20 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
                            const VkDeviceCreateInfo *create_info,
                            const VkAllocationCallbacks *allocator, VkDevice *handle);
 
+struct cpu_staging;
+
 /* layer_device.cpu; NULL on backend driver, and for a device that enables nothing of the backend's.
  */
 struct cpu_overlay {
     struct cpu_device *device;
+    struct cpu_playback *playback;
+    struct cpu_staging *staging;
     VkuDeviceDispatchTable next;
+    PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
+    /* Submissions take their turns as they are made, for their order isn't known any more. */
+    _Atomic bool order_lost;
+    pthread_mutex_t queue_lock;         /* held while a queue is used, and guards: */
+    struct handle_table queue_families; /* of queues, as pointers to their names */
     /* extensions that the application has enabled, and that are the backend's */
     bool acceleration_structure, deferred_host_operations;
 };

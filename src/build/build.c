@@ -114,6 +114,15 @@ static void build_tree(struct build_state *state)
     tree_emit(state);
 }
 
+/* All that is neither header, record nor node; geometries are filled in later. */
+static void clear_gaps(struct structure_header *header)
+{
+    uint8_t *bytes = (uint8_t *)header;
+    uint64_t end = header->nodes + header->node_capacity * sizeof(struct wide_node);
+    memset(bytes + sizeof(*header), 0, header->records - sizeof(*header));
+    memset(bytes + end, 0, header->size - end);
+}
+
 static void write_header(struct build_state *state)
 {
     const struct builder_input *input = state->input;
@@ -121,7 +130,7 @@ static void write_header(struct build_state *state)
     structure_lay_out(state->header, state->kind, input->geometry_count, primitives,
                       structure_node_capacity(state->kind, primitives));
     state->header->flags = input->flags;
-    memset(state->header + 1, 0, state->header->records - sizeof(*state->header));
+    clear_gaps(state->header);
 }
 
 static enum builder_result run_build(struct build_state *state, struct builder_report *report)

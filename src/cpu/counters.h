@@ -19,7 +19,8 @@
     COUNTER(nodes_visited, nodesVisited)                                                           \
     COUNTER(instances_entered, instancesEntered)                                                   \
     COUNTER(primitives_tested, primitivesTested)                                                   \
-    COUNTER(exact_calls, exactCalls)
+    COUNTER(exact_calls, exactCalls)                                                               \
+    COUNTER(bytes_snapshot, bytesSnapshot)
 
 struct cpu_counters {
 #define COUNTER(name, public) _Atomic unsigned long long name;

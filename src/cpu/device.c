@@ -22,6 +22,8 @@ VkResult cpu_device_create(const uint8_t driver_uuid[VK_UUID_SIZE], struct cpu_d
     if (result == VK_SUCCESS)
         result = cpu_deferred_operations_create(&state->deferred);
     if (result == VK_SUCCESS)
+        result = cpu_query_pools_create(&state->query_pools);
+    if (result == VK_SUCCESS)
         return VK_SUCCESS;
     cpu_device_destroy(state);
     *device = NULL;
@@ -33,6 +35,7 @@ void cpu_device_destroy(struct cpu_device *device)
     if (!device)
         return;
     cpu_deferred_operations_destroy(device->deferred);
+    cpu_query_pools_destroy(device->query_pools);
     cpu_structures_destroy(device->structures);
     cpu_private_data_release(&device->private_data);
     cpu_scratch_claims_release(&device->scratch_claims);

@@ -12,6 +12,7 @@
 #include "cpu/counters.h"
 #include "cpu/deferred.h"
 #include "cpu/private_data.h"
+#include "cpu/query_pools.h"
 #include "cpu/scratch.h"
 #include "cpu/structures.h"
 
@@ -19,6 +20,7 @@ struct cpu_device {
     struct builder_uuids uuids; /* of serialized structures; never change */
     struct cpu_structures *structures;
     struct cpu_deferred_operations *deferred;
+    struct cpu_query_pools *query_pools;
     struct cpu_scratch_claims scratch_claims;
     struct cpu_private_data private_data;
     struct cpu_counters counters;

@@ -2,13 +2,13 @@
 /* Held trees, by reference. */
 #include "cpu/pins.h"
 
+#include <stddef.h>
 #include <stdlib.h>
 
 #include "build/structure.h"
 
 struct pin {
     struct cpu_tree *tree; /* NULL: the reference leads nowhere */
-    const void *bytes;     /* NULL: to nothing that an instance may have */
 };
 
 void cpu_pins_init(struct cpu_pins *pins, struct cpu_structures *structures)
@@ -25,13 +25,6 @@ static void release(void *record, void *context)
     free(pin);
 }
 
-void cpu_pins_release(struct cpu_pins *pins)
-{
-    handle_table_each(&pins->pins, release, NULL);
-    handle_table_release(&pins->pins);
-    pthread_mutex_destroy(&pins->lock);
-}
-
 static struct pin *add(struct cpu_pins *pins, uint64_t reference)
 {
     struct pin *pin = calloc(1, sizeof(*pin));
@@ -41,9 +34,6 @@ static struct pin *add(struct cpu_pins *pins, uint64_t reference)
         return NULL;
     }
     pin->tree = cpu_structures_tree(pins->structures, reference);
-    const void *bytes = pin->tree ? cpu_tree_read(pin->tree) : NULL;
-    if (bytes && builder_type(bytes) == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
-        pin->bytes = bytes;
     return pin;
 }
 
@@ -53,13 +43,47 @@ static struct pin *find_or_add(struct cpu_pins *pins, uint64_t reference)
     return pin || reference == 0 ? pin : add(pins, reference);
 }
 
+static void before_change(struct cpu_watcher *watcher, uint64_t handle)
+{
+    struct cpu_pins *pins =
+        (struct cpu_pins *)((char *)watcher - offsetof(struct cpu_pins, watcher));
+    pthread_mutex_lock(&pins->lock);
+    find_or_add(pins, handle);
+    pthread_mutex_unlock(&pins->lock);
+}
+
+void cpu_pins_hold(struct cpu_pins *pins)
+{
+    pins->is_watching = true;
+    pins->watcher.before_change = before_change;
+    cpu_structures_watch(pins->structures, &pins->watcher);
+}
+
+void cpu_pins_release(struct cpu_pins *pins)
+{
+    if (pins->is_watching)
+        cpu_structures_unwatch(pins->structures, &pins->watcher);
+    handle_table_each(&pins->pins, release, NULL);
+    handle_table_release(&pins->pins);
+    pthread_mutex_destroy(&pins->lock);
+}
+
+/* What an instance may have, made now if it isn't yet; NULL where it is none. Without the lock: to
+ * make it may take long. */
+static const void *blas_of(const struct pin *pin)
+{
+    const void *bytes = pin && pin->tree ? cpu_tree_read(pin->tree) : NULL;
+    return bytes && builder_type(bytes) == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ? bytes
+                                                                                           : NULL;
+}
+
 static const void *find(void *context, uint64_t reference)
 {
     struct cpu_pins *pins = context;
     pthread_mutex_lock(&pins->lock);
     const struct pin *pin = find_or_add(pins, reference);
     pthread_mutex_unlock(&pins->lock);
-    return pin ? pin->bytes : NULL;
+    return blas_of(pin);
 }
 
 struct builder_resolver cpu_pins_resolver(struct cpu_pins *pins)
@@ -80,7 +104,7 @@ static const void *find_collected(void *context, uint64_t reference)
 {
     const struct cpu_pins *pins = context;
     const struct pin *pin = handle_table_find(&pins->pins, reference);
-    return pin ? pin->bytes : NULL;
+    return blas_of(pin);
 }
 
 struct builder_resolver cpu_pins_collected(struct cpu_pins *pins)

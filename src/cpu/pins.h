@@ -13,13 +13,19 @@
 
 struct cpu_pins {
     struct cpu_structures *structures;
-    pthread_mutex_t lock; /* of what follows; taken before a tree's lock and that of structures */
+    struct cpu_watcher watcher;
+    bool is_watching;
+    pthread_mutex_t lock; /* of what follows; taken before that of structures */
     struct handle_table pins;
     bool out_of_memory; /* references were not found for lack of it */
 };
 
 void cpu_pins_init(struct cpu_pins *pins, struct cpu_structures *structures);
 void cpu_pins_release(struct cpu_pins *pins);
+
+/* From now on references mean the trees that structures have now, however late they are asked for.
+ */
+void cpu_pins_hold(struct cpu_pins *pins);
 
 /* Finds bottom-level structures that are built, when they are first asked for. */
 struct builder_resolver cpu_pins_resolver(struct cpu_pins *pins);

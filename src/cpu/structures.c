@@ -2,6 +2,7 @@
 /* The table of structures, and the numbers that are their handles. */
 #include "cpu/structures.h"
 
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
@@ -25,6 +26,8 @@ struct cpu_structure {
 };
 
 struct cpu_structures {
+    pthread_mutex_t watch_lock;
+    struct cpu_watcher *watchers;
     struct reader_lock lock;
     struct handle_table table;  /* of struct cpu_structure */
     struct handle_table ranges; /* of struct generic_range, by buffer */
@@ -47,6 +50,7 @@ VkResult cpu_structures_create(struct cpu_structures **structures)
     *structures = calloc(1, sizeof(**structures));
     if (!*structures)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
+    pthread_mutex_init(&(*structures)->watch_lock, NULL);
     reader_lock_init(&(*structures)->lock);
     return VK_SUCCESS;
 }
@@ -78,6 +82,7 @@ void cpu_structures_destroy(struct cpu_structures *structures)
     handle_table_release(&structures->table);
     handle_table_release(&structures->ranges);
     reader_lock_destroy(&structures->lock);
+    pthread_mutex_destroy(&structures->watch_lock);
     free(structures);
 }
 
@@ -136,6 +141,39 @@ static uint64_t add(struct cpu_structures *structures, struct cpu_structure *str
     return 0;
 }
 
+/* ---- watchers */
+
+void cpu_structures_watch(struct cpu_structures *structures, struct cpu_watcher *watcher)
+{
+    pthread_mutex_lock(&structures->watch_lock);
+    watcher->previous = NULL;
+    watcher->next = structures->watchers;
+    if (watcher->next)
+        watcher->next->previous = watcher;
+    structures->watchers = watcher;
+    pthread_mutex_unlock(&structures->watch_lock);
+}
+
+void cpu_structures_unwatch(struct cpu_structures *structures, struct cpu_watcher *watcher)
+{
+    pthread_mutex_lock(&structures->watch_lock);
+    if (watcher->next)
+        watcher->next->previous = watcher->previous;
+    if (watcher->previous)
+        watcher->previous->next = watcher->next;
+    else
+        structures->watchers = watcher->next;
+    pthread_mutex_unlock(&structures->watch_lock);
+}
+
+static void tell_watchers(struct cpu_structures *structures, uint64_t handle)
+{
+    pthread_mutex_lock(&structures->watch_lock);
+    for (struct cpu_watcher *watcher = structures->watchers; watcher; watcher = watcher->next)
+        watcher->before_change(watcher, handle);
+    pthread_mutex_unlock(&structures->watch_lock);
+}
+
 /* ---- with the lock */
 
 VkResult cpu_structures_add(struct cpu_structures *structures,
@@ -156,6 +194,7 @@ VkResult cpu_structures_add(struct cpu_structures *structures,
 
 void cpu_structures_remove(struct cpu_structures *structures, uint64_t handle)
 {
+    tell_watchers(structures, handle);
     reader_lock_write(&structures->lock);
     struct cpu_structure *structure = handle_table_remove(&structures->table, handle);
     if (structure)
@@ -188,6 +227,7 @@ struct cpu_tree *cpu_structures_tree(struct cpu_structures *structures, uint64_t
 bool cpu_structures_set_tree(struct cpu_structures *structures, uint64_t handle,
                              struct cpu_tree *tree)
 {
+    tell_watchers(structures, handle);
     reader_lock_write(&structures->lock);
     struct cpu_structure *structure = handle_table_find(&structures->table, handle);
     struct cpu_tree *unwanted = tree;

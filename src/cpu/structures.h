@@ -24,6 +24,15 @@ struct cpu_structures;
 VkResult cpu_structures_create(struct cpu_structures **structures);
 void cpu_structures_destroy(struct cpu_structures *structures); /* NULL: nothing */
 
+/* Who needs structures as they are now: told of each, before it gets another tree or is destroyed.
+ * No lock of the structures is held meanwhile, but one that keeps watchers alive. */
+struct cpu_watcher {
+    struct cpu_watcher *next, *previous; /* of structures.c */
+    void (*before_change)(struct cpu_watcher *watcher, uint64_t handle);
+};
+void cpu_structures_watch(struct cpu_structures *structures, struct cpu_watcher *watcher);
+void cpu_structures_unwatch(struct cpu_structures *structures, struct cpu_watcher *watcher);
+
 /* A number that no object of the process has; for handles of other kinds, too. */
 uint64_t cpu_unique_handle(void);
 

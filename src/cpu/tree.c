@@ -86,3 +86,18 @@ const void *cpu_tree_read(struct cpu_tree *tree)
     pthread_mutex_unlock(&tree->lock);
     return bytes;
 }
+
+struct cpu_tree *cpu_tree_start(struct cpu_tree *tree)
+{
+    struct cpu_tree *start = NULL;
+    if (tree->is_late) {
+        pthread_mutex_lock(&tree->lock);
+        if (tree->work.make && tree->work.start)
+            start = cpu_tree_keep(tree->work.start);
+        pthread_mutex_unlock(&tree->lock);
+    }
+    if (!start)
+        return tree;
+    cpu_tree_release(tree);
+    return start;
+}

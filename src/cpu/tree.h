@@ -20,6 +20,7 @@ struct cpu_tree_work {
     VkResult (*make)(void *context, struct cpu_tree *tree);
     void (*release)(void *context);
     void *context;
+    struct cpu_tree *start; /* of an update: the tree whose shape it keeps, held by the work */
 };
 
 /* Return one reference; NULL without memory, and then the work stays with the caller. The first is
@@ -29,6 +30,12 @@ struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work);
 
 struct cpu_tree *cpu_tree_keep(struct cpu_tree *tree); /* returns it */
 void cpu_tree_release(struct cpu_tree *tree);          /* NULL: nothing */
+
+/* The tree that an update starts from which goes by this tree's shape: for an update that isn't
+ * made yet its own start, whose shape it has, else the tree itself. Takes the reference and returns
+ * one.
+ */
+struct cpu_tree *cpu_tree_start(struct cpu_tree *tree);
 
 /* For the one that makes it: `size` bytes, aligned for the builder; NULL without memory. */
 void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size);

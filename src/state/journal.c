@@ -201,6 +201,9 @@ void journal_clear(struct journal *journal)
     journal_take_back(journal, &start);
     while (journal->label_count)
         label_stack_clear(&journal->labels[--journal->label_count]);
+    if (journal->work)
+        journal->release_work(journal->work);
+    journal->work = NULL;
     journal->incomplete = false;
 }
 

@@ -123,6 +123,9 @@ struct journal {
     struct label_stack *labels; /* each that builds were recorded under */
     uint32_t label_count, label_capacity, label_changes;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
+    /* What a backend will carry out when the journal has its turn; or NULL. */
+    void *work;
+    void (*release_work)(void *work);
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
 

@@ -122,7 +122,7 @@ static void release(void *context)
 
 static struct cpu_tree *make_late(struct late *late)
 {
-    const struct cpu_tree_work work = {make, release, late};
+    const struct cpu_tree_work work = {.make = make, .release = release, .context = late};
     struct cpu_tree *tree = cpu_tree_create_late(&work);
     assert_non_null(tree);
     return tree;

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands of backend cpu: copies of command buffers, between structures and from and to memory. */
+#include "commands.h"
+#include "recorder.h"
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureKHR(
+    VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
+{
+    struct cpu_recorder recorder;
+    if (!cpu_recorder_begin(&recorder, commandBuffer))
+        return;
+    const struct cpu_item item = {
+        .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? CPU_ITEM_COMPACT
+                                                                               : CPU_ITEM_CLONE,
+        .dst = (uint64_t)pInfo->dst,
+        .src = (uint64_t)pInfo->src,
+    };
+    cpu_recording_add(recorder.recording, &item);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
+    VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureToMemoryInfoKHR *pInfo)
+{
+    struct cpu_recorder recorder;
+    struct cpu_item item = {.kind = CPU_ITEM_SERIALIZE, .src = (uint64_t)pInfo->src};
+    if (cpu_recorder_begin(&recorder, commandBuffer) &&
+        cpu_recorder_find(&recorder, pInfo->dst.deviceAddress, &item.target))
+        cpu_recording_add(recorder.recording, &item);
+}
+
+/* What the serialized form of a structure of `size` bytes can take at most: the header, and a
+ * reference for each instance. */
+static uint64_t serialized_max(uint64_t size)
+{
+    uint64_t references = size / sizeof(VkAccelerationStructureInstanceKHR) * sizeof(uint64_t);
+    return 2 * VK_UUID_SIZE + 3 * sizeof(uint64_t) + references + size;
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMemoryToAccelerationStructureKHR(
+    VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
+{
+    struct cpu_recorder recorder;
+    struct cpu_structure_info info;
+    struct cpu_item item = {.kind = CPU_ITEM_DESERIALIZE, .dst = (uint64_t)pInfo->dst};
+    if (!cpu_recorder_begin(&recorder, commandBuffer) ||
+        !cpu_structures_find(recorder.device->cpu->device->structures, item.dst, &info))
+        return;
+    if (cpu_recorder_copy(&recorder, pInfo->src.deviceAddress, serialized_max(info.size),
+                          &item.serialized))
+        cpu_recording_add(recorder.recording, &item);
+    cpu_recorder_end(&recorder);
+}

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Works of command buffers, and snapshots recorded for them. */
+#include "recorder.h"
+
+#include "staging.h"
+
+enum { SNAPSHOT_ALIGNMENT = 64 };
+
+static void free_chunk(void *user, struct cpu_chunk *chunk)
+{
+    cpu_staging_give_back(user, (struct cpu_staging_chunk *)chunk);
+}
+
+static void release_work(void *recording)
+{
+    cpu_recording_release(recording);
+}
+
+struct cpu_recording *cpu_recording_of(const struct layer_device *device, VkCommandBuffer handle)
+{
+    const struct command_buffer *command_buffer =
+        command_buffers_find(device->command_buffers, handle);
+    return command_buffer && command_buffer->journal ? command_buffer->journal->work : NULL;
+}
+
+bool cpu_recorder_begin(struct cpu_recorder *recorder, VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_find_device(handle);
+    *recorder = (struct cpu_recorder){.device = device, .handle = handle};
+    recorder->command_buffer = command_buffers_find(device->command_buffers, handle);
+    struct journal *journal = recorder->command_buffer ? recorder->command_buffer->journal : NULL;
+    if (!journal)
+        return false;
+    if (!journal->work) {
+        journal->work = cpu_recording_create(free_chunk, device->cpu->staging);
+        journal->release_work = release_work;
+    }
+    recorder->recording = journal->work;
+    return recorder->recording;
+}
+
+void cpu_recorder_end(const struct cpu_recorder *recorder)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_HOST_READ_BIT,
+    };
+    if (recorder->has_copied)
+        recorder->device->cpu->next.CmdPipelineBarrier(
+            recorder->handle, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1,
+            &barrier, 0, NULL, 0, NULL);
+}
+
+bool cpu_recorder_find(const struct cpu_recorder *recorder, uint64_t address,
+                       struct cpu_target *target)
+{
+    struct address_facts facts = {0};
+    unsigned token = resources_begin_reading(recorder->device->resources);
+    resources_find_address(recorder->device->resources, address, &facts);
+    resources_end_reading(recorder->device->resources, token);
+    *target = (struct cpu_target){facts.buffer, facts.buffer_offset, facts.bytes_left};
+    return facts.status == ADDRESS_IN_BUFFER;
+}
+
+/* The recording's last chunk, or a new one with room for `size` bytes. */
+static struct cpu_staging_chunk *chunk_with_room(const struct cpu_recorder *recorder, uint64_t size)
+{
+    struct cpu_recording *recording = recorder->recording;
+    if (recording->chunk_count) {
+        struct cpu_chunk *last = recording->chunks[recording->chunk_count - 1];
+        if (size <= last->size - last->used)
+            return (struct cpu_staging_chunk *)last;
+    }
+    struct cpu_staging_chunk *chunk = cpu_staging_take(recorder->device->cpu->staging, size);
+    return chunk && cpu_recording_add_chunk(recording, &chunk->chunk) ? chunk : NULL;
+}
+
+bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t size,
+                       struct cpu_snapshot *snapshot)
+{
+    struct cpu_target source;
+    if (!size || !cpu_recorder_find(recorder, address, &source))
+        return false;
+    size = size < source.size ? size : source.size;
+    uint64_t room = (size + SNAPSHOT_ALIGNMENT - 1) / SNAPSHOT_ALIGNMENT * SNAPSHOT_ALIGNMENT;
+    struct cpu_staging_chunk *chunk = chunk_with_room(recorder, room);
+    if (!chunk)
+        return false;
+    *snapshot = (struct cpu_snapshot){.address = address,
+                                      .size = size,
+                                      .chunk = recorder->recording->chunk_count - 1,
+                                      .offset = chunk->chunk.used};
+    const VkBufferCopy region = {source.offset, chunk->chunk.used, size};
+    recorder->device->cpu->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer, 1,
+                                              &region);
+    chunk->chunk.used += room;
+    recorder->has_copied = true;
+    cpu_count(&recorder->device->cpu->device->counters.bytes_snapshot, size);
+    return true;
+}

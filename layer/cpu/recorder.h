@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a command adds to its command buffer on backend cpu: items of its recording, and copies of
+ * what they will read. */
+#ifndef ASSAY_LAYER_CPU_RECORDER_H
+#define ASSAY_LAYER_CPU_RECORDER_H
+
+#include "cpu/recording.h"
+#include "overlay.h"
+
+struct cpu_recorder {
+    struct layer_device *device;
+    VkCommandBuffer handle;
+    struct command_buffer *command_buffer;
+    struct cpu_recording *recording;
+    bool has_copied;
+};
+
+/* False where nothing can be recorded: the command buffer isn't known, or there is no memory. */
+bool cpu_recorder_begin(struct cpu_recorder *recorder, VkCommandBuffer handle);
+/* Makes the copies visible to the host. */
+void cpu_recorder_end(const struct cpu_recorder *recorder);
+
+/* What recording a command buffer has, or NULL. */
+struct cpu_recording *cpu_recording_of(const struct layer_device *device, VkCommandBuffer handle);
+
+/* Records a copy of `size` bytes at a device address, as many of them as the buffer there has.
+ * False where it has none, or without memory. */
+bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t size,
+                       struct cpu_snapshot *snapshot);
+
+/* The buffer at an address, from there to its end; false where there is none. */
+bool cpu_recorder_find(const struct cpu_recorder *recorder, uint64_t address,
+                       struct cpu_target *target);
+
+#endif

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Results that commands write to buffers on backend cpu: serialized structures and queries.
+ *
+ * They are made by the host, so they reach the buffer when the submission is complete and before
+ * the application learns of it; commands of the same submission that read the buffer come too
+ * early. Each is copied by a submission of the backend's own. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "cpu/playback.h"
+#include "staging.h"
+#include "submits.h"
+
+/* One copy on its way. */
+struct transfer {
+    struct layer_device *device;
+    const VkuDeviceDispatchTable *next;
+    VkCommandPool pool;
+    VkCommandBuffer command_buffer;
+    VkQueue queue;
+    VkFence fence;
+    struct cpu_staging_chunk *chunk;
+};
+
+static void free_transfer(const struct transfer *transfer)
+{
+    VkDevice device = transfer->device->handle;
+    if (transfer->chunk)
+        cpu_staging_give_back(transfer->device->cpu->staging, transfer->chunk);
+    transfer->next->DestroyFence(device, transfer->fence, NULL);
+    transfer->next->DestroyCommandPool(device, transfer->pool, NULL);
+}
+
+static bool create_transfer(struct transfer *transfer, uint64_t size)
+{
+    struct cpu_overlay *overlay = transfer->device->cpu;
+    VkDevice device = transfer->device->handle;
+    uint32_t family;
+    if (!cpu_queue_family(overlay, transfer->queue, &family))
+        return false;
+    const VkCommandPoolCreateInfo pool_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+        .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+        .queueFamilyIndex = family,
+    };
+    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    transfer->chunk = cpu_staging_take(overlay->staging, size);
+    if (!transfer->chunk ||
+        transfer->next->CreateFence(device, &fence_info, NULL, &transfer->fence) != VK_SUCCESS ||
+        transfer->next->CreateCommandPool(device, &pool_info, NULL, &transfer->pool) != VK_SUCCESS)
+        return false;
+    const VkCommandBufferAllocateInfo allocate_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = transfer->pool,
+        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+        .commandBufferCount = 1,
+    };
+    return transfer->next->AllocateCommandBuffers(device, &allocate_info,
+                                                  &transfer->command_buffer) == VK_SUCCESS &&
+           (!overlay->set_loader_data ||
+            overlay->set_loader_data(device, transfer->command_buffer) == VK_SUCCESS);
+}
+
+static VkResult record(const struct transfer *transfer, VkBuffer buffer,
+                       const VkBufferCopy *regions, uint32_t region_count)
+{
+    const VkCommandBufferBeginInfo begin_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
+    };
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
+    };
+    VkResult result = transfer->next->BeginCommandBuffer(transfer->command_buffer, &begin_info);
+    if (result != VK_SUCCESS)
+        return result;
+    transfer->next->CmdCopyBuffer(transfer->command_buffer, transfer->chunk->buffer, buffer,
+                                  region_count, regions);
+    transfer->next->CmdPipelineBarrier(transfer->command_buffer, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT |
+                                           VK_PIPELINE_STAGE_HOST_BIT,
+                                       0, 1, &barrier, 0, NULL, 0, NULL);
+    return transfer->next->EndCommandBuffer(transfer->command_buffer);
+}
+
+static VkResult submit(const struct transfer *transfer)
+{
+    struct cpu_overlay *overlay = transfer->device->cpu;
+    const VkSubmitInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+        .commandBufferCount = 1,
+        .pCommandBuffers = &transfer->command_buffer,
+    };
+    pthread_mutex_lock(&overlay->queue_lock);
+    VkResult result = transfer->next->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
+    pthread_mutex_unlock(&overlay->queue_lock);
+    return result == VK_SUCCESS
+               ? transfer->next->WaitForFences(transfer->device->handle, 1, &transfer->fence,
+                                               VK_TRUE, UINT64_MAX)
+               : result;
+}
+
+/* What can't be written is left out: the buffer keeps what it had. */
+static void write(void *user, struct cpu_ticket *ticket, VkBuffer buffer, const void *bytes,
+                  uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
+{
+    struct layer_device *device = user;
+    struct transfer transfer = {
+        .device = device, .next = &device->cpu->next, .queue = cpu_ticket_queue(ticket)};
+    if (create_transfer(&transfer, size)) {
+        memcpy(transfer.chunk->chunk.bytes, bytes, size);
+        if (record(&transfer, buffer, regions, region_count) == VK_SUCCESS)
+            submit(&transfer);
+    }
+    free_transfer(&transfer);
+}
+
+void cpu_overlay_deliver(struct layer_device *device)
+{
+    struct execution_clock seen = {0};
+    const struct cpu_delivery delivery = {&seen, write, device};
+    if (!cpu_playback_has_results(device->cpu->playback))
+        return;
+    execution_order_host_clock(device->order, &seen);
+    cpu_playback_deliver(device->cpu->playback, &delivery);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_DestroyBuffer(VkDevice device, VkBuffer buffer,
+                                             const VkAllocationCallbacks *pAllocator)
+{
+    const struct cpu_overlay *overlay = cpu_overlay_of(device);
+    cpu_playback_forget_buffer(overlay->playback, buffer);
+    overlay->next.DestroyBuffer(device, buffer, pAllocator);
+}

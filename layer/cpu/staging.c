@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Staging memory: chunks of a buffer and an allocation each, mapped as long as they live. */
+#include "staging.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+/* Large enough that a command buffer of small builds needs one; kept when given back, up to: */
+#define CHUNK_SIZE ((uint64_t)256 << 10)
+#define KEPT_MAX ((uint64_t)64 << 20)
+
+struct cpu_staging {
+    struct layer_device *device;
+    pthread_mutex_t lock; /* guards the rest; nothing is called under it */
+    struct cpu_staging_chunk *kept;
+    uint64_t kept_size;
+};
+
+VkResult cpu_staging_create(struct layer_device *device, struct cpu_staging **staging)
+{
+    *staging = calloc(1, sizeof(**staging));
+    if (!*staging)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    (*staging)->device = device;
+    pthread_mutex_init(&(*staging)->lock, NULL);
+    return VK_SUCCESS;
+}
+
+static void free_chunk(const struct layer_device *device, struct cpu_staging_chunk *chunk)
+{
+    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    next->DestroyBuffer(device->handle, chunk->buffer, NULL);
+    next->FreeMemory(device->handle, chunk->memory, NULL);
+    free(chunk);
+}
+
+void cpu_staging_destroy(struct cpu_staging *staging)
+{
+    if (!staging)
+        return;
+    while (staging->kept) {
+        struct cpu_staging_chunk *chunk = staging->kept;
+        staging->kept = chunk->next;
+        free_chunk(staging->device, chunk);
+    }
+    pthread_mutex_destroy(&staging->lock);
+    free(staging);
+}
+
+/* A type that the host reads quickly, if there is one; a coherent one there always is. */
+static uint32_t memory_type(const struct layer_device *device, uint32_t allowed)
+{
+    const VkMemoryPropertyFlags needed =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    const VkMemoryPropertyFlags wanted[] = {needed | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, needed};
+    for (int w = 0; w < 2; w++)
+        for (uint32_t i = 0; i < device->memory.memoryTypeCount; i++)
+            if ((allowed >> i & 1) &&
+                (device->memory.memoryTypes[i].propertyFlags & wanted[w]) == wanted[w])
+                return i;
+    return UINT32_MAX;
+}
+
+static VkResult allocate(const struct layer_device *device, struct cpu_staging_chunk *chunk)
+{
+    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    VkMemoryRequirements requirements;
+    next->GetBufferMemoryRequirements(device->handle, chunk->buffer, &requirements);
+    VkMemoryAllocateInfo allocate_info = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+        .allocationSize = requirements.size,
+        .memoryTypeIndex = memory_type(device, requirements.memoryTypeBits),
+    };
+    if (allocate_info.memoryTypeIndex == UINT32_MAX)
+        return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    VkResult result = next->AllocateMemory(device->handle, &allocate_info, NULL, &chunk->memory);
+    if (result == VK_SUCCESS)
+        result = next->BindBufferMemory(device->handle, chunk->buffer, chunk->memory, 0);
+    if (result == VK_SUCCESS)
+        result = next->MapMemory(device->handle, chunk->memory, 0, VK_WHOLE_SIZE, 0,
+                                 (void **)&chunk->chunk.bytes);
+    return result;
+}
+
+static struct cpu_staging_chunk *create_chunk(const struct layer_device *device, uint64_t size)
+{
+    struct cpu_staging_chunk *chunk = calloc(1, sizeof(*chunk));
+    if (!chunk)
+        return NULL;
+    const VkBufferCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+    };
+    chunk->chunk.size = size;
+    if (device->cpu->next.CreateBuffer(device->handle, &create_info, NULL, &chunk->buffer) ==
+            VK_SUCCESS &&
+        allocate(device, chunk) == VK_SUCCESS)
+        return chunk;
+    free_chunk(device, chunk);
+    return NULL;
+}
+
+struct cpu_staging_chunk *cpu_staging_take(struct cpu_staging *staging, uint64_t size)
+{
+    pthread_mutex_lock(&staging->lock);
+    struct cpu_staging_chunk **at = &staging->kept;
+    while (*at && (*at)->chunk.size < size)
+        at = &(*at)->next;
+    struct cpu_staging_chunk *chunk = *at;
+    if (chunk) {
+        *at = chunk->next;
+        staging->kept_size -= chunk->chunk.size;
+    }
+    pthread_mutex_unlock(&staging->lock);
+    if (!chunk)
+        return create_chunk(staging->device, size > CHUNK_SIZE ? size : CHUNK_SIZE);
+    chunk->chunk.used = 0;
+    return chunk;
+}
+
+void cpu_staging_give_back(struct cpu_staging *staging, struct cpu_staging_chunk *chunk)
+{
+    pthread_mutex_lock(&staging->lock);
+    bool is_kept = chunk->chunk.size <= KEPT_MAX - staging->kept_size;
+    if (is_kept) {
+        chunk->next = staging->kept;
+        staging->kept = chunk;
+        staging->kept_size += chunk->chunk.size;
+    }
+    pthread_mutex_unlock(&staging->lock);
+    if (!is_kept)
+        free_chunk(staging->device, chunk);
+}

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands of backend cpu: submissions. Each that has such recordings is followed by a fence of the
+ * backend's own, which tells when its snapshots can be read; the application's fence comes after
+ * it, so that whoever sees that one signalled finds the other so. */
+#include <stdlib.h>
+
+#include "commands.h"
+#include "recorder.h"
+#include "submits.h"
+
+/* ---- tickets */
+
+struct fence_ticket {
+    struct cpu_ticket ticket; /* first */
+    const struct layer_device *device;
+    VkFence fence;
+    VkQueue queue;
+};
+
+static VkResult wait_for_fence(struct cpu_ticket *ticket, uint64_t nanoseconds)
+{
+    const struct fence_ticket *own = (const struct fence_ticket *)ticket;
+    return own->device->cpu->next.WaitForFences(own->device->handle, 1, &own->fence, VK_TRUE,
+                                                nanoseconds);
+}
+
+static void free_ticket(struct cpu_ticket *ticket)
+{
+    struct fence_ticket *own = (struct fence_ticket *)ticket;
+    own->device->cpu->next.DestroyFence(own->device->handle, own->fence, NULL);
+    free(own);
+}
+
+VkQueue cpu_ticket_queue(const struct cpu_ticket *ticket)
+{
+    return ((const struct fence_ticket *)ticket)->queue;
+}
+
+static struct cpu_ticket *create_ticket(const struct layer_device *device, VkQueue queue)
+{
+    const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    struct fence_ticket *own = calloc(1, sizeof(*own));
+    if (!own)
+        return NULL;
+    atomic_init(&own->ticket.references, 1);
+    own->ticket.wait = wait_for_fence;
+    own->ticket.free = free_ticket;
+    own->device = device;
+    own->queue = queue;
+    if (device->cpu->next.CreateFence(device->handle, &create_info, NULL, &own->fence) ==
+        VK_SUCCESS)
+        return &own->ticket;
+    free(own);
+    return NULL;
+}
+
+/* ---- what a submission has to do with the backend */
+
+struct submit {
+    struct layer_device *device;
+    VkQueue queue;
+    struct cpu_ticket *ticket;
+    struct cpu_execution **executions;
+    uint32_t count, capacity;
+    VkResult result; /* of what was done so far */
+};
+
+static bool reserve(struct submit *submit)
+{
+    if (submit->count < submit->capacity)
+        return true;
+    uint32_t capacity = submit->capacity ? submit->capacity * 2 : 8;
+    struct cpu_execution **grown =
+        realloc(submit->executions, capacity * sizeof(struct cpu_execution *));
+    if (!grown)
+        return false;
+    submit->executions = grown;
+    submit->capacity = capacity;
+    return true;
+}
+
+static bool add_execution(struct submit *submit, struct cpu_recording *recording)
+{
+    if (!submit->ticket)
+        submit->ticket = create_ticket(submit->device, submit->queue);
+    if (!submit->ticket || !reserve(submit))
+        return false;
+    cpu_recording_detach(recording, submit->ticket);
+    struct cpu_execution *execution = cpu_execution_create(recording, submit->ticket);
+    if (execution)
+        submit->executions[submit->count++] = execution;
+    return execution;
+}
+
+static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
+{
+    struct cpu_recording *recording = cpu_recording_of(submit->device, handle);
+    if (recording && recording->first && submit->result == VK_SUCCESS &&
+        !add_execution(submit, recording))
+        submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+static void release(struct submit *submit)
+{
+    cpu_ticket_release(submit->ticket);
+    free(submit->executions);
+}
+
+/* Nothing was submitted. */
+static VkResult give_up(struct submit *submit, VkResult result)
+{
+    for (uint32_t i = 0; i < submit->count; i++)
+        cpu_execution_release(submit->executions[i]);
+    release(submit);
+    return result;
+}
+
+/* The fences, after the application's batches. Where they can't be submitted, nobody will learn of
+ * the end of those: the device is as good as lost. */
+static VkResult submit_fences(const struct submit *submit, VkFence fence)
+{
+    const VkuDeviceDispatchTable *next = &submit->device->cpu->next;
+    VkFence own = ((struct fence_ticket *)submit->ticket)->fence;
+    VkResult result = next->QueueSubmit(submit->queue, 0, NULL, own);
+    if (result == VK_SUCCESS && fence)
+        result = next->QueueSubmit(submit->queue, 0, NULL, fence);
+    return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
+}
+
+/* `result` is that of the application's batches. */
+static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
+{
+    const struct cpu_overlay *overlay = submit->device->cpu;
+    if (!submit->count)
+        return result;
+    if (result == VK_SUCCESS)
+        result = submit_fences(submit, fence);
+    if (result != VK_SUCCESS)
+        return give_up(submit, result);
+    for (uint32_t i = 0; i < submit->count; i++)
+        cpu_playback_expect(overlay->playback, submit->executions[i]);
+    release(submit);
+    if (atomic_load(&overlay->order_lost))
+        cpu_playback_run_all(overlay->playback);
+    return VK_SUCCESS;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit(VkQueue queue, uint32_t submitCount,
+                                               const VkSubmitInfo *pSubmits, VkFence fence)
+{
+    struct submit submit = {.device = layer_find_device(queue), .queue = queue};
+    struct cpu_overlay *overlay = submit.device->cpu;
+    cpu_deliver(submit.device);
+    for (uint32_t i = 0; i < submitCount; i++)
+        for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
+            add_command_buffer(&submit, pSubmits[i].pCommandBuffers[j]);
+    if (submit.result != VK_SUCCESS)
+        return give_up(&submit, submit.result);
+    pthread_mutex_lock(&overlay->queue_lock);
+    VkResult result = overlay->next.QueueSubmit(queue, submitCount, pSubmits,
+                                                submit.count ? VK_NULL_HANDLE : fence);
+    result = finish(&submit, fence, result);
+    pthread_mutex_unlock(&overlay->queue_lock);
+    return result;
+}
+
+static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
+                        const VkSubmitInfo2 *infos, VkFence fence)
+{
+    struct submit submit = {.device = layer_find_device(queue), .queue = queue};
+    struct cpu_overlay *overlay = submit.device->cpu;
+    cpu_deliver(submit.device);
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
+            add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
+    if (submit.result != VK_SUCCESS)
+        return give_up(&submit, submit.result);
+    pthread_mutex_lock(&overlay->queue_lock);
+    VkResult result = next(queue, count, infos, submit.count ? VK_NULL_HANDLE : fence);
+    result = finish(&submit, fence, result);
+    pthread_mutex_unlock(&overlay->queue_lock);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit2(VkQueue queue, uint32_t submitCount,
+                                                const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    return submit2(cpu_overlay_of(queue)->next.QueueSubmit2, queue, submitCount, pSubmits, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
+                                                   const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    return submit2(cpu_overlay_of(queue)->next.QueueSubmit2KHR, queue, submitCount, pSubmits,
+                   fence);
+}
+
+/* ---- other uses of queues, which the backend uses itself */
+
+static void note_family(struct cpu_overlay *overlay, VkQueue queue, uint32_t family)
+{
+    uintptr_t name = (uintptr_t)family + 1;
+    pthread_mutex_lock(&overlay->queue_lock);
+    handle_table_set(&overlay->queue_families, (uint64_t)(uintptr_t)queue, (void *)name);
+    pthread_mutex_unlock(&overlay->queue_lock);
+}
+
+bool cpu_queue_family(struct cpu_overlay *overlay, VkQueue queue, uint32_t *family)
+{
+    pthread_mutex_lock(&overlay->queue_lock);
+    uintptr_t name =
+        (uintptr_t)handle_table_find(&overlay->queue_families, (uint64_t)(uintptr_t)queue);
+    pthread_mutex_unlock(&overlay->queue_lock);
+    *family = (uint32_t)name - 1;
+    return name != 0;
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex,
+                                              uint32_t queueIndex, VkQueue *pQueue)
+{
+    struct cpu_overlay *overlay = cpu_overlay_of(device);
+    overlay->next.GetDeviceQueue(device, queueFamilyIndex, queueIndex, pQueue);
+    note_family(overlay, *pQueue, queueFamilyIndex);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_GetDeviceQueue2(VkDevice device,
+                                               const VkDeviceQueueInfo2 *pQueueInfo,
+                                               VkQueue *pQueue)
+{
+    struct cpu_overlay *overlay = cpu_overlay_of(device);
+    overlay->next.GetDeviceQueue2(device, pQueueInfo, pQueue);
+    note_family(overlay, *pQueue, pQueueInfo->queueFamilyIndex);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
+                                                   const VkBindSparseInfo *pBindInfo, VkFence fence)
+{
+    struct cpu_overlay *overlay = cpu_overlay_of(queue);
+    pthread_mutex_lock(&overlay->queue_lock);
+    VkResult result = overlay->next.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
+    pthread_mutex_unlock(&overlay->queue_lock);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueuePresentKHR(VkQueue queue,
+                                                   const VkPresentInfoKHR *pPresentInfo)
+{
+    struct cpu_overlay *overlay = cpu_overlay_of(queue);
+    pthread_mutex_lock(&overlay->queue_lock);
+    VkResult result = overlay->next.QueuePresentKHR(queue, pPresentInfo);
+    pthread_mutex_unlock(&overlay->queue_lock);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdExecuteCommands(VkCommandBuffer commandBuffer,
+                                                  uint32_t commandBufferCount,
+                                                  const VkCommandBuffer *pCommandBuffers)
+{
+    const struct layer_device *device = layer_find_device(commandBuffer);
+    for (uint32_t i = 0; i < commandBufferCount; i++) {
+        struct cpu_recording *recording = cpu_recording_of(device, pCommandBuffers[i]);
+        struct cpu_recorder recorder;
+        if (!recording || !recording->first || !cpu_recorder_begin(&recorder, commandBuffer))
+            continue;
+        const struct cpu_item item = {.kind = CPU_ITEM_EXECUTE,
+                                      .secondary = cpu_recording_share(recording)};
+        cpu_recording_add(recorder.recording, &item);
+    }
+    device->cpu->next.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
+}
+
+/* ---- turns */
+
+void cpu_overlay_run(struct cpu_overlay *overlay, const struct batch_run *run)
+{
+    for (uint32_t i = 0; i < run->command_count; i++) {
+        const struct journal *journal = run->commands[i].captured;
+        if (journal && journal->work)
+            cpu_playback_run(overlay->playback, journal->work, run->moment);
+    }
+}
+
+void cpu_overlay_lose_order(struct cpu_overlay *overlay)
+{
+    atomic_store(&overlay->order_lost, true);
+    cpu_playback_run_all(overlay->playback);
+}

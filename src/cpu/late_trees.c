@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The work of trees that are made late, and what it holds until then. */
+#include "cpu/late_trees.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "cpu/make.h"
+#include "cpu/pins.h"
+
+struct late {
+    struct cpu_device *device;
+    uint64_t size_max;
+    struct cpu_execution *execution;        /* whose snapshots are read; NULL: none */
+    const struct cpu_recorded_build *build; /* of the execution's recording */
+    struct cpu_snapshot serialized;
+    struct cpu_tree *source; /* of an update or a compaction */
+    struct cpu_pins pins;    /* what instances refer to, as it was when the build executed */
+    bool has_pins;
+};
+
+static void release(void *context)
+{
+    struct late *late = context;
+    if (late->has_pins)
+        cpu_pins_release(&late->pins);
+    cpu_tree_release(late->source);
+    cpu_execution_release(late->execution);
+    free(late);
+}
+
+static VkResult make_build(void *context, struct cpu_tree *tree);
+
+/* Returns one reference to a tree that `make` makes; what `late` holds is taken over. */
+static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *tree),
+                               const struct late *late)
+{
+    struct late *own = malloc(sizeof(*own));
+    struct cpu_tree_work recording = {
+        .make = make,
+        .release = release,
+        .context = own,
+        .start = make == make_build ? late->source : NULL,
+    };
+    struct cpu_tree *tree = own ? cpu_tree_create_late(&recording) : NULL;
+    if (tree) {
+        *own = *late;
+        if (own->execution)
+            cpu_execution_share(own->execution);
+        if (own->has_pins) {
+            cpu_pins_init(&own->pins, own->device->structures);
+            cpu_pins_hold(&own->pins);
+        }
+        return tree;
+    }
+    free(own);
+    cpu_tree_release(late->source);
+    return NULL;
+}
+
+/* ---- builds */
+
+static VkResult make_from_memory(struct late *late, const struct cpu_memory *memory,
+                                 struct cpu_tree *tree)
+{
+    struct cpu_build_info parameters = late->build->parameters;
+    const struct cpu_making making = {
+        .device = late->device,
+        .build = &parameters,
+        .memory = *memory,
+        .resolver = late->has_pins ? cpu_pins_resolver(&late->pins) : (struct builder_resolver){0},
+        .source = late->source ? cpu_tree_read(late->source) : NULL,
+        .size_max = late->size_max,
+    };
+    if (late->source && !making.source)
+        return VK_ERROR_VALIDATION_FAILED;
+    if (!late->build->is_indirect)
+        return cpu_make_by_build(&making, tree);
+
+    parameters.ranges = calloc(parameters.info.geometryCount + 1u, sizeof(*parameters.ranges));
+    if (!parameters.ranges)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    cpu_recorded_build_read_ranges(late->build, memory, parameters.ranges);
+    VkResult result = cpu_make_by_build(&making, tree);
+    free(parameters.ranges);
+    return result;
+}
+
+static VkResult make_build(void *context, struct cpu_tree *tree)
+{
+    struct late *late = context;
+    struct cpu_execution *execution = late->execution;
+    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    if (result != VK_SUCCESS)
+        return result;
+    pthread_rwlock_rdlock(&execution->lock);
+    struct cpu_snapshot_memory snapshots = {late->build->snapshots, late->build->snapshot_count,
+                                            execution->bases};
+    struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
+    result =
+        execution->is_lost ? VK_ERROR_OUT_OF_HOST_MEMORY : make_from_memory(late, &memory, tree);
+    pthread_rwlock_unlock(&execution->lock);
+    return result;
+}
+
+struct cpu_tree *cpu_late_build(struct cpu_device *device, struct cpu_execution *execution,
+                                const struct cpu_recorded_build *build, struct cpu_tree *source,
+                                uint64_t size_max)
+{
+    struct late late = {
+        .device = device,
+        .execution = execution,
+        .build = build,
+        .source = source ? cpu_tree_start(source) : NULL,
+        .size_max = size_max,
+        .has_pins = build->parameters.info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+    };
+    return create(make_build, &late);
+}
+
+/* ---- copies */
+
+static VkResult make_compaction(void *context, struct cpu_tree *tree)
+{
+    struct late *late = context;
+    const void *source = cpu_tree_read(late->source);
+    return source ? cpu_make_by_copy(late->device, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
+                                     source, late->size_max, tree)
+                  : VK_ERROR_VALIDATION_FAILED;
+}
+
+struct cpu_tree *cpu_late_compaction(struct cpu_device *device, struct cpu_tree *source,
+                                     uint64_t size_max)
+{
+    struct late late = {.device = device, .source = source, .size_max = size_max};
+    return create(make_compaction, &late);
+}
+
+static VkResult make_deserialization(void *context, struct cpu_tree *tree)
+{
+    struct late *late = context;
+    struct cpu_execution *execution = late->execution;
+    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    if (result != VK_SUCCESS)
+        return result;
+    pthread_rwlock_rdlock(&execution->lock);
+    struct cpu_snapshot_memory snapshots = {&late->serialized, 1, execution->bases};
+    struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
+    result = execution->is_lost
+                 ? VK_ERROR_OUT_OF_HOST_MEMORY
+                 : cpu_make_by_deserializing(late->device, &memory, late->serialized.address,
+                                             late->size_max, tree);
+    pthread_rwlock_unlock(&execution->lock);
+    return result;
+}
+
+struct cpu_tree *cpu_late_deserialization(struct cpu_device *device,
+                                          struct cpu_execution *execution,
+                                          const struct cpu_snapshot *serialized, uint64_t size_max)
+{
+    struct late late = {
+        .device = device, .execution = execution, .serialized = *serialized, .size_max = size_max};
+    return create(make_deserialization, &late);
+}

@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Items of works, carried out as far as nobody needs to wait; and the results that wait. */
+#include "cpu/playback.h"
+
+#include <stdlib.h>
+
+#include "cpu/late_trees.h"
+#include "cpu/make.h"
+#include "state/build_states.h"
+
+/* What goes to a buffer once the submission is complete. */
+struct result {
+    struct result *next;
+    struct cpu_ticket *ticket;
+    struct moment moment;
+    struct cpu_target target;
+    struct cpu_tree *tree; /* serialized; or */
+    uint64_t pool;         /* a copy of the queries, to be read with: */
+    uint32_t count;
+    VkDeviceSize stride;
+    VkQueryResultFlags flags;
+};
+
+struct cpu_playback {
+    struct cpu_device *device;
+    pthread_mutex_t turns;    /* held while items are carried out, so that turns don't mix */
+    pthread_mutex_t delivery; /* held while results are written; neither is taken under it */
+    pthread_mutex_t lock;     /* guards both lists; no other is taken under it */
+    struct cpu_execution *expected, **expected_last;
+    struct result *results, **results_last;
+};
+
+VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **playback)
+{
+    struct cpu_playback *state = calloc(1, sizeof(*state));
+    *playback = state;
+    if (!state)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    state->device = device;
+    state->expected_last = &state->expected;
+    state->results_last = &state->results;
+    pthread_mutex_init(&state->turns, NULL);
+    pthread_mutex_init(&state->delivery, NULL);
+    pthread_mutex_init(&state->lock, NULL);
+    return VK_SUCCESS;
+}
+
+static void free_result(struct cpu_playback *playback, struct result *result)
+{
+    if (result->pool)
+        cpu_query_pools_remove(playback->device->query_pools, result->pool);
+    cpu_ticket_release(result->ticket);
+    cpu_tree_release(result->tree);
+    free(result);
+}
+
+void cpu_playback_destroy(struct cpu_playback *playback)
+{
+    if (!playback)
+        return;
+    while (playback->expected) {
+        struct cpu_execution *execution = playback->expected;
+        playback->expected = execution->next;
+        cpu_execution_release(execution);
+    }
+    while (playback->results) {
+        struct result *result = playback->results;
+        playback->results = result->next;
+        free_result(playback, result);
+    }
+    pthread_mutex_destroy(&playback->turns);
+    pthread_mutex_destroy(&playback->delivery);
+    pthread_mutex_destroy(&playback->lock);
+    free(playback);
+}
+
+/* ---- items */
+
+static void set_tree(struct cpu_playback *playback, uint64_t structure, struct cpu_tree *tree)
+{
+    cpu_structures_set_tree(playback->device->structures, structure, tree);
+}
+
+static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structure)
+{
+    return cpu_structures_tree(playback->device->structures, structure);
+}
+
+/* The new tree of a structure of `size_max` bytes, or NULL. */
+static struct cpu_tree *make_tree(struct cpu_playback *playback, struct cpu_execution *execution,
+                                  const struct cpu_item *item, uint64_t size_max)
+{
+    struct cpu_device *device = playback->device;
+    struct cpu_tree *source = NULL;
+    if (item->kind != CPU_ITEM_BUILD && item->kind != CPU_ITEM_DESERIALIZE) {
+        source = tree_of(playback, item->src);
+        if (!source)
+            return NULL;
+    }
+    switch (item->kind) {
+    case CPU_ITEM_BUILD:
+    case CPU_ITEM_UPDATE:
+        return cpu_late_build(device, execution, item->build, source, size_max);
+    case CPU_ITEM_COMPACT:
+        return cpu_late_compaction(device, source, size_max);
+    case CPU_ITEM_DESERIALIZE:
+        return cpu_late_deserialization(device, execution, &item->serialized, size_max);
+    default:
+        return source; /* a clone shares it */
+    }
+}
+
+static void change_structure(struct cpu_playback *playback, struct cpu_execution *execution,
+                             const struct cpu_item *item)
+{
+    struct cpu_structure_info info;
+    if (cpu_structures_find(playback->device->structures, item->dst, &info))
+        set_tree(playback, item->dst, make_tree(playback, execution, item, info.size));
+}
+
+static void write_queries(struct cpu_playback *playback, struct cpu_execution *execution,
+                          const struct cpu_item *item)
+{
+    for (uint32_t i = 0; i < item->count; i++)
+        cpu_query_pools_write(playback->device->query_pools, item->pool, item->first + i,
+                              tree_of(playback, item->structures[i]), execution->ticket);
+}
+
+/* Without memory the buffer keeps what it has. */
+static void add_result(struct cpu_playback *playback, struct cpu_execution *execution,
+                       const struct cpu_item *item, struct moment moment)
+{
+    struct result *result = calloc(1, sizeof(*result));
+    if (!result)
+        return;
+    result->ticket = cpu_ticket_share(execution->ticket);
+    result->moment = moment;
+    result->target = item->target;
+    result->count = item->count;
+    result->stride = item->stride;
+    result->flags = item->flags;
+    if (item->kind == CPU_ITEM_SERIALIZE)
+        result->tree = tree_of(playback, item->src);
+    else
+        cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first, item->count,
+                             &result->pool);
+    pthread_mutex_lock(&playback->lock);
+    *playback->results_last = result;
+    playback->results_last = &result->next;
+    pthread_mutex_unlock(&playback->lock);
+}
+
+static void play(struct cpu_playback *playback, struct cpu_execution *execution,
+                 struct moment moment)
+{
+    uint32_t child = 0;
+    for (const struct cpu_item *item = execution->recording->first; item; item = item->next) {
+        switch (item->kind) {
+        case CPU_ITEM_BUILD:
+        case CPU_ITEM_UPDATE:
+        case CPU_ITEM_CLONE:
+        case CPU_ITEM_COMPACT:
+        case CPU_ITEM_DESERIALIZE:
+            change_structure(playback, execution, item);
+            break;
+        case CPU_ITEM_WRITE_QUERIES:
+            write_queries(playback, execution, item);
+            break;
+        case CPU_ITEM_RESET_QUERIES:
+            cpu_query_pools_reset(playback->device->query_pools, item->pool, item->first,
+                                  item->count);
+            break;
+        case CPU_ITEM_SERIALIZE:
+        case CPU_ITEM_COPY_QUERIES:
+            add_result(playback, execution, item, moment);
+            break;
+        case CPU_ITEM_EXECUTE:
+            play(playback, execution->children[child++], moment);
+            break;
+        }
+    }
+}
+
+/* ---- turns */
+
+void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *execution)
+{
+    pthread_mutex_lock(&playback->lock);
+    *playback->expected_last = execution;
+    playback->expected_last = &execution->next;
+    pthread_mutex_unlock(&playback->lock);
+}
+
+/* The first execution of a recording, or of any, taken off the list; or NULL. */
+static struct cpu_execution *take(struct cpu_playback *playback,
+                                  const struct cpu_recording *recording)
+{
+    pthread_mutex_lock(&playback->lock);
+    struct cpu_execution **at = &playback->expected;
+    while (*at && recording && (*at)->recording != recording)
+        at = &(*at)->next;
+    struct cpu_execution *execution = *at;
+    if (execution) {
+        *at = execution->next;
+        execution->next = NULL;
+        if (!*at)
+            playback->expected_last = at;
+    }
+    pthread_mutex_unlock(&playback->lock);
+    return execution;
+}
+
+static bool play_next(struct cpu_playback *playback, const struct cpu_recording *recording,
+                      struct moment moment)
+{
+    struct cpu_execution *execution = take(playback, recording);
+    if (!execution)
+        return false;
+    pthread_mutex_lock(&playback->turns);
+    play(playback, execution, moment);
+    pthread_mutex_unlock(&playback->turns);
+    cpu_execution_release(execution);
+    return true;
+}
+
+void cpu_playback_run(struct cpu_playback *playback, const struct cpu_recording *recording,
+                      struct moment moment)
+{
+    play_next(playback, recording, moment);
+}
+
+void cpu_playback_run_all(struct cpu_playback *playback)
+{
+    while (play_next(playback, NULL, moment_never()))
+        continue;
+}
+
+/* ---- results */
+
+static void write_serialized(struct cpu_playback *playback, const struct result *result,
+                             const struct cpu_delivery *delivery)
+{
+    const void *tree = cpu_tree_read(result->tree);
+    uint64_t size = tree ? builder_serialized_size(tree) : 0;
+    if (!size || size > result->target.size)
+        return;
+    void *bytes = malloc(size);
+    const VkBufferCopy region = {0, result->target.offset, size};
+    if (bytes && builder_serialize(tree, &playback->device->uuids, bytes, size) == BUILDER_OK)
+        delivery->write(delivery->user, result->ticket, result->target.buffer, bytes, size, &region,
+                        1);
+    free(bytes);
+}
+
+/* Of query `i`: what of its two values is written, at `at` of the bytes. Without a value only
+ * availability is, and what lies between queries is the application's. */
+static uint32_t add_region(const struct result *result, uint32_t i, bool has_value, uint64_t at,
+                           VkBufferCopy *region)
+{
+    uint64_t width = result->flags & VK_QUERY_RESULT_64_BIT ? 8 : 4;
+    uint64_t end = result->flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT ? 2 * width : width;
+    uint64_t begin = has_value ? 0 : width;
+    *region =
+        (VkBufferCopy){at + begin, result->target.offset + i * result->stride + begin, end - begin};
+    return end > begin;
+}
+
+enum { QUERY_BYTES = 16 };
+
+static void write_queried(struct cpu_playback *playback, const struct result *result,
+                          const struct cpu_delivery *delivery)
+{
+    VkQueryResultFlags flags = result->flags & ~(VkQueryResultFlags)VK_QUERY_RESULT_WAIT_BIT;
+    VkBufferCopy *regions = malloc(result->count * sizeof(*regions));
+    unsigned char *bytes = calloc(result->count, QUERY_BYTES);
+    uint32_t count = 0;
+    for (uint32_t i = 0; regions && bytes && i < result->count; i++) {
+        uint64_t at = (uint64_t)i * QUERY_BYTES;
+        VkResult state = cpu_query_pools_read(playback->device->query_pools, result->pool, i, 1,
+                                              QUERY_BYTES, bytes + at, 0, flags);
+        bool has_value = state == VK_SUCCESS || (flags & VK_QUERY_RESULT_PARTIAL_BIT);
+        count += add_region(result, i, has_value, at, &regions[count]);
+    }
+    if (count)
+        delivery->write(delivery->user, result->ticket, result->target.buffer, bytes,
+                        (uint64_t)result->count * QUERY_BYTES, regions, count);
+    free(regions);
+    free(bytes);
+}
+
+/* Whether a result's submission is complete. */
+static bool is_complete(const struct result *result, const struct cpu_delivery *delivery,
+                        VkResult *end)
+{
+    bool was_seen = execution_clock_has(delivery->seen, result->moment);
+    *end = result->ticket->wait(result->ticket, was_seen ? UINT64_MAX : 0);
+    return *end != VK_TIMEOUT;
+}
+
+static struct result *first_result(struct cpu_playback *playback)
+{
+    pthread_mutex_lock(&playback->lock);
+    struct result *result = playback->results;
+    pthread_mutex_unlock(&playback->lock);
+    return result;
+}
+
+static void take_first_result(struct cpu_playback *playback)
+{
+    pthread_mutex_lock(&playback->lock);
+    playback->results = playback->results->next;
+    if (!playback->results)
+        playback->results_last = &playback->results;
+    pthread_mutex_unlock(&playback->lock);
+}
+
+void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery)
+{
+    VkResult end;
+    pthread_mutex_lock(&playback->delivery);
+    for (struct result *result;
+         (result = first_result(playback)) && is_complete(result, delivery, &end);) {
+        take_first_result(playback);
+        if (end == VK_SUCCESS && result->target.buffer && result->pool)
+            write_queried(playback, result, delivery);
+        if (end == VK_SUCCESS && result->target.buffer && result->tree)
+            write_serialized(playback, result, delivery);
+        free_result(playback, result);
+    }
+    pthread_mutex_unlock(&playback->delivery);
+}
+
+bool cpu_playback_has_results(struct cpu_playback *playback)
+{
+    pthread_mutex_lock(&playback->lock);
+    bool has = playback->results != NULL;
+    pthread_mutex_unlock(&playback->lock);
+    return has;
+}
+
+void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer)
+{
+    pthread_mutex_lock(&playback->lock);
+    for (struct result *result = playback->results; result; result = result->next)
+        if (result->target.buffer == buffer)
+            result->target.buffer = VK_NULL_HANDLE;
+    pthread_mutex_unlock(&playback->lock);
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Executed command buffers, and what structures hold after them.
+ *
+ * An execution is expected once it is submitted, and takes its turn in execution order (the layer
+ * asks state/execution_order.h); then its items set the trees of structures, without making any.
+ * Results that commands write to buffers wait here for the end of their submission. */
+#ifndef ASSAY_CPU_PLAYBACK_H
+#define ASSAY_CPU_PLAYBACK_H
+
+#include "cpu/device.h"
+#include "cpu/query_pools.h"
+#include "cpu/recording.h"
+#include "state/execution_clock.h"
+
+struct cpu_playback;
+
+VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **playback);
+void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
+
+/* Takes the reference. */
+void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *execution);
+/* The turn of the first expected execution of a recording, in a batch that executes at `moment`; of
+ * all, where the order is lost. */
+void cpu_playback_run(struct cpu_playback *playback, const struct cpu_recording *recording,
+                      struct moment moment);
+void cpu_playback_run_all(struct cpu_playback *playback);
+
+/* Writes the results of submissions that are complete, in execution order, until one is not: each
+ * by copying regions of `bytes` to a buffer. What the host has seen complete is waited for, should
+ * its ticket come a moment later. */
+struct cpu_delivery {
+    const struct execution_clock *seen;
+    void (*write)(void *user, struct cpu_ticket *ticket, VkBuffer buffer, const void *bytes,
+                  uint64_t size, const VkBufferCopy *regions, uint32_t region_count);
+    void *user;
+};
+void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery);
+/* Whether there is any to write. */
+bool cpu_playback_has_results(struct cpu_playback *playback);
+/* The buffer is being destroyed: what was to be written to it is not. */
+void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer);
+
+#endif

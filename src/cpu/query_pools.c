@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Query pools: slots, and the results that are read of them. */
+#include "cpu/query_pools.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cpu/make.h"
+#include "cpu/structures.h"
+#include "state/handle_table.h"
+
+struct query {
+    struct cpu_ticket *ticket; /* NULL: reset, or never written */
+    struct cpu_tree *tree;     /* NULL: of a structure that wasn't built */
+};
+
+struct query_pool {
+    VkQueryType type;
+    uint32_t count;
+    struct query queries[];
+};
+
+struct cpu_query_pools {
+    pthread_mutex_t lock;
+    struct handle_table table; /* of struct query_pool */
+};
+
+VkResult cpu_query_pools_create(struct cpu_query_pools **pools)
+{
+    *pools = calloc(1, sizeof(**pools));
+    if (!*pools)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    pthread_mutex_init(&(*pools)->lock, NULL);
+    return VK_SUCCESS;
+}
+
+static void release_query(const struct query *query)
+{
+    cpu_ticket_release(query->ticket);
+    cpu_tree_release(query->tree);
+}
+
+static void free_pool(struct query_pool *pool)
+{
+    for (uint32_t i = 0; pool && i < pool->count; i++)
+        release_query(&pool->queries[i]);
+    free(pool);
+}
+
+static void visit_pool(void *record, void *context)
+{
+    (void)context;
+    free_pool(record);
+}
+
+void cpu_query_pools_destroy(struct cpu_query_pools *pools)
+{
+    if (!pools)
+        return;
+    handle_table_each(&pools->table, visit_pool, NULL);
+    handle_table_release(&pools->table);
+    pthread_mutex_destroy(&pools->lock);
+    free(pools);
+}
+
+static struct query_pool *create_pool(VkQueryType type, uint32_t count)
+{
+    struct query_pool *pool = calloc(1, sizeof(*pool) + count * sizeof(pool->queries[0]));
+    if (!pool)
+        return NULL;
+    pool->type = type;
+    pool->count = count;
+    return pool;
+}
+
+static VkResult add(struct cpu_query_pools *pools, struct query_pool *pool, uint64_t *handle)
+{
+    *handle = cpu_unique_handle();
+    pthread_mutex_lock(&pools->lock);
+    bool is_kept = handle_table_set(&pools->table, *handle, pool);
+    pthread_mutex_unlock(&pools->lock);
+    if (is_kept)
+        return VK_SUCCESS;
+    free_pool(pool);
+    return VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+VkResult cpu_query_pools_add(struct cpu_query_pools *pools, VkQueryType type, uint32_t count,
+                             uint64_t *handle)
+{
+    struct query_pool *pool = create_pool(type, count);
+    return pool ? add(pools, pool, handle) : VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+void cpu_query_pools_remove(struct cpu_query_pools *pools, uint64_t handle)
+{
+    pthread_mutex_lock(&pools->lock);
+    struct query_pool *pool = handle_table_remove(&pools->table, handle);
+    pthread_mutex_unlock(&pools->lock);
+    free_pool(pool);
+}
+
+bool cpu_query_type_is_known(VkQueryType type)
+{
+    return type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR ||
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR ||
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR ||
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR;
+}
+
+bool cpu_query_pools_has(struct cpu_query_pools *pools, uint64_t handle)
+{
+    pthread_mutex_lock(&pools->lock);
+    bool has = handle_table_find(&pools->table, handle) != NULL;
+    pthread_mutex_unlock(&pools->lock);
+    return has;
+}
+
+/* Puts `next` in a query's place and returns what was there, or `next` itself without such a query.
+ */
+static struct query exchange(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
+                             struct query next)
+{
+    struct query before = next;
+    pthread_mutex_lock(&pools->lock);
+    struct query_pool *pool = handle_table_find(&pools->table, handle);
+    if (pool && query < pool->count) {
+        before = pool->queries[query];
+        pool->queries[query] = next;
+    }
+    pthread_mutex_unlock(&pools->lock);
+    return before;
+}
+
+void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
+                           uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        struct query before = exchange(pools, handle, first + i, (struct query){0});
+        release_query(&before);
+    }
+}
+
+void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
+                           struct cpu_tree *tree, struct cpu_ticket *ticket)
+{
+    struct query next = {.ticket = cpu_ticket_share(ticket), .tree = tree};
+    struct query before = exchange(pools, handle, query, next);
+    release_query(&before);
+}
+
+/* ---- results */
+
+/* A copy of a query with references of its own. */
+static bool find(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
+                 struct query *found, VkQueryType *type)
+{
+    pthread_mutex_lock(&pools->lock);
+    const struct query_pool *pool = handle_table_find(&pools->table, handle);
+    bool is_found = pool && query < pool->count;
+    if (is_found) {
+        *found = pool->queries[query];
+        *type = pool->type;
+        if (found->ticket)
+            cpu_ticket_share(found->ticket);
+        if (found->tree)
+            cpu_tree_keep(found->tree);
+    }
+    pthread_mutex_unlock(&pools->lock);
+    return is_found;
+}
+
+VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
+                              uint32_t count, uint64_t *copy)
+{
+    struct query_pool *pool = create_pool(VK_QUERY_TYPE_MAX_ENUM, count);
+    if (!pool)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (uint32_t i = 0; i < count; i++)
+        find(pools, handle, first + i, &pool->queries[i], &pool->type);
+    return add(pools, pool, copy);
+}
+
+/* VK_SUCCESS, VK_NOT_READY, or the error that the submission ended with. The value of a structure
+ * that isn't built is 0. */
+static VkResult value_of(const struct query *query, VkQueryType type, bool waits, uint64_t *value)
+{
+    if (!query->ticket)
+        return VK_NOT_READY;
+    VkResult result = query->ticket->wait(query->ticket, waits ? UINT64_MAX : 0);
+    if (result != VK_SUCCESS)
+        return result == VK_TIMEOUT ? VK_NOT_READY : result;
+    const void *bytes = query->tree ? cpu_tree_read(query->tree) : NULL;
+    if (bytes)
+        cpu_property(bytes, type, value);
+    return VK_SUCCESS;
+}
+
+/* Only what fits. */
+static void put(unsigned char *data, size_t size, uint64_t at, uint64_t value, bool is_64_bit)
+{
+    const uint32_t low = value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
+    const size_t width = is_64_bit ? sizeof(value) : sizeof(low);
+    if (at <= size && width <= size - at)
+        memcpy(data + at, is_64_bit ? (const void *)&value : (const void *)&low, width);
+}
+
+VkResult cpu_query_pools_read(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
+                              uint32_t count, size_t size, void *data, VkDeviceSize stride,
+                              VkQueryResultFlags flags)
+{
+    bool is_64_bit = flags & VK_QUERY_RESULT_64_BIT;
+    VkResult result = VK_SUCCESS;
+    for (uint32_t i = 0; i < count; i++) {
+        struct query query;
+        VkQueryType type;
+        uint64_t value = 0, at = i * stride;
+        if (!find(pools, handle, first + i, &query, &type))
+            break;
+        VkResult state = value_of(&query, type, flags & VK_QUERY_RESULT_WAIT_BIT, &value);
+        release_query(&query);
+        if (state == VK_SUCCESS || (flags & VK_QUERY_RESULT_PARTIAL_BIT))
+            put(data, size, at, value, is_64_bit);
+        if (flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT)
+            put(data, size, at + (is_64_bit ? 8 : 4), state == VK_SUCCESS, is_64_bit);
+        if (state != VK_SUCCESS && result >= VK_SUCCESS)
+            result = state;
+    }
+    return result;
+}

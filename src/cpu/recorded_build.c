@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds of command buffers: their parameters and snapshots. */
+#include "cpu/recorded_build.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- parameters */
+
+static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                                VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    triangles->vertexData.deviceAddress += range->firstVertex * triangles->vertexStride;
+    if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR)
+        triangles->vertexData.deviceAddress += range->primitiveOffset;
+    else
+        triangles->indexData.deviceAddress += range->primitiveOffset;
+    triangles->maxVertex -=
+        range->firstVertex < triangles->maxVertex ? range->firstVertex : triangles->maxVertex;
+    if (triangles->transformData.deviceAddress)
+        triangles->transformData.deviceAddress += range->transformOffset;
+}
+
+void cpu_recorded_build_normalize(struct cpu_recorded_build *build)
+{
+    for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
+        VkAccelerationStructureGeometryKHR *geometry = &build->parameters.geometries[i];
+        VkAccelerationStructureBuildRangeInfoKHR *range = &build->parameters.ranges[i];
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+            normalize_triangles(&geometry->geometry.triangles, range);
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+            geometry->geometry.aabbs.data.deviceAddress += range->primitiveOffset;
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
+            geometry->geometry.instances.data.deviceAddress += range->primitiveOffset;
+        *range =
+            (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = range->primitiveCount};
+    }
+}
+
+void cpu_recorded_build_read_ranges(const struct cpu_recorded_build *build,
+                                    const struct cpu_memory *memory,
+                                    VkAccelerationStructureBuildRangeInfoKHR *ranges)
+{
+    for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
+        const VkAccelerationStructureBuildRangeInfoKHR *most = &build->parameters.ranges[i];
+        const void *bytes;
+        uint64_t address = build->indirect_address + i * build->indirect_stride;
+        ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){0};
+        if (memory->find(memory->context, address, sizeof(ranges[i]), &bytes) < sizeof(ranges[i]))
+            continue;
+        memcpy(&ranges[i], bytes, sizeof(ranges[i]));
+        if (ranges[i].primitiveCount > most->primitiveCount)
+            ranges[i].primitiveCount = most->primitiveCount;
+    }
+}
+
+/* ---- snapshots */
+
+bool cpu_recorded_build_add(struct cpu_recorded_build *build, const struct cpu_snapshot *snapshot)
+{
+    if (build->snapshot_count == build->snapshot_capacity) {
+        uint32_t capacity = build->snapshot_capacity ? build->snapshot_capacity * 2 : 4;
+        struct cpu_snapshot *grown = realloc(build->snapshots, capacity * sizeof(*grown));
+        if (!grown)
+            return false;
+        build->snapshots = grown;
+        build->snapshot_capacity = capacity;
+    }
+    build->snapshots[build->snapshot_count++] = *snapshot;
+    return true;
+}
+
+static bool holds(const struct cpu_snapshot *snapshot, uint64_t address)
+{
+    return snapshot->address <= address && address - snapshot->address < snapshot->size;
+}
+
+/* The one that reaches furthest, where several overlap. */
+const struct cpu_snapshot *cpu_snapshot_find(const struct cpu_snapshot *snapshots, uint32_t count,
+                                             uint64_t address)
+{
+    const struct cpu_snapshot *found = NULL;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct cpu_snapshot *snapshot = &snapshots[i];
+        if (holds(snapshot, address) &&
+            (!found || snapshot->address + snapshot->size > found->address + found->size))
+            found = snapshot;
+    }
+    return found;
+}
+
+static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    const struct cpu_snapshot_memory *memory = context;
+    const struct cpu_snapshot *snapshot =
+        cpu_snapshot_find(memory->snapshots, memory->count, address);
+    *bytes = NULL;
+    if (!snapshot)
+        return 0;
+    uint64_t skipped = address - snapshot->address;
+    *bytes = memory->bases[snapshot->chunk] + snapshot->offset + skipped;
+    return size < snapshot->size - skipped ? size : snapshot->size - skipped;
+}
+
+struct cpu_memory cpu_snapshot_memory_of(struct cpu_snapshot_memory *memory)
+{
+    return (struct cpu_memory){find_bytes, memory};
+}
+
+void cpu_recorded_build_free(struct cpu_recorded_build *build)
+{
+    if (!build)
+        return;
+    cpu_build_info_release(&build->parameters);
+    free(build->snapshots);
+    free(build);
+}

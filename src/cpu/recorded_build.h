@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A build of a command buffer: its parameters, and where the device copied the memory that they
+ * name to when it came to the build. */
+#ifndef ASSAY_CPU_RECORDED_BUILD_H
+#define ASSAY_CPU_RECORDED_BUILD_H
+
+#include "cpu/build_info.h"
+#include "cpu/memory.h"
+
+/* Bytes of a chunk (recording.h) that hold those of [address, address + size). */
+struct cpu_snapshot {
+    uint64_t address, size;
+    uint32_t chunk;
+    uint64_t offset;
+};
+
+/* Of addresses and offsets of its own: see cpu_recorded_build_normalize(). */
+struct cpu_recorded_build {
+    struct cpu_build_info parameters;
+    /* Then its ranges are at an address, and parameters.ranges have the maximum counts. */
+    bool is_indirect;
+    uint64_t indirect_address, indirect_stride;
+    struct cpu_snapshot *snapshots;
+    uint32_t snapshot_count, snapshot_capacity;
+};
+
+/* Adds the offsets of ranges to the addresses, so that what the build reads of each array begins at
+ * its address. Not for indirect builds, whose ranges aren't known yet. */
+void cpu_recorded_build_normalize(struct cpu_recorded_build *build);
+
+/* False without memory. */
+bool cpu_recorded_build_add(struct cpu_recorded_build *build, const struct cpu_snapshot *snapshot);
+
+void cpu_recorded_build_free(struct cpu_recorded_build *build); /* NULL: nothing */
+
+/* Reads an indirect build's ranges into its parameters; counts above the maximum are cut. */
+void cpu_recorded_build_read_ranges(const struct cpu_recorded_build *build,
+                                    const struct cpu_memory *memory,
+                                    VkAccelerationStructureBuildRangeInfoKHR *ranges);
+
+/* ---- snapshots */
+
+/* The one that has the bytes at an address, or NULL. */
+const struct cpu_snapshot *cpu_snapshot_find(const struct cpu_snapshot *snapshots, uint32_t count,
+                                             uint64_t address);
+
+/* Snapshots as the memory that a build reads; `bases` has the bytes of each chunk. */
+struct cpu_snapshot_memory {
+    const struct cpu_snapshot *snapshots;
+    uint32_t count;
+    unsigned char *const *bases;
+};
+struct cpu_memory cpu_snapshot_memory_of(struct cpu_snapshot_memory *memory);
+
+#endif

@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds of command buffers on backend cpu, through the loader: what they read is what was there
+ * when they executed, whenever the tree is asked for; and none is made that nobody asks for. */
+#include "device_stage.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct device_stage device;
+static struct stage *const stage = &device.stage;
+
+enum {
+    TRIANGLES = 50,
+    TRIANGLE_SIZE = 9 * sizeof(float),
+    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+};
+
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                  SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
+
+static void expect_silence(void)
+{
+    for (uint32_t i = 0; i < messages_kept(&stage->kit.messages); i++)
+        print_error("%s: %s\n", stage->kit.messages.items[i].id, stage->kit.messages.items[i].text);
+    assert_int_equal(stage->kit.messages.count, 0);
+}
+
+/* ---- scenes: a BLAS of triangles, and a TLAS of two instances of it */
+
+struct scene {
+    struct stage_build host_triangles, host_instances;
+    struct device_build triangles, instances;
+    struct stage_structure blas, tlas;
+};
+
+static void open_scene(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
+{
+    stage_triangles(&scene->host_triangles, TRIANGLES, flags);
+    scene->blas = stage_create_for(stage, &scene->host_triangles);
+    device_build_create(&device, &scene->host_triangles, TRIANGLES * TRIANGLE_SIZE,
+                        &scene->triangles);
+    const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
+    stage_instances(&scene->host_instances, blases, 2, flags);
+    scene->tlas = stage_create_for(stage, &scene->host_instances);
+    device_build_create(&device, &scene->host_instances,
+                        2 * sizeof(VkAccelerationStructureInstanceKHR), &scene->instances);
+}
+
+static void close_scene(struct scene *scene)
+{
+    device_build_destroy(&device, &scene->triangles);
+    device_build_destroy(&device, &scene->instances);
+    stage_destroy(stage, &scene->tlas);
+    stage_destroy(stage, &scene->blas);
+    stage_free(&scene->host_triangles);
+    stage_free(&scene->host_instances);
+    expect_silence();
+}
+
+/* Triangles at (x, y, z), as far as the command buffer goes. */
+static void record_triangles(struct scene *scene, VkCommandBuffer commands, float y,
+                             VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
+{
+    stage_move(&scene->host_triangles, 0, y, 0);
+    device_upload(&device, commands, &scene->triangles);
+    device_build(&device, commands, &scene->triangles, dst, src);
+}
+
+static void record_scene(struct scene *scene, VkCommandBuffer commands)
+{
+    record_triangles(scene, commands, 0, scene->blas.handle, VK_NULL_HANDLE);
+    device_upload(&device, commands, &scene->instances);
+    device_build(&device, commands, &scene->instances, scene->tlas.handle, VK_NULL_HANDLE);
+}
+
+/* Whether the triangles of a structure are where they are after record_triangles(y). */
+static bool is_at(VkAccelerationStructureKHR structure, float y)
+{
+    return stage_trace(stage, structure, y + 0.25f, 0.25f).isHit &&
+           !stage_trace(stage, structure, y - 0.25f, 0.25f).isHit;
+}
+
+/* The serialized form; for free(). */
+static void *serialize(VkAccelerationStructureKHR structure, size_t *size)
+{
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
+    VkDeviceSize value = 0;
+    assert_int_equal(stage->vk.WriteAccelerationStructuresPropertiesKHR(
+                         stage->device, 1, &structure, type, sizeof(value), &value, sizeof(value)),
+                     VK_SUCCESS);
+    void *bytes = aligned_alloc(16, (value + 15) / 16 * 16);
+    const VkCopyAccelerationStructureToMemoryInfoKHR copy = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = structure,
+        .dst.hostAddress = bytes,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    assert_int_equal(
+        stage->vk.CopyAccelerationStructureToMemoryKHR(stage->device, VK_NULL_HANDLE, &copy),
+        VK_SUCCESS);
+    *size = value;
+    return bytes;
+}
+
+static void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b)
+{
+    size_t size_a, size_b;
+    void *bytes_a = serialize(a, &size_a), *bytes_b = serialize(b, &size_b);
+    assert_int_equal(size_a, size_b);
+    assert_memory_equal(bytes_a, bytes_b, size_a);
+    free(bytes_a);
+    free(bytes_b);
+}
+
+/* Another structure for the same build. */
+static struct stage_structure create_twin(struct stage_build *build)
+{
+    free(build->scratch);
+    return stage_create_for(stage, build);
+}
+
+static void host_build(struct stage_build *build, VkAccelerationStructureKHR dst)
+{
+    assert_int_equal(stage_build(stage, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE), VK_SUCCESS);
+}
+
+/* ---- tests */
+
+static void test_same_as_host_build(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 0);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    record_scene(&scene, commands);
+    device_finish(&device, commands);
+    assert_true(stage_trace(stage, scene.tlas.handle, 0.25f, 0.25f).isHit);
+    assert_true(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    assert_false(stage_trace(stage, scene.tlas.handle, 1.25f, 0.25f).isHit);
+
+    struct stage_structure blas = create_twin(&scene.host_triangles);
+    struct stage_structure tlas = create_twin(&scene.host_instances);
+    host_build(&scene.host_triangles, blas.handle);
+    host_build(&scene.host_instances, tlas.handle);
+    expect_same_bytes(scene.blas.handle, blas.handle);
+    expect_same_bytes(scene.tlas.handle, tlas.handle);
+    stage_destroy(stage, &blas);
+    stage_destroy(stage, &tlas);
+    close_scene(&scene);
+}
+
+static void test_only_what_is_asked_for(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, UPDATABLE);
+    const AssayCounters before = stage_counters(stage);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    record_scene(&scene, commands);
+    device_end(&device, commands);
+    for (int i = 0; i < 3; i++)
+        device_run(&device, commands);
+    const AssayCounters submitted = stage_counters(stage);
+    assert_int_equal(submitted.builds, before.builds);
+    assert_int_equal(submitted.bytesSnapshot - before.bytesSnapshot,
+                     TRIANGLES * TRIANGLE_SIZE + 2 * sizeof(VkAccelerationStructureInstanceKHR));
+    assert_true(is_at(scene.blas.handle, 0));
+    assert_int_equal(stage_counters(stage).builds - before.builds, 1);
+    stage_trace(stage, scene.tlas.handle, 0, 0);
+    assert_int_equal(stage_counters(stage).builds - before.builds, 2);
+    close_scene(&scene);
+}
+
+/* However many updates nobody looked at, one is carried out. */
+static void test_updates(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, UPDATABLE);
+    const AssayCounters before = stage_counters(stage);
+    for (int i = 0; i < 20; i++) {
+        VkCommandBuffer commands = device_begin(&device, PRIMARY);
+        record_triangles(&scene, commands, (float)i, scene.blas.handle,
+                         i ? scene.blas.handle : VK_NULL_HANDLE);
+        device_finish(&device, commands);
+    }
+    assert_true(is_at(scene.blas.handle, 19));
+    const AssayCounters after = stage_counters(stage);
+    assert_int_equal(after.builds - before.builds, 1);
+    assert_int_equal(after.updates - before.updates, 1);
+    close_scene(&scene);
+}
+
+/* A TLAS is built over its BLAS as it was then, though that is rebuilt, or gone, before anybody
+ * asks. */
+static void test_tlas_keeps_its_moment(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 0);
+    struct stage_structure twin = create_twin(&scene.host_instances);
+    host_build(&scene.host_triangles, scene.blas.handle);
+    host_build(&scene.host_instances, twin.handle);
+    size_t twin_size, size;
+    void *twin_bytes = serialize(twin.handle, &twin_size);
+    stage_destroy(stage, &twin);
+
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    record_scene(&scene, commands);
+    device_finish(&device, commands);
+    commands = device_begin(&device, PRIMARY);
+    record_triangles(&scene, commands, 100, scene.blas.handle, VK_NULL_HANDLE);
+    device_finish(&device, commands);
+    stage->vk.DestroyAccelerationStructureKHR(stage->device, scene.blas.handle, NULL);
+    scene.blas.handle = VK_NULL_HANDLE;
+    void *bytes = serialize(scene.tlas.handle, &size);
+    assert_int_equal(size, twin_size);
+    assert_memory_equal(bytes, twin_bytes, size);
+    free(bytes);
+    free(twin_bytes);
+    close_scene(&scene);
+}
+
+/* A command buffer that runs again overwrites the snapshots of its last run, which a clone still
+ * needs. */
+static void test_resubmission(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 0);
+    struct stage_structure clone = create_twin(&scene.host_triangles);
+    VkCommandBuffer build = device_begin(&device, PRIMARY);
+    record_triangles(&scene, build, 0, scene.blas.handle, VK_NULL_HANDLE);
+    device_end(&device, build);
+    VkCommandBuffer copy = device_begin(&device, PRIMARY);
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = scene.blas.handle,
+        .dst = clone.handle,
+    };
+    stage->vk.CmdCopyAccelerationStructureKHR(copy, &info);
+    device_end(&device, copy);
+
+    const AssayCounters before = stage_counters(stage);
+    device_run(&device, build);
+    device_run(&device, copy);
+    stage_move(&scene.host_triangles, 0, 7, 0);
+    memcpy(scene.triangles.staging.bytes, scene.host_triangles.data, TRIANGLES * TRIANGLE_SIZE);
+    device_run(&device, build);
+    assert_int_equal(stage_counters(stage).builds, before.builds);
+    assert_true(is_at(clone.handle, 0));
+    assert_true(is_at(scene.blas.handle, 7));
+    stage_destroy(stage, &clone);
+    close_scene(&scene);
+}
+
+static void test_secondary(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 0);
+    VkCommandBuffer secondary = device_begin(&device, SECONDARY);
+    record_scene(&scene, secondary);
+    device_end(&device, secondary);
+    VkCommandBuffer primary = device_begin(&device, PRIMARY);
+    stage->vk.CmdExecuteCommands(primary, 1, &secondary);
+    device_finish(&device, primary);
+    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &secondary);
+    assert_true(is_at(scene.blas.handle, 0));
+    assert_true(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    close_scene(&scene);
+}
+
+static void test_indirect(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 0);
+    enum { SKIPPED = 10, COUNT = 5 };
+    struct device_buffer ranges = device_buffer_create(&device, 64);
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = COUNT, .primitiveOffset = SKIPPED * TRIANGLE_SIZE};
+    memcpy((char *)ranges.bytes + 16, &range, sizeof(range));
+    const VkDeviceAddress address = ranges.address + 16;
+    const uint32_t stride = sizeof(range), maximum = TRIANGLES;
+    const uint32_t *const maxima = &maximum;
+
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    device_upload(&device, commands, &scene.triangles);
+    scene.triangles.info.dstAccelerationStructure = scene.blas.handle;
+    stage->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
+                                                        &address, &stride, &maxima);
+    device_finish(&device, commands);
+    const AssayHit hit = stage_trace(stage, scene.blas.handle, 0.25f, 0.25f);
+    assert_true(hit.isHit);
+    assert_int_equal(hit.primitive, 0);
+    assert_float_equal(hit.t, SKIPPED + 1, 0); /* the ray begins at x = -1 */
+    device_buffer_destroy(&device, &ranges);
+    close_scene(&scene);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_as_host_build),
+        cmocka_unit_test(test_only_what_is_asked_for),
+        cmocka_unit_test(test_updates),
+        cmocka_unit_test(test_tlas_keeps_its_moment),
+        cmocka_unit_test(test_resubmission),
+        cmocka_unit_test(test_secondary),
+        cmocka_unit_test(test_indirect),
+    };
+    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_stage_close(&device);
+    return failed;
+}

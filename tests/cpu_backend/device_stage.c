@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Command buffers, buffers, and builds with them. */
+#include "device_stage.h"
+
+#include <string.h>
+
+#define GET(call) assert_int_equal(call, VK_SUCCESS)
+
+const char *device_stage_open(struct device_stage *stage, const char *platform)
+{
+    const char *reason = stage_open(&stage->stage, platform);
+    if (reason)
+        return reason;
+    const VkCommandPoolCreateInfo pool = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+    };
+    stage->stage.vk.GetDeviceQueue(stage->stage.device, 0, 0, &stage->queue);
+    GET(stage->stage.vk.CreateCommandPool(stage->stage.device, &pool, NULL, &stage->pool));
+    return NULL;
+}
+
+void device_stage_close(struct device_stage *stage)
+{
+    stage->stage.vk.DestroyCommandPool(stage->stage.device, stage->pool, NULL);
+    stage_close(&stage->stage);
+}
+
+/* ---- buffers */
+
+struct device_buffer device_buffer_create(struct device_stage *stage, VkDeviceSize size)
+{
+    const VkuDeviceDispatchTable *vk = &stage->stage.vk;
+    VkDevice device = stage->stage.device;
+    struct device_buffer buffer = {0};
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+    };
+    GET(vk->CreateBuffer(device, &info, NULL, &buffer.handle));
+    VkMemoryRequirements requirements;
+    vk->GetBufferMemoryRequirements(device, buffer.handle, &requirements);
+    const VkMemoryAllocateFlagsInfo flags = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
+    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                         .pNext = &flags,
+                                         .allocationSize = requirements.size,
+                                         .memoryTypeIndex = stage->stage.host_memory_type};
+    GET(vk->AllocateMemory(device, &memory, NULL, &buffer.memory));
+    GET(vk->BindBufferMemory(device, buffer.handle, buffer.memory, 0));
+    GET(vk->MapMemory(device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.bytes));
+    memset(buffer.bytes, 0, size);
+    const VkBufferDeviceAddressInfo address = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.handle};
+    buffer.address = vk->GetBufferDeviceAddress(device, &address);
+    return buffer;
+}
+
+void device_buffer_destroy(struct device_stage *stage, struct device_buffer *buffer)
+{
+    stage->stage.vk.DestroyBuffer(stage->stage.device, buffer->handle, NULL);
+    stage->stage.vk.FreeMemory(stage->stage.device, buffer->memory, NULL);
+}
+
+/* ---- command buffers */
+
+VkCommandBuffer device_begin(struct device_stage *stage, VkCommandBufferLevel level)
+{
+    const VkCommandBufferAllocateInfo allocate = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = stage->pool,
+        .level = level,
+        .commandBufferCount = 1,
+    };
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferBeginInfo begin = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .pInheritanceInfo = &inheritance,
+    };
+    VkCommandBuffer commands;
+    GET(stage->stage.vk.AllocateCommandBuffers(stage->stage.device, &allocate, &commands));
+    GET(stage->stage.vk.BeginCommandBuffer(commands, &begin));
+    return commands;
+}
+
+void device_end(struct device_stage *stage, VkCommandBuffer commands)
+{
+    GET(stage->stage.vk.EndCommandBuffer(commands));
+}
+
+void device_run(struct device_stage *stage, VkCommandBuffer commands)
+{
+    const VkuDeviceDispatchTable *vk = &stage->stage.vk;
+    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const VkSubmitInfo submit = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+        .commandBufferCount = 1,
+        .pCommandBuffers = &commands,
+    };
+    VkFence fence;
+    GET(vk->CreateFence(stage->stage.device, &info, NULL, &fence));
+    GET(vk->QueueSubmit(stage->queue, 1, &submit, fence));
+    GET(vk->WaitForFences(stage->stage.device, 1, &fence, VK_TRUE, UINT64_MAX));
+    vk->DestroyFence(stage->stage.device, fence, NULL);
+}
+
+void device_finish(struct device_stage *stage, VkCommandBuffer commands)
+{
+    device_end(stage, commands);
+    device_run(stage, commands);
+    stage->stage.vk.FreeCommandBuffers(stage->stage.device, stage->pool, 1, &commands);
+}
+
+void device_barrier(struct device_stage *stage, VkCommandBuffer commands)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
+    };
+    stage->stage.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &barrier, 0, NULL,
+                                       0, NULL);
+}
+
+/* ---- builds */
+
+static VkDeviceOrHostAddressConstKHR *data_of(VkAccelerationStructureGeometryKHR *geometry)
+{
+    switch (geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        return &geometry->geometry.triangles.vertexData;
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        return &geometry->geometry.aabbs.data;
+    default:
+        return &geometry->geometry.instances.data;
+    }
+}
+
+void device_build_create(struct device_stage *stage, struct stage_build *host, VkDeviceSize size,
+                         struct device_build *build)
+{
+    enum { ALIGNMENT = 256 };
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = stage_sizes(&stage->stage, host);
+    const VkDeviceSize scratch = sizes.buildScratchSize > sizes.updateScratchSize
+                                     ? sizes.buildScratchSize
+                                     : sizes.updateScratchSize;
+    *build = (struct device_build){.host = host,
+                                   .size = size,
+                                   .geometry = host->geometry,
+                                   .info = host->info,
+                                   .staging = device_buffer_create(stage, size),
+                                   .data = device_buffer_create(stage, size),
+                                   .scratch = device_buffer_create(stage, scratch + ALIGNMENT)};
+    data_of(&build->geometry)->deviceAddress = build->data.address;
+    build->info.pGeometries = &build->geometry;
+    build->info.scratchData.deviceAddress =
+        (build->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
+
+void device_build_destroy(struct device_stage *stage, struct device_build *build)
+{
+    device_buffer_destroy(stage, &build->staging);
+    device_buffer_destroy(stage, &build->data);
+    device_buffer_destroy(stage, &build->scratch);
+}
+
+void device_upload(struct device_stage *stage, VkCommandBuffer commands, struct device_build *build)
+{
+    const VkBufferCopy region = {0, 0, build->size};
+    memcpy(build->staging.bytes, build->host->data, build->size);
+    device_barrier(stage, commands);
+    stage->stage.vk.CmdCopyBuffer(commands, build->staging.handle, build->data.handle, 1, &region);
+    device_barrier(stage, commands);
+}
+
+void device_build(struct device_stage *stage, VkCommandBuffer commands, struct device_build *build,
+                  VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges = &build->host->range;
+    build->info.mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                           : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    build->info.dstAccelerationStructure = dst;
+    build->info.srcAccelerationStructure = src;
+    stage->stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &build->info, &ranges);
+    device_barrier(stage, commands);
+}
