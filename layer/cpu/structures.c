@@ -14,15 +14,27 @@ static VkResult create(VkDevice device, const struct cpu_structure_info *info,
     return result;
 }
 
+static struct buffer_facts find_buffer(struct resources *resources, VkBuffer handle)
+{
+    struct buffer_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_buffer(resources, handle, &facts);
+    resources_end_reading(resources, token);
+    return facts;
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateAccelerationStructureKHR(
     VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
     const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
 {
+    const struct buffer_facts buffer =
+        find_buffer(layer_find_device(device)->resources, pCreateInfo->buffer);
     (void)pAllocator;
     const struct cpu_structure_info info = {
         .type = pCreateInfo->type,
         .size = pCreateInfo->size,
-        .buffer = pCreateInfo->buffer,
+        .buffer_id = buffer.id,
+        .buffer_size = buffer.size,
         .offset = pCreateInfo->offset,
     };
     return create(device, &info, pAccelerationStructure);

@@ -15,7 +15,7 @@
 
 /* The addresses that stand for one buffer's bytes, while structures of generic type lie there. */
 struct generic_range {
-    uint64_t buffer, begin, size;
+    uint64_t buffer_id, begin, size;
     uint64_t structure_count;
 };
 
@@ -30,7 +30,7 @@ struct cpu_structures {
     struct cpu_watcher *watchers;
     struct reader_lock lock;
     struct handle_table table;  /* of struct cpu_structure */
-    struct handle_table ranges; /* of struct generic_range, by buffer */
+    struct handle_table ranges; /* of struct generic_range, by buffer's id */
 };
 
 static uint64_t reserve(uint64_t size)
@@ -90,7 +90,7 @@ void cpu_structures_destroy(struct cpu_structures *structures)
 
 static bool is_in_a_buffer(const struct cpu_structure_info *info)
 {
-    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR && info->buffer &&
+    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR && info->buffer_id &&
            info->buffer_size <= BUFFER_SIZE_MAX && info->offset < info->buffer_size &&
            info->offset % HANDLE_ALIGNMENT == 0;
 }
@@ -98,16 +98,15 @@ static bool is_in_a_buffer(const struct cpu_structure_info *info)
 static struct generic_range *range_of(struct cpu_structures *structures,
                                       const struct cpu_structure_info *info)
 {
-    uint64_t buffer = (uint64_t)(uintptr_t)info->buffer;
-    struct generic_range *range = handle_table_find(&structures->ranges, buffer);
+    struct generic_range *range = handle_table_find(&structures->ranges, info->buffer_id);
     if (range)
         return info->offset < range->size ? range : NULL;
     range = calloc(1, sizeof(*range));
-    if (!range || !handle_table_set(&structures->ranges, buffer, range)) {
+    if (!range || !handle_table_set(&structures->ranges, info->buffer_id, range)) {
         free(range);
         return NULL;
     }
-    *range = (struct generic_range){.buffer = buffer, .size = info->buffer_size};
+    *range = (struct generic_range){.buffer_id = info->buffer_id, .size = info->buffer_size};
     range->begin = reserve(range->size);
     return range;
 }
@@ -116,7 +115,7 @@ static void leave_range(struct cpu_structures *structures, struct generic_range 
 {
     if (!range || --range->structure_count > 0)
         return;
-    handle_table_remove(&structures->ranges, range->buffer);
+    handle_table_remove(&structures->ranges, range->buffer_id);
     free(range);
 }
 

@@ -39,7 +39,7 @@ uint64_t cpu_unique_handle(void);
 struct cpu_structure_info {
     VkAccelerationStructureTypeKHR type;
     uint64_t size;
-    VkBuffer buffer; /* VK_NULL_HANDLE where it isn't known */
+    uint64_t buffer_id; /* that no other buffer ever has; 0: not known */
     uint64_t buffer_size, offset;
 };
 VkResult cpu_structures_add(struct cpu_structures *structures,

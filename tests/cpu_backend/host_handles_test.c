@@ -4,6 +4,50 @@
 
 #include <string.h>
 
+static uint64_t address_of(VkAccelerationStructureKHR structure)
+{
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = structure};
+    return stage.vk.GetAccelerationStructureDeviceAddressKHR(stage.device, &info);
+}
+
+static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
+{
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = buffer,
+        .offset = offset,
+        .size = 256,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR};
+    VkAccelerationStructureKHR structure;
+    expect(stage.vk.CreateAccelerationStructureKHR(stage.device, &info, NULL, &structure));
+    return structure;
+}
+
+/* Stable, of nobody else, and as far apart as the offsets of generic structures. */
+static void test_addresses(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, 0);
+    uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
+    assert_true(blas != 0 && tlas != 0 && blas != tlas);
+    assert_int_equal(address_of(scene.blas.handle), blas);
+    assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
+
+    struct stage_structure first =
+        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 4096);
+    VkAccelerationStructureKHR a = create_generic(first.buffer, 256);
+    VkAccelerationStructureKHR b = create_generic(first.buffer, 2048);
+    assert_int_equal(address_of(b) - address_of(a), 2048 - 256);
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, a, NULL);
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, b, NULL);
+    stage_destroy(&stage, &first);
+    close_scene(&scene);
+    expect_silence();
+}
+
 static void test_names(void **state)
 {
     (void)state;
@@ -81,6 +125,7 @@ static void test_private_data(void **state)
 static int run(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_addresses),
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_private_data),
     };

@@ -20,15 +20,14 @@
 #include "cpu/structures.h"
 
 #define FIRST_HANDLE (1ull << 62)
-#define BUFFER(n) ((VkBuffer)(uintptr_t)(0x1000 * (n)))
 
 /* ---- handles */
 
 static uint64_t add(struct cpu_structures *structures, VkAccelerationStructureTypeKHR type,
-                    VkBuffer buffer, uint64_t offset)
+                    uint64_t buffer, uint64_t offset)
 {
     const struct cpu_structure_info info = {
-        .type = type, .size = 256, .buffer = buffer, .buffer_size = 65536, .offset = offset};
+        .type = type, .size = 256, .buffer_id = buffer, .buffer_size = 65536, .offset = offset};
     uint64_t handle;
     assert_int_equal(cpu_structures_add(structures, &info, &handle), VK_SUCCESS);
     assert_true(handle >= FIRST_HANDLE);
@@ -38,10 +37,10 @@ static uint64_t add(struct cpu_structures *structures, VkAccelerationStructureTy
 
 static uint64_t add_bottom(struct cpu_structures *structures)
 {
-    return add(structures, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, BUFFER(1), 0);
+    return add(structures, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 1, 0);
 }
 
-static uint64_t add_generic(struct cpu_structures *structures, VkBuffer buffer, uint64_t offset)
+static uint64_t add_generic(struct cpu_structures *structures, uint64_t buffer, uint64_t offset)
 {
     return add(structures, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR, buffer, offset);
 }
@@ -84,17 +83,17 @@ static void test_generic_handles(void **state)
 {
     (void)state;
     struct cpu_structures *structures = open_structures();
-    uint64_t a = add_generic(structures, BUFFER(1), 512);
-    uint64_t other = add_generic(structures, BUFFER(2), 512);
-    uint64_t b = add_generic(structures, BUFFER(1), 4096);
+    uint64_t a = add_generic(structures, 1, 512);
+    uint64_t other = add_generic(structures, 2, 512);
+    uint64_t b = add_generic(structures, 1, 4096);
     assert_int_equal(b - a, 4096 - 512);
     assert_true(other - a >= 65536 && a - other >= 65536);
-    assert_int_not_equal(add_generic(structures, BUFFER(1), 512), a);
+    assert_int_not_equal(add_generic(structures, 1, 512), a);
 
     cpu_structures_remove(structures, a);
-    uint64_t c = add_generic(structures, BUFFER(1), 0);
+    uint64_t c = add_generic(structures, 1, 0);
     assert_int_equal(b - c, 4096);
-    add_generic(structures, BUFFER(1), 1 << 20); /* behind the buffer's end: anywhere */
+    add_generic(structures, 1, 1 << 20); /* behind the buffer's end: anywhere */
     cpu_structures_destroy(structures);
 }
 

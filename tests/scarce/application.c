@@ -118,13 +118,15 @@ static void create_device(struct application *app)
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_EXTENSION_NAME};
+    const bool offers_nv = strcmp(BACKEND, "cpu") != 0;
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
         .bufferDeviceAddress = VK_TRUE};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
         .pNext = &addresses,
-        .accelerationStructure = VK_TRUE};
+        .accelerationStructure = VK_TRUE,
+        .accelerationStructureHostCommands = VK_TRUE};
     const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE};
     static const float priority = 1;
     const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
@@ -134,7 +136,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = 3,
+                                     .enabledExtensionCount = offers_nv ? 3 : 2,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;

@@ -22,6 +22,7 @@
     COMMAND(BindAccelerationStructureMemoryNV)                                                     \
     COMMAND(BindBufferMemory)                                                                      \
     COMMAND(BindBufferMemory2)                                                                     \
+    COMMAND(BuildAccelerationStructuresKHR)                                                        \
     COMMAND(CmdBeginDebugUtilsLabelEXT)                                                            \
     COMMAND(CmdBuildAccelerationStructureNV)                                                       \
     COMMAND(CmdBuildAccelerationStructuresKHR)                                                     \
@@ -31,17 +32,25 @@
     COMMAND(CmdExecuteCommands)                                                                    \
     COMMAND(CmdInsertDebugUtilsLabelEXT)                                                           \
     COMMAND(CmdWriteAccelerationStructuresPropertiesKHR)                                           \
+    COMMAND(CopyAccelerationStructureKHR)                                                          \
+    COMMAND(CopyAccelerationStructureToMemoryKHR)                                                  \
+    COMMAND(CopyMemoryToAccelerationStructureKHR)                                                  \
     COMMAND(CreateAccelerationStructureKHR)                                                        \
     COMMAND(CreateAccelerationStructureNV)                                                         \
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(CreateCommandPool)                                                                     \
+    COMMAND(CreateDeferredOperationKHR)                                                            \
+    COMMAND(CreatePrivateDataSlot)                                                                 \
     COMMAND(CreateQueryPool)                                                                       \
     COMMAND(CreateSemaphore)                                                                       \
+    COMMAND(DeferredOperationJoinKHR)                                                              \
     COMMAND(DestroyAccelerationStructureKHR)                                                       \
     COMMAND(DestroyAccelerationStructureNV)                                                        \
     COMMAND(DestroyBuffer)                                                                         \
     COMMAND(DestroyCommandPool)                                                                    \
+    COMMAND(DestroyDeferredOperationKHR)                                                           \
     COMMAND(DestroyDevice)                                                                         \
+    COMMAND(DestroyPrivateDataSlot)                                                                \
     COMMAND(DestroyQueryPool)                                                                      \
     COMMAND(DestroySemaphore)                                                                      \
     COMMAND(DeviceWaitIdle)                                                                        \
@@ -50,13 +59,17 @@
     COMMAND(FreeMemory)                                                                            \
     COMMAND(GetAccelerationStructureBuildSizesKHR)                                                 \
     COMMAND(GetBufferDeviceAddress)                                                                \
+    COMMAND(GetDeferredOperationResultKHR)                                                         \
     COMMAND(GetDeviceQueue)                                                                        \
+    COMMAND(GetPrivateData)                                                                        \
     COMMAND(GetQueryPoolResults)                                                                   \
     COMMAND(QueueBindSparse)                                                                       \
     COMMAND(QueueSubmit)                                                                           \
     COMMAND(ResetCommandPool)                                                                      \
     COMMAND(ResetQueryPool)                                                                        \
-    COMMAND(SetDebugUtilsObjectNameEXT)
+    COMMAND(SetDebugUtilsObjectNameEXT)                                                            \
+    COMMAND(SetPrivateData)                                                                        \
+    COMMAND(WriteAccelerationStructuresPropertiesKHR)
 
 struct commands {
 #define MEMBER(name) PFN_vk##name name;

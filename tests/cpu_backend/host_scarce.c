@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What an application does on backend cpu in each life of tests/scarce: host builds, deferred ones,
+ * copies and queries, each asked for again where memory was lacking; then rays tell whether all is
+ * as it should be. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "../scarce/application_parts.h"
+#include "assay.h"
+
+enum { BLASES = SETS - 1, STRUCTURE_SIZE = 16384, HOST_MEMORY_TYPE = 1 };
+
+/* Beside the structures, of which the last is the TLAS. */
+static struct {
+    PFN_vkTraceRaysASSAY trace_rays;
+    VkDeferredOperationKHR operation;
+    VkPrivateDataSlot slot;
+    float vertices[9];
+    void *scratch;
+    VkAccelerationStructureGeometryKHR triangles[GEOMETRIES], instances;
+    VkAccelerationStructureInstanceKHR instance[BLASES];
+} host;
+
+/* ---- objects */
+
+static void allocate_host_memory(struct application *app)
+{
+    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .pNext = &flags,
+                                       .allocationSize = SETS * STRUCTURE_SIZE,
+                                       .memoryTypeIndex = HOST_MEMORY_TYPE};
+    GET(app, "vkAllocateMemory", app->vk.AllocateMemory(app->device, &info, NULL, &app->memory));
+}
+
+static VkAccelerationStructureKHR create_structure(struct application *app, unsigned n,
+                                                   VkAccelerationStructureTypeKHR type)
+{
+    VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = app->inputs,
+        .offset = n * STRUCTURE_SIZE,
+        .size = STRUCTURE_SIZE,
+        .type = type};
+    GET(app, "vkCreateAccelerationStructureKHR",
+        app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &structure));
+    return structure;
+}
+
+void create_objects(struct application *app)
+{
+    allocate_host_memory(app);
+    app->inputs = create_buffer(app, SETS * STRUCTURE_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
+    GET(app, "vkBindBufferMemory",
+        app->vk.BindBufferMemory(app->device, app->inputs, app->memory, 0));
+    for (unsigned i = 0; i < BLASES; i++)
+        app->sets[i].accel =
+            create_structure(app, i,
+                             i % 2 ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR
+                                   : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    app->sets[BLASES].accel =
+        create_structure(app, BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    const VkPrivateDataSlotCreateInfo slot = {.sType =
+                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    GET(app, "vkCreatePrivateDataSlot",
+        app->vk.CreatePrivateDataSlot(app->device, &slot, NULL, &host.slot));
+    GET(app, "vkCreateDeferredOperationKHR",
+        app->vk.CreateDeferredOperationKHR(app->device, NULL, &host.operation));
+    host.trace_rays =
+        (PFN_vkTraceRaysASSAY)app->vk.GetDeviceProcAddr(app->device, "vkTraceRaysASSAY");
+    /* With memory short, the library that reads settings may lose one without telling; then the
+     * backend is the driver's. */
+    app->outcome->mistakes++;
+    app->outcome->expected += host.trace_rays != NULL;
+    host.scratch = calloc(1, 65536);
+}
+
+void destroy_objects(struct application *app)
+{
+    app->vk.DestroyDeferredOperationKHR(app->device, host.operation, NULL);
+    app->vk.DestroyPrivateDataSlot(app->device, host.slot, NULL);
+    for (unsigned i = 0; i < SETS; i++)
+        app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
+    app->vk.DestroyBuffer(app->device, app->inputs, NULL);
+    app->vk.FreeMemory(app->device, app->memory, NULL);
+    free(host.scratch);
+}
+
+/* ---- builds */
+
+static VkAccelerationStructureBuildGeometryInfoKHR blas_info(const struct application *app,
+                                                             unsigned n, uint32_t geometries)
+{
+    static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
+    memcpy(host.vertices, vertices, sizeof(vertices));
+    for (uint32_t i = 0; i < geometries; i++)
+        host.triangles[i] = (VkAccelerationStructureGeometryKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+            .geometry.triangles = {
+                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                .vertexData.hostAddress = host.vertices,
+                .vertexStride = 12,
+                .maxVertex = 2,
+                .indexType = VK_INDEX_TYPE_NONE_KHR}};
+    return (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                 VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+        .dstAccelerationStructure = app->sets[n].accel,
+        .geometryCount = geometries,
+        .pGeometries = host.triangles,
+        .scratchData.hostAddress = host.scratch};
+}
+
+static VkResult build(struct application *app, VkDeferredOperationKHR operation,
+                      const VkAccelerationStructureBuildGeometryInfoKHR *info, uint32_t count)
+{
+    VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES] = {{0}};
+    const VkAccelerationStructureBuildRangeInfoKHR *pointer = ranges;
+    for (uint32_t i = 0; i < info->geometryCount; i++)
+        ranges[i].primitiveCount = count;
+    return app->vk.BuildAccelerationStructuresKHR(app->device, operation, 1, info, &pointer);
+}
+
+/* Large enough, or zeros where memory was lacking; the second time there is some. */
+static void check_sizes(struct application *app,
+                        const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    uint32_t counts[GEOMETRIES];
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    for (int i = 0; i < GEOMETRIES; i++)
+        counts[i] = 1;
+    for (int i = 0; i < 2 && sizes.accelerationStructureSize == 0; i++)
+        app->vk.GetAccelerationStructureBuildSizesKHR(
+            app->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, info, counts, &sizes);
+    if (!sizes.accelerationStructureSize || sizes.accelerationStructureSize > STRUCTURE_SIZE)
+        complain(app, "accelerationStructureSize", (int)sizes.accelerationStructureSize);
+}
+
+static void build_blases(struct application *app)
+{
+    for (unsigned i = 0; i < BLASES; i++) {
+        VkAccelerationStructureBuildGeometryInfoKHR info =
+            blas_info(app, i, i == 0 ? GEOMETRIES : 1);
+        if (i == 0)
+            check_sizes(app, &info);
+        GET(app, "vkBuildAccelerationStructuresKHR", build(app, VK_NULL_HANDLE, &info, 1));
+    }
+    VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(app, 0, GEOMETRIES);
+    info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    info.srcAccelerationStructure = info.dstAccelerationStructure;
+    GET(app, "an update", build(app, VK_NULL_HANDLE, &info, 1));
+}
+
+static VkResult complete(struct application *app)
+{
+    VkResult joined = app->vk.DeferredOperationJoinKHR(app->device, host.operation);
+    return joined == VK_SUCCESS ? app->vk.GetDeferredOperationResultKHR(app->device, host.operation)
+                                : joined;
+}
+
+/* A deferred command may lack memory when it is called, or when it is carried out. */
+#define GET_DEFERRED(app, what, call)                                                              \
+    GET(app, what,                                                                                 \
+        (call) == VK_OPERATION_DEFERRED_KHR ? complete(app) : VK_ERROR_OUT_OF_HOST_MEMORY)
+
+static void build_tlas(struct application *app)
+{
+    for (unsigned i = 0; i < BLASES; i++)
+        host.instance[i] = (VkAccelerationStructureInstanceKHR){
+            .transform.matrix = {{1, 0, 0, (float)i}, {0, 1, 0, 2.0f * (float)i}, {0, 0, 1, 0}},
+            .mask = 0xff,
+            .accelerationStructureReference = (uint64_t)app->sets[i].accel};
+    host.instances = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+        .geometry.instances = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+            .data.hostAddress = host.instance}};
+    VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(app, BLASES, 0);
+    info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    info.geometryCount = 1;
+    info.pGeometries = &host.instances;
+    GET_DEFERRED(app, "a deferred build", build(app, host.operation, &info, BLASES));
+}
+
+/* ---- copies */
+
+static void copy_through_memory(struct application *app, VkAccelerationStructureKHR structure)
+{
+    static char bytes[2 * STRUCTURE_SIZE] __attribute__((aligned(16)));
+    const VkCopyAccelerationStructureToMemoryInfoKHR out = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = structure,
+        .dst.hostAddress = bytes,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
+    const VkCopyMemoryToAccelerationStructureInfoKHR in = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = bytes,
+        .dst = structure,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    GET(app, "vkCopyAccelerationStructureToMemoryKHR",
+        app->vk.CopyAccelerationStructureToMemoryKHR(app->device, VK_NULL_HANDLE, &out));
+    GET_DEFERRED(app, "vkCopyMemoryToAccelerationStructureKHR",
+                 app->vk.CopyMemoryToAccelerationStructureKHR(app->device, host.operation, &in));
+}
+
+static void copy_all(struct application *app)
+{
+    const VkCopyAccelerationStructureInfoKHR copy = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = app->sets[1].accel,
+        .dst = app->sets[3].accel,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR};
+    GET(app, "vkCopyAccelerationStructureKHR",
+        app->vk.CopyAccelerationStructureKHR(app->device, VK_NULL_HANDLE, &copy));
+    copy_through_memory(app, app->sets[5].accel);
+    copy_through_memory(app, app->sets[BLASES].accel);
+    uint64_t size = 0;
+    GET(app, "vkWriteAccelerationStructuresPropertiesKHR",
+        app->vk.WriteAccelerationStructuresPropertiesKHR(
+            app->device, 1, &app->sets[3].accel,
+            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, sizeof(size), &size,
+            sizeof(size)));
+    if (!size)
+        complain(app, "no serialization size", 0);
+}
+
+/* ---- what became of it */
+
+static void set_private_data(struct application *app)
+{
+    uint64_t value = 0;
+    for (unsigned i = 0; i < SETS; i++)
+        GET(app, "vkSetPrivateData",
+            app->vk.SetPrivateData(app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                   (uint64_t)app->sets[i].accel, host.slot, i));
+    app->vk.GetPrivateData(app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                           (uint64_t)app->sets[7].accel, host.slot, &value);
+    if (value != 7)
+        complain(app, "vkGetPrivateData", (int)value);
+}
+
+/* Every instance is hit where it is. */
+static void trace_all(struct application *app)
+{
+    AssayRay rays[BLASES];
+    AssayHit hits[BLASES];
+    for (unsigned i = 0; i < BLASES; i++)
+        rays[i] = (AssayRay){.origin = {-1, 2.0f * (float)i + 0.25f, 0.25f},
+                             .direction = {1, 0, 0},
+                             .tMax = 1000,
+                             .cullMask = 0xff};
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)app->sets[BLASES].accel,
+                                 .accuracy = ASSAY_ACCURACY_EXACT,
+                                 .rayCount = BLASES,
+                                 .raySize = sizeof(rays[0]),
+                                 .hitSize = sizeof(hits[0]),
+                                 .rays = rays,
+                                 .hits = hits};
+    memset(hits, 0, sizeof(hits));
+    GET(app, "vkTraceRaysASSAY", host.trace_rays(app->device, &info));
+    for (unsigned i = 0; i < BLASES; i++)
+        if (!hits[i].isHit || hits[i].instance != i || hits[i].t != (float)i + 1)
+            complain(app, "not the hit that was expected: ray", (int)i);
+}
+
+void record_all(struct application *app)
+{
+    if (!host.trace_rays)
+        return;
+    build_blases(app);
+    build_tlas(app);
+    copy_all(app);
+    set_private_data(app);
+    trace_all(app);
+}
