@@ -71,6 +71,7 @@ static struct built describe(const struct build_call *call, const struct build_v
         .dst_size = build->dst.size,
         .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
         .dense_readable = build->dense_readable,
+        .micromaps = build->micromaps,
     };
     if (build->geometry_count != build->info->geometryCount)
         return (struct built){.state = BUILT_UNKNOWN, .position = description.position};
@@ -97,6 +98,37 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
     journal_add_input(call->journal, &input);
 }
 
+/* The micromaps that a build with that entry reads. */
+static void note_micromaps(const struct build_call *call, const struct build_view *build,
+                           const struct journal_entry *built)
+{
+    const struct micromap_uses *uses = build->micromaps;
+    bool may_change =
+        build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR;
+    for (uint32_t i = 0; i < uses->count; i++) {
+        const struct micromap_use *use = &uses->items[i];
+        struct journal_entry entry = {
+            .kind = JOURNAL_USE_MICROMAP,
+            .command = built->command,
+            .info = built->info,
+            .geometry_by_pointer = built->geometry_by_pointer,
+            .src = use->handle,
+            .src_id = use->id,
+            .micromap = {.updated = is_update(build) ? built->src : 0,
+                         .updated_id = is_update(build) ? built->src_id : 0,
+                         .position = call->origin.build_index + build->index,
+                         .geometry = use->geometry,
+                         .first = use->first,
+                         .triangle_count = use->triangle_count,
+                         .is_ext = use->is_ext,
+                         .is_unindexed = use->is_unindexed,
+                         .must_stay = is_update(build) && !may_change},
+        };
+        if (use->id)
+            journal_add(call->journal, &entry);
+    }
+}
+
 static void see_build(void *user, const struct build_view *build)
 {
     struct build_call *call = user;
@@ -117,6 +149,8 @@ static void see_build(void *user, const struct build_view *build)
     };
     if (call->command_buffer)
         entry.labels = journal_note_labels(call->journal, &call->command_buffer->labels);
+    if (call->command_buffer && build->micromaps)
+        note_micromaps(call, build, &entry);
     journal_add(call->journal, &entry);
     if (call->command_buffer && build->sizes.known)
         see_input(user, build, 0, INPUT_SCRATCH, &build->scratch);

@@ -74,6 +74,12 @@
     INTERCEPT(DestroyAccelerationStructureKHR)                                                     \
     INTERCEPT(CreateMicromapEXT)                                                                   \
     INTERCEPT(DestroyMicromapEXT)                                                                  \
+    INTERCEPT(CmdBuildMicromapsEXT)                                                                \
+    INTERCEPT(CmdCopyMicromapEXT)                                                                  \
+    INTERCEPT(CmdCopyMemoryToMicromapEXT)                                                          \
+    INTERCEPT(BuildMicromapsEXT)                                                                   \
+    INTERCEPT(CopyMicromapEXT)                                                                     \
+    INTERCEPT(CopyMemoryToMicromapEXT)                                                             \
     INTERCEPT(CreateCommandPool)                                                                   \
     INTERCEPT(DestroyCommandPool)                                                                  \
     INTERCEPT(ResetCommandPool)                                                                    \

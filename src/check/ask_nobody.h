@@ -23,6 +23,8 @@
 #undef ASK_nv_geometry
 #undef ASK_dense_build
 #undef ASK_dense
+#undef ASK_used_micromap
+#undef ASK_updated_micromap
 #undef ASK_update
 #undef ASK_updated_geometry
 #undef ASK_updated_dense
@@ -47,6 +49,8 @@
 #define ASK_nv_geometry(name, level)
 #define ASK_dense_build(name, level)
 #define ASK_dense(name, level)
+#define ASK_used_micromap(name, level)
+#define ASK_updated_micromap(name, level)
 #define ASK_update(name, level)
 #define ASK_updated_geometry(name, level)
 #define ASK_updated_dense(name, level)

@@ -125,6 +125,24 @@ static void add_structure(struct collection *collection, const struct build_view
     add_range(collection, &accel->span, size, accel->in_pieces, accel->buffer, accel->offset);
 }
 
+/* A build accesses no more of a micromap than that needs, and all of that begins where the micromap
+ * does; how much it is isn't known. */
+static void collect_micromaps(struct collection *collection, const struct micromap_uses *micromaps)
+{
+    collection->range.role = ROLE_SRC;
+    collection->range.is_micromap = true;
+    for (uint32_t i = 0; i < micromaps->count; i++) {
+        const struct micromap_use *use = &micromaps->items[i];
+        if (use->is_ext || !use->handle || (i && use->handle == use[-1].handle))
+            continue;
+        collection->range.handle = (VkAccelerationStructureKHR)(uintptr_t)use->handle;
+        if (use->accel.in_pieces)
+            add_piece(collection, &(struct memory_span){0});
+        add_range(collection, &use->accel.span, 1, use->accel.in_pieces, use->accel.buffer,
+                  use->accel.offset);
+    }
+}
+
 static void collect_ranges(struct check_context *context, struct sweep *sweep,
                            const struct build_view *build)
 {
@@ -144,8 +162,12 @@ static void collect_ranges(struct check_context *context, struct sweep *sweep,
         add_structure(&collection, build,
                       is_update && context->level >= LEVEL_STATE ? &build->src : &named);
 
+    if (build->micromaps)
+        collect_micromaps(&collection, build->micromaps);
+
     const struct address_facts *scratch = &build->scratch;
     collection.range.role = ROLE_SCRATCH;
+    collection.range.is_micromap = false;
     collection.range.handle = VK_NULL_HANDLE;
     if (build->sizes.known && scratch->status == ADDRESS_IN_BUFFER)
         add_range(&collection, &scratch->span,
@@ -165,6 +187,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     if (build->call->command == COMMAND_INDIRECT)
         check_indirect(walk, build, with_state);
     check_geometries(walk, build, first, with_state);
+    if (build->call->device->micromap.any)
+        build->micromaps = found_micromaps(walk);
     if (with_state) {
         /* The driver is asked for sizes of sound parameters only. */
         view_build_state(context, build, walk->findings == findings_before);
@@ -202,7 +226,9 @@ static bool wants_pairs_of(const struct walk *walk, enum range_role a, enum rang
     if (a == ROLE_DST && b == ROLE_SRC)
         return wants[RULE_no_src_is_the_dst_of_another_build] ||
                wants[RULE_update_src_and_dst_do_not_alias] ||
-               wants[RULE_dst_and_update_src_are_apart];
+               wants[RULE_dst_and_update_src_are_apart] ||
+               wants[RULE_no_dst_is_a_micromap_of_another_build] ||
+               wants[RULE_dst_and_micromaps_of_other_builds_are_apart];
     if (a == ROLE_DST)
         return wants[RULE_dst_and_scratch_are_apart];
     if (a == ROLE_SRC)
@@ -251,6 +277,7 @@ void check_builds(struct check_context *context, struct call_view *call)
         sweep_shared_memory(sweep, visit_pair, &pairs);
     if (sweep == &own)
         sweep_release(&own);
+    free(walk.micromaps.items);
 }
 
 struct sweep *check_make_sweep(void)

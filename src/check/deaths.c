@@ -3,6 +3,7 @@
  * destroyed, and memory freed, in between. An address that another buffer has taken over meanwhile
  * is as good as before. */
 #include "check/input.h"
+#include "check/micromap_replay.h"
 #include "check/replay.h"
 
 static bool is_wanted(const struct replay *replay, const struct journal_entry *entry,
@@ -90,6 +91,8 @@ static void check_entry(struct replay *replay, const struct journal *journal,
     /* Nothing asks whether the source is bound: its memory is never found lost. */
     static const struct structure_rules nv_src = {"src", RULE_nv_src_is_a_valid_handle, RULE_COUNT};
     bool is_nv = entry->command == COMMAND_NV;
+    if (entry->kind == JOURNAL_USE_MICROMAP)
+        replay_micromap_death(replay, journal, entry);
     if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
         return;
     check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed,

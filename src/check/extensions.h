@@ -19,6 +19,8 @@ void check_micromap_build(struct walk *walk, const struct build_view *build, boo
 void check_micromaps(struct walk *walk, struct geometry_view *geometry, bool with_state);
 void check_dense_build(struct walk *walk, struct build_view *build);
 void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state);
+/* What the build in hand has of micromaps; NULL: nothing. */
+const struct micromap_uses *found_micromaps(const struct walk *walk);
 
 /* Whether a driver can be asked about a geometry whose data is in its chain, which is readable. */
 bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry);

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The rows about micromaps, subject by subject, as code, and the order in which they are walked. */
+#include <stdlib.h>
+
 #include "check/extensions.h"
+#include "check/micromap_usages.h"
 #include "check/micromap_views.h"
 #include "check/predicates.h"
 
@@ -59,9 +62,68 @@ static void walk_displacement(struct walk *walk, const struct displacement_view 
 #include "rows/micromap_displacement.def"
 }
 
+/* What the build in hand has of micromaps. */
+
+const struct micromap_uses *found_micromaps(const struct walk *walk)
+{
+    const struct micromap_uses *uses = &walk->micromaps;
+    return uses->count || uses->incomplete || uses->built_count_known ? uses : NULL;
+}
+
+static void note_use(struct walk *walk, const struct micromap_use *use)
+{
+    struct micromap_uses *uses = &walk->micromaps;
+    if (uses->count == uses->capacity) {
+        uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
+        struct micromap_use *items = realloc(uses->items, capacity * sizeof(*items));
+        if (!items) {
+            uses->incomplete = true;
+            return;
+        }
+        uses->items = items;
+        uses->capacity = capacity;
+    }
+    uses->items[uses->count++] = *use;
+}
+
+static void note_opacity(struct walk *walk, const struct opacity_view *view)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
+    struct micromap_use use = {.geometry = view->geometry->index,
+                               .handle = (uint64_t)(uintptr_t)opacity->micromap,
+                               .id = view->micromap.id,
+                               .accel = view->micromap};
+    if (opacity->indexType == VK_INDEX_TYPE_NONE_KHR && view->count_known) {
+        use.is_unindexed = true;
+        use.first = opacity->baseTriangle;
+        use.triangle_count = view->primitive_count;
+    }
+    note_use(walk, &use);
+}
+
+static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *view)
+{
+    struct micromap_use use = {.geometry = view->geometry->index,
+                               .is_ext = true,
+                               .handle = (uint64_t)(uintptr_t)view->opacity->micromap,
+                               .id = view->micromap.id};
+    note_use(walk, &use);
+}
+
+static void note_data(struct walk *walk, const struct micromap_data_view *view)
+{
+    uint64_t sum = usages_sum(&view->usages);
+    bool is_whole = view->usages.count == view->data->usageCountsCount;
+    walk->micromaps.built_count_known = is_whole && sum <= UINT32_MAX;
+    walk->micromaps.built_triangle_count = (uint32_t)sum;
+}
+
 void check_micromap_build(struct walk *walk, const struct build_view *build, bool with_state)
 {
     const struct micromap_build_view view = {.build = build};
+    walk->micromaps.count = 0;
+    walk->micromaps.incomplete = false;
+    walk->micromaps.built_count_known = false;
     walk_micromap_build(walk, &view, LEVEL_PARAMETERS);
     if (with_state)
         walk_micromap_build(walk, &view, LEVEL_STATE);
@@ -75,10 +137,11 @@ static void check_opacity(struct walk *walk, struct geometry_view *geometry, boo
     if (!view_opacity(geometry, &view))
         return;
     walk_opacity(walk, &view, LEVEL_PARAMETERS);
-    if (!with_state)
-        return;
-    view_opacity_state(walk->context, geometry, &view);
-    walk_opacity(walk, &view, LEVEL_STATE);
+    if (with_state) {
+        view_opacity_state(walk->context, geometry, &view);
+        walk_opacity(walk, &view, LEVEL_STATE);
+    }
+    note_opacity(walk, &view);
 }
 
 static void check_opacity_ext(struct walk *walk, struct geometry_view *geometry, bool with_state)
@@ -91,6 +154,7 @@ static void check_opacity_ext(struct walk *walk, struct geometry_view *geometry,
         return;
     view_opacity_ext_state(walk->context, geometry, &view);
     walk_opacity_ext(walk, &view, LEVEL_STATE);
+    note_opacity_ext(walk, &view);
 }
 
 static void check_displacement(struct walk *walk, const struct geometry_view *geometry,
@@ -112,6 +176,7 @@ static bool check_data(struct walk *walk, struct geometry_view *geometry, bool w
     if (!view_micromap_data(walk->context, geometry, &view))
         return false;
     walk_micromap_data(walk, &view, LEVEL_PARAMETERS);
+    note_data(walk, &view);
     if (with_state) {
         view_micromap_data_state(walk->context, geometry, &view);
         walk_micromap_data(walk, &view, LEVEL_STATE);

@@ -6,6 +6,7 @@
 #include <vulkan/vulkan.h>
 
 #include "check/view.h"
+#include "state/journal.h"
 
 /* The usage counts of a structure. */
 struct micromap_usages {
@@ -64,6 +65,22 @@ struct displacement_view {
     struct micromap_usages usages;
     /* From level STATE on. */
     struct micromap_facts micromap;
+};
+
+/* A micromap that a recorded build uses, and what is known of it when the build executes. */
+struct used_micromap_view {
+    enum build_command command;
+    uint64_t handle;
+    const struct journal_micromap *use;
+    const struct built *built;
+    const struct built *source; /* of the update that the build is; or NULL */
+};
+
+/* The micromaps of a geometry of an update, and of the geometry of the same index that its source
+ * was built with. */
+struct updated_micromap_view {
+    const struct updated_geometry_view *geometry;
+    struct micromap_shape asked, source;
 };
 
 #endif

@@ -8,6 +8,17 @@ static bool is_pair_of(const struct pair_view *pair, enum range_role a, enum ran
     return pair->a.role == a && pair->b.role == b;
 }
 
+static bool is_pair_of_update(const struct pair_view *pair)
+{
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && !pair->b.is_micromap;
+}
+
+static bool is_pair_with_micromap(const struct pair_view *pair)
+{
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && pair->b.is_micromap &&
+           pair->a.build != pair->b.build;
+}
+
 static bool is_same_structure(const struct pair_view *pair)
 {
     return pair->a.handle && pair->a.handle == pair->b.handle;
@@ -58,20 +69,20 @@ bool no_dst_is_built_twice(const struct pair_view *pair, struct finding *finding
 
 bool no_src_is_the_dst_of_another_build(const struct pair_view *pair, struct finding *finding)
 {
-    return !is_pair_of(pair, ROLE_DST, ROLE_SRC) || pair->a.build == pair->b.build ||
-           !is_same_structure(pair) || is_same(pair, finding);
+    return !is_pair_of_update(pair) || pair->a.build == pair->b.build || !is_same_structure(pair) ||
+           is_same(pair, finding);
 }
 
 bool update_src_and_dst_do_not_alias(const struct pair_view *pair, struct finding *finding)
 {
-    return !is_pair_of(pair, ROLE_DST, ROLE_SRC) || pair->a.build != pair->b.build ||
-           !pair->shares_memory || shares(pair, finding);
+    return !is_pair_of_update(pair) || pair->a.build != pair->b.build || !pair->shares_memory ||
+           shares(pair, finding);
 }
 
 bool dst_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
 {
-    return !is_pair_of(pair, ROLE_DST, ROLE_SRC) || pair->a.build == pair->b.build ||
-           !pair->shares_memory || shares(pair, finding);
+    return !is_pair_of_update(pair) || pair->a.build == pair->b.build || !pair->shares_memory ||
+           shares(pair, finding);
 }
 
 bool dst_and_dst_are_apart(const struct pair_view *pair, struct finding *finding)
@@ -93,6 +104,23 @@ bool scratch_and_scratch_are_apart(const struct pair_view *pair, struct finding 
 
 bool scratch_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
 {
-    return !is_pair_of(pair, ROLE_SRC, ROLE_SCRATCH) || !pair->shares_memory ||
-           shares(pair, finding);
+    return !is_pair_of(pair, ROLE_SRC, ROLE_SCRATCH) || pair->a.is_micromap ||
+           !pair->shares_memory || shares(pair, finding);
+}
+
+bool no_dst_is_a_micromap_of_another_build(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_with_micromap(pair) || !is_same_structure(pair) ||
+           violated(finding, field_name(ROLE_DST), "{} is a micromap that {} uses",
+                    structure(pair->a.handle), field_of(pair->b.build, ""));
+}
+
+bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
+                                                 struct finding *finding)
+{
+    return !is_pair_with_micromap(pair) || !pair->shares_memory ||
+           violated(finding, field_name(ROLE_DST), "{} shares memory of {} with micromap {} of {}",
+                    structure(pair->a.handle),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
+                    structure(pair->b.handle), field_of(pair->b.build, ""));
 }

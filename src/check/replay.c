@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "check/micromap_replay.h"
 #include "check/replay_states.h"
 #include "check/walk.h"
 
@@ -40,6 +41,7 @@ static void judge_geometries(struct walk *walk, const struct update_view *update
             .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
         location.geometry = i;
         walk_updated_geometry(walk, &geometry, &location);
+        judge_updated_micromap(walk, &geometry, &location);
     }
 }
 
@@ -100,7 +102,8 @@ static void judge_size(struct walk *walk, const struct journal_entry *entry,
 static void judge(struct replay *replay, const struct journal *journal,
                   const struct journal_entry *entry, const struct built *source)
 {
-    if (source->state == BUILT_UNKNOWN || entry->built.state == BUILT_UNKNOWN)
+    if (source->state == BUILT_UNKNOWN || source->state == BUILT_FILLED ||
+        entry->built.state == BUILT_UNKNOWN)
         return;
     enum build_command command = (enum build_command)entry->command;
     struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
@@ -131,6 +134,8 @@ static void keep_copy(struct build_states *known, const struct journal_entry *en
         return;
     }
     struct built copy = source->built;
+    if (copy.state == BUILT_FILLED)
+        copy = built_unknown;
     if (entry->kind == JOURNAL_COMPACT)
         copy.compacted = true;
     build_states_set(known, entry->dst_id, &copy, moment_never());
@@ -150,11 +155,12 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
         keep_copy(known, entry);
         break;
     case JOURNAL_FILL:
-        build_states_set(known, entry->dst_id, &built_unknown, moment_never());
+        build_states_set(known, entry->dst_id, &built_filled, moment_never());
         break;
     case JOURNAL_EXECUTE:
         keep_entries(known, journal_start(entry->secondary));
         break;
+    case JOURNAL_USE_MICROMAP:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:
@@ -172,7 +178,7 @@ static void keep_entries(struct build_states *known, struct journal_cursor curso
 static bool asks_for_a_source(const struct journal_entry *entry)
 {
     return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
-           entry->kind == JOURNAL_COMPACT;
+           entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
 }
 
 /* Entries before `mark`, when the first that asks for a source comes. */
@@ -194,6 +200,8 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!command_buffer->knows && asks_for_a_source(entry))
             learn(command_buffer, mark);
+        if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
+            replay_record_micromap(replay, &command_buffer->known, journal, entry);
         if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
             continue;
         const struct build_state *source = build_states_find(&command_buffer->known, entry->src_id);
@@ -215,7 +223,7 @@ void replay_keep(struct command_buffer *command_buffer, const struct journal_mar
 static void write_copy(struct replay *replay, const struct journal_entry *entry)
 {
     struct built copy = *replay_read(replay, entry);
-    if (copy.state == BUILT_NEVER)
+    if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
         copy = built_unknown;
     /* An update of what is not compacted may compact to another size, and so may what is compacted
      * again; of that nothing is known. */
@@ -239,7 +247,9 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         write_copy(replay, entry);
         break;
     case JOURNAL_FILL:
-        replay_write(replay, entry->dst_id, &built_unknown);
+        replay_write(replay, entry->dst_id, &built_filled);
+        break;
+    case JOURNAL_USE_MICROMAP:
         break;
     case JOURNAL_EXECUTE:
         replay_submitted(replay, entry->secondary);
@@ -262,6 +272,8 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_UPDATE && !entry->judged)
             judge(replay, journal, entry, replay_read(replay, entry));
+        if (entry->kind == JOURNAL_USE_MICROMAP && !entry->judged)
+            replay_submit_micromap(replay, journal, entry);
         write_entry(replay, journal, entry);
     }
 }

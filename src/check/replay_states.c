@@ -3,6 +3,7 @@
 #include "check/replay_states.h"
 
 const struct built built_unknown = {.state = BUILT_UNKNOWN};
+const struct built built_filled = {.state = BUILT_FILLED};
 static const struct built never = {.state = BUILT_NEVER};
 
 /* Whether the batch certainly sees what was written then. */
@@ -13,10 +14,16 @@ static bool is_settled(const struct replay *replay, struct moment written)
            execution_clock_has(replay->follows, written);
 }
 
+static enum resource_kind kind_of_source(const struct journal_entry *entry)
+{
+    if (entry->kind == JOURNAL_USE_MICROMAP && entry->micromap.is_ext)
+        return RESOURCE_MICROMAP;
+    return entry->command == COMMAND_NV ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
+}
+
 static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)
 {
-    enum resource_kind kind = entry->command == COMMAND_NV ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
-    return resources_find_id(replay->resources, kind, entry->src) == entry->src_id;
+    return resources_find_id(replay->resources, kind_of_source(entry), entry->src) == entry->src_id;
 }
 
 /* A structure that nobody wrote has never been built; but what is known of one goes with it when it

@@ -5,7 +5,7 @@
 
 #include "check/replay.h"
 
-extern const struct built built_unknown;
+extern const struct built built_unknown, built_filled;
 
 /* What the source of an entry was last built with for a reader in this batch, as far as that is
  * certain. */

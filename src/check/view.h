@@ -50,6 +50,9 @@ struct build_view {
     bool dense_readable; /* the data of all geometries of VK_AMDX_dense_geometry_format; false where
                             there are none */
 
+    /* Of what its geometries say of micromaps, after these were checked; NULL: nothing. */
+    const struct micromap_uses *micromaps;
+
     /* From level STATE on. */
     struct accel_facts dst, src;
     struct address_facts scratch; /* device commands only */
@@ -111,6 +114,7 @@ struct used_range {
     enum range_role role;
     uint32_t build;
     bool is_update;                    /* mode of that build */
+    bool is_micromap;                  /* ROLE_SRC: what triangles use, not what is updated */
     VkAccelerationStructureKHR handle; /* not for ROLE_SCRATCH */
     struct memory_span span;           /* memory null: compared by handle only */
 };

@@ -10,6 +10,7 @@ void walk_start(struct walk *walk, struct check_context *context)
 {
     walk->context = context;
     walk->findings = 0;
+    walk->micromaps = (struct micromap_uses){0};
     memcpy(walk->wants, context->active, sizeof(walk->wants));
 }
 

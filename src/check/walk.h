@@ -12,6 +12,7 @@ struct walk {
     struct check_context *context;
     bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
     uint32_t findings;
+    struct micromap_uses micromaps; /* of the build in hand, see check_micromap_build */
 };
 
 void walk_start(struct walk *walk, struct check_context *context);

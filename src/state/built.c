@@ -131,27 +131,74 @@ static uint32_t count_dense(const struct build_description *description)
     return count;
 }
 
-/* Without dense geometries nothing lies behind the items. */
-static struct geometry_shapes *allocate_shapes(uint32_t count, uint32_t dense_count)
+static size_t micromaps_offset(uint32_t count, uint32_t dense_count)
+{
+    _Static_assert(sizeof(struct dense_shape) % _Alignof(struct micromap_shape) == 0 &&
+                       _Alignof(struct dense_shape) % _Alignof(struct micromap_shape) == 0,
+                   "micromaps can lie behind dense shapes");
+    return dense_offset(count) + (size_t)dense_count * sizeof(struct dense_shape);
+}
+
+struct micromap_shape built_micromap_shape(const struct geometry_shapes *shapes, uint32_t geometry)
+{
+    const void *micromaps =
+        (const char *)shapes + micromaps_offset(shapes->count, shapes->dense_count);
+    return shapes->has_micromaps ? ((const struct micromap_shape *)micromaps)[geometry]
+                                 : (struct micromap_shape){0};
+}
+
+static void describe_micromaps(const struct micromap_uses *uses, struct geometry_shapes *shapes)
+{
+    void *begin = (char *)shapes + micromaps_offset(shapes->count, shapes->dense_count);
+    struct micromap_shape *micromaps = begin;
+    for (uint32_t i = 0; i < shapes->count; i++)
+        micromaps[i] = (struct micromap_shape){0};
+    for (uint32_t i = 0; i < uses->count; i++)
+        if (!uses->items[i].is_ext)
+            micromaps[uses->items[i].geometry] =
+                (struct micromap_shape){.handle = uses->items[i].handle, .given = true};
+}
+
+/* The triangles of a build of a micromap are counted in its structure. */
+static void describe_built_micromap(const struct micromap_uses *uses,
+                                    struct geometry_shapes *shapes)
+{
+    shapes->items[0].count_known = uses->built_count_known;
+    shapes->items[0].primitive_count = uses->built_triangle_count;
+}
+
+/* Without dense geometries and micromaps nothing lies behind the items. */
+static struct geometry_shapes *allocate_shapes(uint32_t count, uint32_t dense_count,
+                                               bool has_micromaps)
 {
     size_t size = sizeof(struct geometry_shapes) + (size_t)count * sizeof(struct geometry_shape);
-    if (dense_count)
-        size = dense_offset(count) + (size_t)dense_count * sizeof(struct dense_shape);
+    if (dense_count || has_micromaps)
+        size = micromaps_offset(count, dense_count);
+    if (has_micromaps)
+        size += (size_t)count * sizeof(struct micromap_shape);
     struct geometry_shapes *shapes = malloc(size);
     if (!shapes)
         return NULL;
     atomic_init(&shapes->references, 1);
+    shapes->has_micromaps = has_micromaps;
     shapes->count = count;
     shapes->dense_count = dense_count;
     return shapes;
 }
 
+static bool is_micromap(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
 static struct geometry_shapes *describe_geometries(const struct build_description *description)
 {
     uint32_t dense_count = count_dense(description);
-    if (dense_count && !description->dense_readable)
+    const struct micromap_uses *micromaps = description->micromaps;
+    if ((dense_count && !description->dense_readable) || (micromaps && micromaps->incomplete))
         return NULL;
-    struct geometry_shapes *shapes = allocate_shapes(description->info->geometryCount, dense_count);
+    struct geometry_shapes *shapes = allocate_shapes(description->info->geometryCount, dense_count,
+                                                     micromaps && micromaps->count);
     if (!shapes)
         return NULL;
     shapes->dst_size = description->dst_size;
@@ -159,6 +206,10 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
     for (uint32_t i = 0; i < shapes->count; i++)
         shapes->items[i] = describe_geometry(build_geometry(description->info, i),
                                              description->ranges ? &description->ranges[i] : NULL);
+    if (shapes->has_micromaps)
+        describe_micromaps(micromaps, shapes);
+    if (micromaps && is_micromap(description->info) && shapes->count)
+        describe_built_micromap(micromaps, shapes);
     if (dense_count && !describe_all_dense(description, shapes)) {
         free(shapes);
         return NULL;
@@ -176,7 +227,8 @@ struct built built_describe(const struct build_description *description)
                           .command_buffer = description->command_buffer,
                           .position = description->position};
     bool may_be_asked = (info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
-                        info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+                        info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ||
+                        is_micromap(info);
     if (!may_be_asked)
         return built;
     built.shapes = describe_geometries(description);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What an acceleration structure was built with: what later updates are measured by.
  *
- * Geometry details are kept only of builds that allow updates, and of updates themselves; they are
+ * Geometry details are kept only of builds that allow updates, of updates themselves, and of builds
+ * of micromaps, whose one geometry has as many primitives as the micromap has triangles; they are
  * shared by reference between the journals of command buffers and the live states. */
 #ifndef ASSAY_STATE_BUILT_H
 #define ASSAY_STATE_BUILT_H
@@ -10,6 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
+
+#include "state/facts.h"
 
 struct geometry_shape {
     VkGeometryTypeKHR type;
@@ -30,9 +33,17 @@ struct dense_shape {
     VkDeviceSize data_size; /* bytes */
 };
 
-/* Immutable once made; freed with its last reference. The dense shapes lie behind the items. */
+/* What triangles were built with of VK_KHR_opacity_micromap. */
+struct micromap_shape {
+    uint64_t handle; /* 0: null */
+    bool given;      /* the structure that names it is there */
+};
+
+/* Immutable once made; freed with its last reference. The dense shapes lie behind the items, and
+ * behind those, if any geometry has a micromap, the micromaps of all. */
 struct geometry_shapes {
     atomic_uint references;
+    bool has_micromaps;
     /* Of an update: the size of its dst, and what vkGetAccelerationStructureBuildSizesKHR says that
      * it needs, in bytes; 0 where that isn't known. */
     VkDeviceSize dst_size, needed_size;
@@ -43,6 +54,9 @@ struct geometry_shapes {
 /* In ascending order of their geometries; dense_count of them. */
 const struct dense_shape *built_dense_shapes(const struct geometry_shapes *shapes);
 
+/* Of one geometry; zero where none was given. */
+struct micromap_shape built_micromap_shape(const struct geometry_shapes *shapes, uint32_t geometry);
+
 /* What queries have told of the compacted size of one build: shared by the structure that holds it,
  * its copies, and the queries that wait to be read. `size` is for who owns the live states. */
 struct compacted_size {
@@ -51,9 +65,10 @@ struct compacted_size {
 };
 
 enum built_state {
-    BUILT_UNKNOWN, /* deserialized, or of undetermined order: nothing is said of it */
+    BUILT_UNKNOWN, /* of undetermined order: nothing is said of it */
     BUILT_NEVER,   /* created, and never written since */
     BUILT_BEFORE,
+    BUILT_FILLED, /* deserialized: with what it was built isn't known */
 };
 
 struct built {
@@ -82,6 +97,25 @@ void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size);
 struct built built_share(const struct built *built);
 void built_release(struct built *built);
 
+/* The micromaps that the geometries of one build use. */
+struct micromap_use {
+    uint32_t geometry;
+    bool is_ext;       /* of VK_EXT_opacity_micromap; else of VK_KHR_opacity_micromap */
+    uint64_t handle;   /* 0: null */
+    uint64_t id;       /* 0 where it isn't known */
+    bool is_unindexed; /* the triangles, whose count is known, have the micromap's in order, */
+    uint32_t first, triangle_count; /* beginning with that one */
+    struct accel_facts accel;       /* unless is_ext */
+};
+
+struct micromap_uses {
+    struct micromap_use *items;
+    uint32_t count, capacity;
+    bool incomplete;        /* some were lost for lack of memory */
+    bool built_count_known; /* the build is one of a micromap, of so many triangles */
+    uint32_t built_triangle_count;
+};
+
 /* Describes a build as the application gave it. The geometries of `info`, and `ranges` where counts
  * are known, are readable. Out of memory: BUILT_UNKNOWN. */
 struct build_description {
@@ -89,8 +123,9 @@ struct build_description {
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
     VkCommandBuffer command_buffer;
     uint32_t position;
-    VkDeviceSize dst_size, needed_size; /* see struct geometry_shapes */
-    bool dense_readable;                /* the chains of dense geometries, with their data */
+    VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
+    bool dense_readable;                   /* the chains of dense geometries, with their data */
+    const struct micromap_uses *micromaps; /* NULL: none */
 };
 
 struct built built_describe(const struct build_description *description);

@@ -23,10 +23,23 @@ enum journal_kind {
     JOURNAL_COMPACT, /* as the latter */
     JOURNAL_FILL,    /* dst gets contents from memory: a deserialization */
     JOURNAL_EXECUTE, /* a secondary command buffer */
+    /* A build, whose own entry comes behind, reads a micromap: src. A JOURNAL_FILL of a
+     * VkMicromapEXT is whatever writes that. */
+    JOURNAL_USE_MICROMAP,
     /* Queries of compacted sizes; their ids are those of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first, info: how many */
     JOURNAL_ANSWER,        /* the host read `size`; src: the structure, or src_id: the query */
+};
+
+/* How a build uses a micromap. */
+struct journal_micromap {
+    uint32_t position; /* of the build in the command buffer */
+    uint32_t geometry;
+    uint32_t first, triangle_count; /* see struct micromap_use */
+    bool is_ext, is_unindexed;
+    bool must_stay;               /* an update, which may not change micromaps */
+    uint64_t updated, updated_id; /* what the update reads, as src; 0: it is none */
 };
 
 struct journal_entry {
@@ -45,6 +58,7 @@ struct journal_entry {
     union {
         struct built built; /* a build: what dst becomes; an update: what it asked for */
         struct journal *secondary;
+        struct journal_micromap micromap;
         VkDeviceSize size;
     };
 };

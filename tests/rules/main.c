@@ -18,8 +18,8 @@ static const struct case_list *const lists[] = {
     &cases_address,     &cases_range,         &cases_indirect,     &cases_overlap,
     &cases_pairs,       &cases_memory,        &cases_sparse,       &cases_silent,
     &cases_update,      &cases_dense,         &cases_motion,       &cases_spheres,
-    &cases_micromap,    &cases_micromap_data, &cases_micromap_use, &cases_nv,
-    &cases_nv_info,     &cases_nv_geometry,   &cases_nv_update,
+    &cases_micromap,    &cases_micromap_data, &cases_micromap_use, &cases_micromap_state,
+    &cases_nv,          &cases_nv_info,       &cases_nv_geometry,  &cases_nv_update,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 

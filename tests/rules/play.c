@@ -80,6 +80,7 @@ struct call {
     void (*mutate)(struct scene *scene);
     const struct edit *edits;
     bool breaks, forwards;
+    void (*then)(struct scene *scene);
 };
 
 /* Whether the driver below has seen the call when it should, and only then. */
@@ -130,6 +131,8 @@ static bool make_call(const struct play *play, struct world *world, const struct
         world->messages.answer = call->breaks && !call->forwards ? VK_TRUE : VK_FALSE;
         const uint64_t before = play->platform->is_null ? driver->calls(name) : 0;
         good = check_result(play, call, scene_call(scene), report);
+        if (call->then != NULL)
+            call->then(scene);
         if (play->platform->is_null)
             good = check_forwarding(call, driver->calls(name) - before, report) && good;
         world->messages.answer = VK_FALSE;
@@ -223,8 +226,12 @@ static bool play_mutation(const struct play *play, struct world *world, struct r
 
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->silent; i++)
         breaks = breaks || is_expected_at_level(play, test_case->rules[i]);
-    const struct call call = {breaks ? "mutation" : "valid mutation", test_case->mutate,
-                              test_case->edits, breaks, test_case->forwards};
+    const struct call call = {breaks ? "mutation" : "valid mutation",
+                              test_case->mutate,
+                              test_case->edits,
+                              breaks,
+                              test_case->forwards,
+                              test_case->then};
     if (!breaks)
         return expect_silence(play, world, &call, report);
     const bool made = make_call(play, world, &call, report);
@@ -242,8 +249,10 @@ static void play_twin(const struct play *play, struct world *world, struct repor
 {
     const struct test_case *test_case = play->test_case;
     const struct call base = {.what = "valid call"};
-    const struct call twin = {
-        .what = "twin", .mutate = test_case->mutate_twin, .edits = test_case->twin_edits};
+    const struct call twin = {.what = "twin",
+                              .mutate = test_case->mutate_twin,
+                              .edits = test_case->twin_edits,
+                              .then = test_case->twin_then};
 
     report->stayed_silent =
         expect_silence(play, world, &base, report) &&

@@ -46,6 +46,39 @@ void scene_build_micromap(struct scene *scene)
     scene->range_pointers[AABBS] = NULL;
 }
 
+VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
+{
+    const struct test_buffer input = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+    const struct test_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
+    const VkMicromapUsageKHR usage = {.count = triangle_count,
+                                      .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
+    const VkAccelerationStructureGeometryMicromapDataKHR data = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
+        .usageCountsCount = 1,
+        .pUsageCounts = &usage,
+        .data = input.address,
+        .triangleArray = input.address,
+        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
+    };
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .pNext = &data,
+        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
+    };
+    const VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+        .dstAccelerationStructure =
+            scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+        .geometryCount = 1,
+        .pGeometries = &geometry,
+        .scratchData.deviceAddress = scratch.address,
+    };
+    const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &info, &no_range);
+    return info.dstAccelerationStructure;
+}
+
 void scene_use_micromap(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;

@@ -15,7 +15,7 @@ struct scene_micromaps {
     VkMicromapUsageKHR usages[SCENE_USAGES];
     const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
     /* Of the others. */
-    VkAccelerationStructureTrianglesOpacityMicromapKHR opacity;
+    VkAccelerationStructureTrianglesOpacityMicromapKHR opacity, opacity_of_update;
     VkAccelerationStructureTrianglesOpacityMicromapEXT opacity_ext;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
     VkMicromapUsageEXT usages_ext[SCENE_USAGES];
@@ -36,5 +36,9 @@ void scene_use_micromap_ext(struct scene *scene);
 void scene_use_displacement(struct scene *scene);
 
 VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
+
+/* A structure that the command buffer of the scene has made an opacity micromap of so many
+ * triangles. */
+VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
 
 #endif

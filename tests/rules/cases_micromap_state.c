@@ -1,0 +1,435 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What micromaps hold when they are used, what updates may change of them, and micromaps that the
+ * same call builds. */
+#include "case.h"
+#include "placing.h"
+
+#define OPACITY "VkAccelerationStructureTrianglesOpacityMicromap"
+#define TRIANGLES_PATH(build) "pInfos[" #build "].pGeometries[0].geometry.triangles.pNext"
+
+static const struct setup with_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
+static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
+/* Rules of level state that take more to decide here. */
+static const struct setup at_level_execution = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
+                                                .level = "execution"};
+static const struct setup at_level_execution_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT,
+                                                    .level = "execution"};
+
+static void submit(struct scene *scene)
+{
+    scene_end(scene, scene->command_buffer);
+    scene_submit(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0),
+                 scene->command_buffer);
+}
+
+/* ---- built or not ---- */
+
+static void use_built(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.micromap = scene_record_micromap(scene, 4);
+}
+
+static void use_copy(struct scene *scene)
+{
+    use_built(scene);
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = scene->micromaps.opacity.micromap,
+        .dst = scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
+    scene->micromaps.opacity.micromap = info.dst;
+}
+
+static void fill(struct scene *scene, VkAccelerationStructureKHR structure)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.deviceAddress = scene->vertices.address,
+        .dst = structure,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
+}
+
+static void use_deserialized(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    fill(scene, scene->micromaps.opacity.micromap);
+}
+
+/* The structure may be a micromap, but is a BLAS. */
+static void use_blas_as_micromap(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    const VkAccelerationStructureKHR accel =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+    VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[UNINDEXED];
+    info.dstAccelerationStructure = accel;
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &info,
+                                                 &scene->range_pointers[UNINDEXED]);
+    scene->micromaps.opacity.micromap = accel;
+}
+
+static void use_built_without_indices(struct scene *scene)
+{
+    use_built(scene);
+    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
+    scene->micromaps.opacity.indexBuffer = 0;
+}
+
+static void destroy_and_submit(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
+    submit(scene);
+}
+
+static void submit_and_destroy(struct scene *scene)
+{
+    submit(scene);
+    scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
+}
+
+/* ---- VK_EXT_opacity_micromap ---- */
+
+static VkMicromapBuildInfoEXT build_info(const struct scene *scene)
+{
+    return (VkMicromapBuildInfoEXT){.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
+                                    .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                                    .dstMicromap = scene->micromaps.opacity_ext.micromap};
+}
+
+static void use_built_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    const VkMicromapBuildInfoEXT info = build_info(scene);
+    scene->vk->CmdBuildMicromapsEXT(scene->command_buffer, 1, &info);
+}
+
+static void use_copy_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    const VkCopyMicromapInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
+        .src = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT),
+        .dst = scene->micromaps.opacity_ext.micromap,
+        .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT,
+    };
+    scene->vk->CmdCopyMicromapEXT(scene->command_buffer, &info);
+}
+
+static void use_deserialized_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    const VkCopyMemoryToMicromapInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
+        .src.deviceAddress = scene->vertices.address,
+        .dst = scene->micromaps.opacity_ext.micromap,
+        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
+    };
+    scene->vk->CmdCopyMemoryToMicromapEXT(scene->command_buffer, &info);
+}
+
+static void use_built_by_host_ext(struct scene *scene)
+{
+    scene_use_micromap_ext(scene);
+    const VkMicromapBuildInfoEXT info = build_info(scene);
+    expect_success(scene->vk->BuildMicromapsEXT(scene->world->device, VK_NULL_HANDLE, 1, &info),
+                   "vkBuildMicromapsEXT");
+}
+
+static void destroy_ext_and_submit(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->micromaps.opacity_ext.micromap);
+    submit(scene);
+}
+
+/* ---- updates ---- */
+
+enum micromap_choice { NONE, NULL_MICROMAP, FIRST, SECOND };
+
+struct update_choice {
+    enum micromap_choice source, update;
+    VkBuildAccelerationStructureFlagsKHR flags;
+};
+
+static void choose(struct scene *scene, uint32_t build,
+                   VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity,
+                   enum micromap_choice choice, const VkAccelerationStructureKHR micromaps[2])
+{
+    if (choice == NONE)
+        return;
+    *opacity = scene->micromaps.opacity;
+    opacity->micromap = choice == NULL_MICROMAP ? VK_NULL_HANDLE : micromaps[choice - FIRST];
+    scene->geometries[build][0].geometry.triangles.pNext = opacity;
+}
+
+/* Builds a source in the same command buffer, and makes UPDATE its update. */
+static void update(struct scene *scene, struct update_choice choices)
+{
+    const VkAccelerationStructureKHR micromaps[2] = {scene_record_micromap(scene, 4),
+                                                     scene_record_micromap(scene, 4)};
+    scene_use_micromap(scene);
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = NULL;
+    const uint32_t source = scene_add_build(scene, INDEXED);
+    scene->info_count--;
+    scene->infos[source].flags |= choices.flags;
+    scene->infos[UPDATE].flags |= choices.flags;
+    choose(scene, UPDATE, &scene->micromaps.opacity_of_update, choices.update, micromaps);
+    choose(scene, source, &scene->micromaps.opacity, choices.source, micromaps);
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[source],
+                                                 &scene->range_pointers[source]);
+    scene->infos[UPDATE].srcAccelerationStructure = scene->infos[source].dstAccelerationStructure;
+}
+
+#define UPDATE_FROM(name, source, updated, flags)                                                  \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        update(scene, (struct update_choice){source, updated, flags});                             \
+    }
+#define MAY_CHANGE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR
+
+UPDATE_FROM(drop_micromap, FIRST, NONE, 0)
+UPDATE_FROM(drop_micromap_that_may_change, FIRST, NONE, MAY_CHANGE)
+UPDATE_FROM(null_micromap, FIRST, NULL_MICROMAP, 0)
+UPDATE_FROM(keep_micromap, FIRST, FIRST, 0)
+UPDATE_FROM(give_null_a_micromap, NULL_MICROMAP, FIRST, 0)
+UPDATE_FROM(drop_null, NULL_MICROMAP, NONE, 0)
+UPDATE_FROM(keep_null, NULL_MICROMAP, NULL_MICROMAP, 0)
+UPDATE_FROM(add_micromap, NONE, FIRST, 0)
+UPDATE_FROM(add_null, NONE, NULL_MICROMAP, 0)
+UPDATE_FROM(keep_none, NONE, NONE, 0)
+UPDATE_FROM(change_micromap, FIRST, SECOND, 0)
+UPDATE_FROM(change_micromap_that_may_change, FIRST, SECOND, MAY_CHANGE)
+
+/* UPDATE's own source is deserialized. */
+static void update_deserialized(struct scene *scene, enum micromap_choice choice)
+{
+    const VkAccelerationStructureKHR micromaps[2] = {
+        scene_record_micromap(scene, 4),
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)};
+    scene_use_micromap(scene);
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = NULL;
+    fill(scene, micromaps[1]);
+    fill(scene, scene->infos[UPDATE].srcAccelerationStructure);
+    choose(scene, UPDATE, &scene->micromaps.opacity_of_update, choice, micromaps);
+}
+
+static void update_deserialized_with_built(struct scene *scene)
+{
+    update_deserialized(scene, FIRST);
+}
+
+static void update_deserialized_with_deserialized(struct scene *scene)
+{
+    update_deserialized(scene, SECOND);
+}
+
+/* ---- in one call ---- */
+
+static void build_micromap_in_use(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene_build_micromap(scene);
+    scene->infos[AABBS].dstAccelerationStructure = scene->micromaps.opacity.micromap;
+}
+
+static void build_another_micromap(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene_build_micromap(scene);
+}
+
+static void place_micromap(struct scene *scene, VkDeviceSize offset)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    scene_use_micromap(scene);
+    place_dst(scene, UNINDEXED, &buffer, 0);
+    scene->micromaps.opacity.micromap = scene_accel_in(
+        scene, &buffer, offset, 4096, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
+static void place_micromap_within_dst(struct scene *scene)
+{
+    place_micromap(scene, place_within(place_size(scene, UNINDEXED)));
+}
+
+static void place_micromap_behind_dst(struct scene *scene)
+{
+    place_micromap(scene, place_behind(place_size(scene, UNINDEXED)));
+}
+
+/* A micromap may lie where the build that uses it goes. */
+static void place_micromap_in_own_dst(struct scene *scene)
+{
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.micromap =
+        scene_accel_in(scene, &scene->dst_buffers[INDEXED], 0, 256,
+                       VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
+#define UPDATE_CASE(name_, rule, mutate_, twin_)                                                   \
+    {                                                                                              \
+        .name = name_, RULES(rule), .setup = &with_khr, .mutate = mutate_, .mutate_twin = twin_,   \
+        .path = TRIANGLES_PATH(4)                                                                  \
+    }
+
+static const struct test_case cases[] = {
+    {.name = "micromap_never_built",
+     RULES(RULE_opacity_micromap_was_constructed_before),
+     .setup = &with_khr,
+     .forwards = true,
+     .mutate = scene_use_micromap,
+     .then = submit,
+     .mutate_twin = use_built,
+     .twin_then = submit,
+     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
+    {.name = "micromap_copied",
+     RULES(RULE_opacity_micromap_was_constructed_before),
+     .silent = true,
+     .setup = &with_khr,
+     .mutate = use_copy,
+     .then = submit},
+    {.name = "micromap_deserialized",
+     RULES(RULE_opacity_micromap_was_constructed_before),
+     .silent = true,
+     .setup = &with_khr,
+     .mutate = use_deserialized,
+     .then = submit},
+    {.name = "micromap_built_as_blas",
+     RULES(RULE_opacity_micromap_was_built_as_micromap),
+     .setup = &with_khr,
+     .mutate = use_blas_as_micromap,
+     .mutate_twin = use_built,
+     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
+    {.name = "micromap_with_too_few_triangles",
+     RULES(RULE_opacity_triangles_are_within_micromap),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = use_built_without_indices,
+     .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
+     .mutate_twin = use_built_without_indices,
+     .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)),
+     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.baseTriangle"},
+    {.name = "micromap_beyond_32_bits_of_triangles",
+     RULES(RULE_opacity_triangles_are_within_micromap),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = use_built_without_indices,
+     .edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
+     .mutate_twin = use_built_without_indices,
+     .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX),
+                         SET(ranges[INDEXED][0].primitiveCount, 0))},
+    {.name = "micromap_with_indices_has_them_elsewhere",
+     RULES(RULE_opacity_triangles_are_within_micromap),
+     .silent = true,
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_khr,
+     .mutate = use_built,
+     .edits = EDITS(SET(micromaps.opacity.baseTriangle, 100))},
+    {.name = "micromap_destroyed_before_submission",
+     RULES(RULE_opacity_micromap_is_valid),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &at_level_execution,
+     .forwards = true,
+     .mutate = scene_use_micromap,
+     .then = destroy_and_submit,
+     .mutate_twin = use_built,
+     .twin_then = submit_and_destroy,
+     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
+
+    {.name = "ext_micromap_never_built",
+     RULES(RULE_ext_opacity_micromap_was_constructed_before),
+     .setup = &with_ext,
+     .forwards = true,
+     .mutate = scene_use_micromap_ext,
+     .then = submit,
+     .mutate_twin = use_built_ext,
+     .twin_then = submit,
+     .path = TRIANGLES_PATH(0) "<" OPACITY "EXT>.micromap"},
+    {.name = "ext_micromap_null_is_never_built",
+     RULES(RULE_ext_opacity_micromap_was_constructed_before),
+     .silent = true,
+     .setup = &with_ext,
+     .mutate = scene_use_micromap_ext,
+     .edits = EDITS(SET(micromaps.opacity_ext.micromap, 0)),
+     .then = submit},
+    {.name = "ext_micromap_copied",
+     RULES(RULE_ext_opacity_micromap_was_constructed_before),
+     .silent = true,
+     .setup = &with_ext,
+     .mutate = use_copy_ext,
+     .then = submit},
+    {.name = "ext_micromap_deserialized",
+     RULES(RULE_ext_opacity_micromap_was_constructed_before),
+     .silent = true,
+     .setup = &with_ext,
+     .mutate = use_deserialized_ext,
+     .then = submit},
+    {.name = "ext_micromap_built_by_host",
+     RULES(RULE_ext_opacity_micromap_was_constructed_before),
+     .silent = true,
+     .setup = &with_ext,
+     .mutate = use_built_by_host_ext,
+     .then = submit},
+    {.name = "ext_micromap_destroyed_before_submission",
+     RULES(RULE_ext_opacity_micromap_is_valid),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &at_level_execution_ext,
+     .forwards = true,
+     .mutate = use_built_ext,
+     .then = destroy_ext_and_submit,
+     .mutate_twin = use_built_ext,
+     .twin_then = submit},
+
+    UPDATE_CASE("update_drops_micromap", RULE_opacity_micromap_is_kept_where_source_had_one,
+                drop_micromap, keep_micromap),
+    UPDATE_CASE("update_drops_micromap_that_may_change",
+                RULE_opacity_micromap_is_kept_where_source_had_one, drop_micromap_that_may_change,
+                keep_micromap),
+    UPDATE_CASE("update_nulls_micromap", RULE_opacity_micromap_is_kept_where_source_had_one,
+                null_micromap, keep_micromap),
+    UPDATE_CASE("update_gives_null_a_micromap",
+                RULE_opacity_micromap_stays_null_where_source_had_null, give_null_a_micromap,
+                keep_null),
+    UPDATE_CASE("update_drops_null", RULE_opacity_micromap_stays_null_where_source_had_null,
+                drop_null, keep_null),
+    UPDATE_CASE("update_adds_micromap", RULE_opacity_micromap_stays_absent_where_source_had_none,
+                add_micromap, keep_none),
+    UPDATE_CASE("update_adds_null", RULE_opacity_micromap_stays_absent_where_source_had_none,
+                add_null, keep_none),
+    UPDATE_CASE("update_changes_micromap", RULE_opacity_micromap_matches_source, change_micromap,
+                change_micromap_that_may_change),
+    UPDATE_CASE("update_of_deserialized_with_built_micromap",
+                RULE_opacity_micromap_of_deserialized_source_is_deserialized,
+                update_deserialized_with_built, update_deserialized_with_deserialized),
+    {.name = "update_of_deserialized_that_may_change",
+     RULES(RULE_opacity_micromap_of_deserialized_source_is_deserialized),
+     .silent = true,
+     .setup = &with_khr,
+     .mutate = update_deserialized_with_built,
+     .edits = EDITS(SET(infos[UPDATE].flags,
+                        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR | MAY_CHANGE))},
+
+    {.name = "dst_is_a_micromap_in_use",
+     RULES(RULE_no_dst_is_a_micromap_of_another_build),
+     .setup = &with_khr,
+     .mutate = build_micromap_in_use,
+     .mutate_twin = build_another_micromap,
+     .path = "pInfos[2].dstAccelerationStructure"},
+    {.name = "dst_over_a_micromap_in_use",
+     RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
+     .setup = &with_khr,
+     .mutate = place_micromap_within_dst,
+     .mutate_twin = place_micromap_behind_dst,
+     .path = "pInfos[1].dstAccelerationStructure"},
+    {.name = "dst_over_its_own_micromap",
+     RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
+     .silent = true,
+     .setup = &with_khr,
+     .mutate = place_micromap_in_own_dst},
+};
+
+CASE_LIST(cases_micromap_state, cases);
