@@ -5,6 +5,7 @@
 
 #include "build/structure.h"
 #include "build/vector.h"
+#include "build/workers.h"
 
 static inline float4 bounds_point(const float position[3])
 {
@@ -25,8 +26,9 @@ static inline struct box bounds_of_triangle(const struct triangle_record *record
  * rays that traversal takes into its space; a point where the structure is empty. */
 struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void *blas);
 
-/* Bounds of all nodes and of the root from the records, last node first. For instances, `resolver`
- * finds their structures; those that it doesn't find count as empty. */
-void bounds_update(struct structure_header *header, const struct builder_resolver *resolver);
+/* Bounds of all nodes and of the root from the records. For instances, `resolver` finds their
+ * structures; those that it doesn't find count as empty. */
+void bounds_update(struct structure_header *header, const struct builder_resolver *resolver,
+                   struct workers *workers);
 
 #endif

@@ -27,9 +27,9 @@ static uint64_t lay_out_scratch(struct build_state *state, void *scratch)
     struct scratch_cursor cursor = {(uintptr_t)scratch, 0};
     uint64_t primitives = state->primitive_count;
     enum builder_quality quality = state->input->quality;
-    state->chunk_count = (uint32_t)((primitives + PREPARE_CHUNK - 1) / PREPARE_CHUNK);
+    uint64_t chunks = (primitives + PREPARE_CHUNK - 1) / PREPARE_CHUNK;
     state->sources = take(&cursor, state->input->geometry_count, sizeof(*state->sources));
-    state->chunks = take(&cursor, state->chunk_count, sizeof(*state->chunks));
+    state->chunk_counts = take(&cursor, chunks, sizeof(*state->chunk_counts));
     state->refs = take(&cursor, primitives, sizeof(*state->refs));
     state->tree = take(&cursor, primitives * 2, sizeof(*state->tree));
     state->tasks = take(&cursor, primitives / TREE_TASK_SIZE + 1, sizeof(*state->tasks));
@@ -96,7 +96,7 @@ static void build_tree(struct build_state *state)
     if (state->ref_count == 0) {
         struct structure_header *header = state->header;
         memset(structure_nodes(header), 0, header->node_capacity * sizeof(struct wide_node));
-        bounds_update(header, &state->input->resolver);
+        bounds_update(header, &state->input->resolver, &state->workers);
         return;
     }
     switch (state->input->quality) {
@@ -138,13 +138,17 @@ static enum builder_result run_build(struct build_state *state, struct builder_r
     enum builder_result result = input_open(state->input, state->sources, report);
     if (result != BUILDER_OK)
         return result;
-    workers_start(&state->workers, state->chunk_count > 1 ? state->input->threads : 1);
+    workers_start(&state->workers, state->input, state->primitive_count);
+    pthread_mutex_init(&state->lock, NULL);
+    pthread_cond_init(&state->task_news, NULL);
     result = tree_prepare(state, report);
     if (result == BUILDER_OK) {
         write_header(state);
         build_tree(state);
         clear_unused(state->header);
     }
+    pthread_cond_destroy(&state->task_news);
+    pthread_mutex_destroy(&state->lock);
     workers_stop(&state->workers);
     return result;
 }

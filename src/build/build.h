@@ -12,6 +12,7 @@
 #ifndef ASSAY_BUILD_BUILD_H
 #define ASSAY_BUILD_BUILD_H
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
@@ -83,11 +84,29 @@ struct builder_geometry {
     };
 };
 
+/* Threads of the caller's own that build together, as those that join a deferred operation do. One
+ * runs builds and refits whose input names the team; any others call builder_team_help(), which
+ * takes part in them until the team is closed. A helper may come before a build, in its midst or
+ * after it, and none has to; several threads may run builds with one team at once. Fields belong to
+ * workers.c. */
+struct builder_team {
+    pthread_mutex_t lock;
+    pthread_cond_t news, done;
+    struct builder_team_job *jobs;
+    bool is_closed;
+};
+void builder_team_open(struct builder_team *team);
+void builder_team_help(struct builder_team *team);
+/* Sends helpers back; those who come later return at once. No build may run any more. */
+void builder_team_close(struct builder_team *team);
+void builder_team_destroy(struct builder_team *team); /* once nobody helps */
+
 struct builder_input {
     VkAccelerationStructureTypeKHR type; /* bottom or top */
     VkBuildAccelerationStructureFlagsKHR flags;
     enum builder_quality quality;
-    uint32_t threads; /* 0 and 1: the caller's alone; no other is started */
+    uint32_t threads;          /* 0 and 1: the caller's alone; no other is started */
+    struct builder_team *team; /* NULL: none; else `threads` is ignored */
     uint32_t geometry_count;
     const struct builder_geometry *geometries;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry */

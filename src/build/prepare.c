@@ -76,10 +76,18 @@ static struct primitive_ref make_ref(struct box box, uint32_t primitive, bool *h
     return ref;
 }
 
-static void prepare_chunk(const struct build_state *state, struct prepare_chunk *chunk,
-                          uint32_t begin, uint32_t end)
+/* What a chunk adds to the whole, in any order. */
+struct findings {
+    struct box bounds, centers;
+    struct builder_report report;
+    bool has_clamped;
+};
+
+/* Refs of [begin, end) to the place of the first, without gaps; returns their count. */
+static uint32_t prepare_refs(const struct build_state *state, uint32_t begin, uint32_t end,
+                             struct findings *findings)
 {
-    *chunk = (struct prepare_chunk){.bounds = box_empty(), .centers = box_empty()};
+    struct primitive_ref *to = state->refs + begin;
     uint32_t geometry = tree_geometry_of(state, begin);
     for (uint32_t number = begin; number < end; number++) {
         while (number - state->sources[geometry].first >= state->sources[geometry].count)
@@ -89,48 +97,52 @@ static void prepare_chunk(const struct build_state *state, struct prepare_chunk 
         struct box box = box_empty();
         bool is_singular = false;
         enum source_state found = read_bounds(state, source, place.primitive, &box, &is_singular);
-        report_state(&chunk->report, found, place);
-        if (found != SOURCE_ACTIVE)
+        if (found != SOURCE_ACTIVE) {
+            report_state(&findings->report, found, place);
             continue;
+        }
+        findings->report.active++;
         if (is_singular)
-            report_place(&chunk->report.singular, &chunk->report.first_singular, place);
-        struct primitive_ref ref = make_ref(box, number, &chunk->has_clamped);
+            report_place(&findings->report.singular, &findings->report.first_singular, place);
+        struct primitive_ref ref = make_ref(box, number, &findings->has_clamped);
         float4 center = ref.lower + ref.upper;
-        box_add(&chunk->bounds, ref.lower, ref.upper);
-        box_add(&chunk->centers, center, center);
-        state->refs[begin + chunk->count++] = ref;
+        box_add(&findings->bounds, ref.lower, ref.upper);
+        box_add(&findings->centers, center, center);
+        *to++ = ref;
     }
+    return (uint32_t)(to - state->refs) - begin;
 }
 
-static void prepare_job(void *context)
+struct prepare_job {
+    struct build_state *state;
+    struct builder_report *report;
+};
+
+static void prepare_chunk(void *context, uint32_t begin, uint32_t end)
 {
-    struct build_state *state = context;
-    for (;;) {
-        uint32_t index = __atomic_fetch_add(&state->next_chunk, 1, __ATOMIC_RELAXED);
-        if (index >= state->chunk_count)
-            return;
-        uint32_t begin = index * PREPARE_CHUNK, left = state->primitive_count - begin;
-        uint32_t count = left < PREPARE_CHUNK ? left : PREPARE_CHUNK;
-        prepare_chunk(state, &state->chunks[index], begin, begin + count);
-    }
+    const struct prepare_job *job = context;
+    struct build_state *state = job->state;
+    struct findings findings = {.bounds = box_empty(), .centers = box_empty()};
+    state->chunk_counts[begin / PREPARE_CHUNK] = prepare_refs(state, begin, end, &findings);
+    pthread_mutex_lock(&state->lock);
+    report_merge(job->report, &findings.report);
+    state->has_clamped |= findings.has_clamped;
+    box_add(&state->bounds, findings.bounds.lower, findings.bounds.upper);
+    box_add(&state->centers, findings.centers.lower, findings.centers.upper);
+    pthread_mutex_unlock(&state->lock);
 }
 
 enum builder_result tree_prepare(struct build_state *state, struct builder_report *report)
 {
-    state->next_chunk = 0;
-    workers_run(&state->workers, prepare_job, state);
+    struct prepare_job job = {state, report};
     state->bounds = state->centers = box_empty();
-    for (uint32_t i = 0; i < state->chunk_count; i++) {
-        const struct prepare_chunk *chunk = &state->chunks[i];
-        report_merge(report, &chunk->report);
-        state->has_clamped |= chunk->has_clamped;
-        box_add(&state->bounds, chunk->bounds.lower, chunk->bounds.upper);
-        box_add(&state->centers, chunk->centers.lower, chunk->centers.upper);
-        struct primitive_ref *from = state->refs + (uint64_t)i * PREPARE_CHUNK;
-        struct primitive_ref *to = state->refs + state->ref_count;
-        if (to != from)
-            memmove(to, from, chunk->count * sizeof(*to));
-        state->ref_count += chunk->count;
+    workers_each(&state->workers, state->primitive_count, PREPARE_CHUNK, prepare_chunk, &job);
+    for (uint32_t begin = 0; begin < state->primitive_count; begin += PREPARE_CHUNK) {
+        uint32_t count = state->chunk_counts[begin / PREPARE_CHUNK];
+        if (state->ref_count != begin)
+            memmove(state->refs + state->ref_count, state->refs + begin,
+                    count * sizeof(*state->refs));
+        state->ref_count += count;
     }
     return report->out_of_range > 0 ? BUILDER_INPUT_OUT_OF_RANGE : BUILDER_OK;
 }

@@ -20,9 +20,15 @@ void record_invert(const VkTransformMatrixKHR *transform, double inverse[9])
         }
 }
 
+/* In the tree's order. */
+static inline uint32_t number_at(const struct build_state *state, uint64_t index)
+{
+    return state->has_bounds ? ref_primitive(&state->refs[index]) : state->pairs[index].index;
+}
+
 static void write_record(struct build_state *state, uint32_t index)
 {
-    uint32_t number = ref_primitive(&state->refs[index]);
+    uint32_t number = number_at(state, index);
     uint32_t geometry = tree_geometry_of(state, number);
     const struct source *source = &state->sources[geometry];
     uint32_t primitive = number - source->first;
@@ -63,31 +69,23 @@ static void prefetch(const struct build_state *state, uint64_t index)
     if (state->kind != STRUCTURE_TRIANGLES)
         return;
     if (index + AHEAD_INDICES < state->ref_count) {
-        uint32_t number = ref_primitive(&state->refs[index + AHEAD_INDICES]);
+        uint32_t number = number_at(state, index + AHEAD_INDICES);
         const struct source *source = &state->sources[tree_geometry_of(state, number)];
         source_prefetch_indices(source, number - source->first);
     }
     if (index + AHEAD_VERTICES < state->ref_count) {
-        uint32_t number = ref_primitive(&state->refs[index + AHEAD_VERTICES]);
+        uint32_t number = number_at(state, index + AHEAD_VERTICES);
         const struct source *source = &state->sources[tree_geometry_of(state, number)];
         source_prefetch_vertices(source, number - source->first);
     }
 }
 
-static void record_job(void *context)
+static void write_records(void *context, uint32_t begin, uint32_t end)
 {
     struct build_state *state = context;
-    for (;;) {
-        uint32_t chunk = __atomic_fetch_add(&state->next_chunk, 1, __ATOMIC_RELAXED);
-        uint64_t begin = (uint64_t)chunk * PREPARE_CHUNK, end = begin + PREPARE_CHUNK;
-        if (begin >= state->ref_count)
-            return;
-        if (end > state->ref_count)
-            end = state->ref_count;
-        for (uint64_t i = begin; i < end; i++) {
-            prefetch(state, i);
-            write_record(state, (uint32_t)i);
-        }
+    for (uint32_t i = begin; i < end; i++) {
+        prefetch(state, i);
+        write_record(state, i);
     }
 }
 
@@ -98,7 +96,6 @@ void tree_write_records(struct build_state *state)
         geometries[i].flags = state->input->geometries[i].flags;
         geometries[i].primitive_count = state->sources[i].count;
     }
-    state->next_chunk = 0;
-    workers_run(&state->workers, record_job, state);
+    workers_each(&state->workers, state->ref_count, RECORD_CHUNK, write_records, state);
     state->header->record_count = state->ref_count;
 }

@@ -5,6 +5,8 @@
 
 #include "build/structure.h"
 
+#define RECORD_CHUNK 4096u /* that a thread writes at once */
+
 /* All 0 where the matrix is singular. */
 void record_invert(const VkTransformMatrixKHR *transform, double inverse[9]);
 

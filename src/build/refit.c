@@ -21,34 +21,43 @@ static bool shape_is_same(const struct builder_input *input, const struct struct
     return true;
 }
 
-/* How many records ahead indices and vertices are asked for. */
+/* How many records ahead indices and vertices are asked for; never beyond `end`, where another
+ * thread may write. */
 #define AHEAD_INDICES 32
 #define AHEAD_VERTICES 16
 
 static void prefetch(const struct structure_header *header, const struct source *sources,
-                     uint32_t index)
+                     uint32_t index, uint32_t end)
 {
     const struct triangle_record *records = structure_records(header);
-    if (index + AHEAD_INDICES < header->record_count) {
+    if (index + AHEAD_INDICES < end) {
         const struct triangle_record *record = &records[index + AHEAD_INDICES];
         source_prefetch_indices(&sources[record->geometry], record->primitive);
     }
-    if (index + AHEAD_VERTICES < header->record_count) {
+    if (index + AHEAD_VERTICES < end) {
         const struct triangle_record *record = &records[index + AHEAD_VERTICES];
         source_prefetch_vertices(&sources[record->geometry], record->primitive);
     }
 }
 
+struct refit {
+    const struct builder_input *input;
+    struct structure_header *header;
+    const struct source *sources;
+    struct builder_report *report; /* under `lock` */
+    pthread_mutex_t lock;
+};
+
 /* A primitive that isn't active any more, or can't be read, keeps what it had. */
-static void refit_triangles(const struct structure_header *header, const struct source *sources,
+static void refit_triangles(const struct refit *refit, uint32_t begin, uint32_t end,
                             struct builder_report *report)
 {
-    struct triangle_record *records = structure_records(header);
-    for (uint32_t i = 0; i < header->record_count; i++) {
-        prefetch(header, sources, i);
+    struct triangle_record *records = structure_records(refit->header);
+    for (uint32_t i = begin; i < end; i++) {
+        prefetch(refit->header, refit->sources, i, end);
         struct triangle_record *record = &records[i], fresh = *record;
         enum source_state found =
-            source_triangle(&sources[record->geometry], record->primitive, &fresh);
+            source_triangle(&refit->sources[record->geometry], record->primitive, &fresh);
         if (found == SOURCE_ACTIVE)
             *record = fresh;
         else
@@ -57,14 +66,14 @@ static void refit_triangles(const struct structure_header *header, const struct 
     }
 }
 
-static void refit_aabbs(const struct structure_header *header, const struct source *sources,
+static void refit_aabbs(const struct refit *refit, uint32_t begin, uint32_t end,
                         struct builder_report *report)
 {
-    struct aabb_record *records = structure_records(header);
-    for (uint32_t i = 0; i < header->record_count; i++) {
+    struct aabb_record *records = structure_records(refit->header);
+    for (uint32_t i = begin; i < end; i++) {
         struct aabb_record *record = &records[i], fresh = *record;
         enum source_state found =
-            source_aabb(&sources[record->geometry], record->primitive, &fresh);
+            source_aabb(&refit->sources[record->geometry], record->primitive, &fresh);
         if (found == SOURCE_ACTIVE)
             *record = fresh;
         else
@@ -73,18 +82,18 @@ static void refit_aabbs(const struct structure_header *header, const struct sour
     }
 }
 
-static void refit_instances(const struct builder_input *input,
-                            const struct structure_header *header, const struct source *sources,
+static void refit_instances(const struct refit *refit, uint32_t begin, uint32_t end,
                             struct builder_report *report)
 {
-    struct instance_record *records = structure_records(header);
-    for (uint32_t i = 0; i < header->record_count; i++) {
+    const struct builder_resolver *resolver = &refit->input->resolver;
+    struct instance_record *records = structure_records(refit->header);
+    for (uint32_t i = begin; i < end; i++) {
         struct instance_record *record = &records[i], fresh = *record;
         enum source_state found =
-            source_instance(sources, record->primitive, &input->memory, &fresh);
+            source_instance(refit->sources, record->primitive, &refit->input->memory, &fresh);
         struct builder_place place = {0, record->primitive};
         uint64_t reference = fresh.instance.accelerationStructureReference;
-        if (found == SOURCE_ACTIVE && !input->resolver.find(input->resolver.context, reference))
+        if (found == SOURCE_ACTIVE && !resolver->find(resolver->context, reference))
             found = SOURCE_UNRESOLVED;
         if (found != SOURCE_ACTIVE) {
             report_state(report, found, place);
@@ -97,22 +106,37 @@ static void refit_instances(const struct builder_input *input,
     }
 }
 
-static void refit_records(const struct builder_input *input, struct structure_header *header,
-                          const struct source *sources, struct builder_report *report)
+static void refit_records(void *context, uint32_t begin, uint32_t end)
 {
-    switch ((enum structure_kind)header->kind) {
+    struct refit *refit = context;
+    struct builder_report report = {0};
+    switch ((enum structure_kind)refit->header->kind) {
     case STRUCTURE_TRIANGLES:
-        refit_triangles(header, sources, report);
+        refit_triangles(refit, begin, end, &report);
         break;
     case STRUCTURE_AABBS:
-        refit_aabbs(header, sources, report);
+        refit_aabbs(refit, begin, end, &report);
         break;
     case STRUCTURE_INSTANCES:
-        refit_instances(input, header, sources, report);
+        refit_instances(refit, begin, end, &report);
         break;
     }
-    report->active = header->record_count - report->inactive;
-    bounds_update(header, &input->resolver);
+    pthread_mutex_lock(&refit->lock);
+    report_merge(refit->report, &report);
+    pthread_mutex_unlock(&refit->lock);
+}
+
+static void run_refit(struct refit *refit)
+{
+    struct workers workers;
+    uint32_t count = refit->header->record_count;
+    workers_start(&workers, refit->input, count);
+    pthread_mutex_init(&refit->lock, NULL);
+    workers_each(&workers, count, RECORD_CHUNK, refit_records, refit);
+    refit->report->active = count - refit->report->inactive;
+    bounds_update(refit->header, &refit->input->resolver, &workers);
+    pthread_mutex_destroy(&refit->lock);
+    workers_stop(&workers);
 }
 
 enum builder_result builder_refit(const struct builder_input *input, const void *source,
@@ -136,7 +160,9 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
     fenv_t environment;
     feholdexcept(&environment);
     fesetenv(FE_DFL_ENV);
-    refit_records(input, structure, scratch, report);
+    struct refit refit = {
+        .input = input, .header = structure, .sources = scratch, .report = report};
+    run_refit(&refit);
     fesetenv(&environment);
     return report->out_of_range > 0 ? BUILDER_INPUT_OUT_OF_RANGE : BUILDER_OK;
 }

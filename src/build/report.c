@@ -2,10 +2,20 @@
 /* Counting what reading primitives found. */
 #include "build/report.h"
 
+static void add_count(uint64_t *count, struct builder_place *first, uint64_t more,
+                      struct builder_place its_first)
+{
+    bool is_before =
+        its_first.geometry < first->geometry ||
+        (its_first.geometry == first->geometry && its_first.primitive < first->primitive);
+    if (more > 0 && (*count == 0 || is_before))
+        *first = its_first;
+    *count += more;
+}
+
 void report_place(uint64_t *count, struct builder_place *first, struct builder_place place)
 {
-    if ((*count)++ == 0)
-        *first = place;
+    add_count(count, first, 1, place);
 }
 
 void report_state(struct builder_report *report, enum source_state found,
@@ -30,23 +40,14 @@ void report_state(struct builder_report *report, enum source_state found,
     report->inactive++;
 }
 
-static void merge_count(uint64_t *count, struct builder_place *first, uint64_t more,
-                        struct builder_place its_first)
-{
-    if (*count == 0)
-        *first = its_first;
-    *count += more;
-}
-
 void report_merge(struct builder_report *report, const struct builder_report *more)
 {
     report->active += more->active;
     report->inactive += more->inactive;
-    merge_count(&report->undefined, &report->first_undefined, more->undefined,
-                more->first_undefined);
-    merge_count(&report->out_of_range, &report->first_out_of_range, more->out_of_range,
-                more->first_out_of_range);
-    merge_count(&report->unresolved, &report->first_unresolved, more->unresolved,
-                more->first_unresolved);
-    merge_count(&report->singular, &report->first_singular, more->singular, more->first_singular);
+    add_count(&report->undefined, &report->first_undefined, more->undefined, more->first_undefined);
+    add_count(&report->out_of_range, &report->first_out_of_range, more->out_of_range,
+              more->first_out_of_range);
+    add_count(&report->unresolved, &report->first_unresolved, more->unresolved,
+              more->first_unresolved);
+    add_count(&report->singular, &report->first_singular, more->singular, more->first_singular);
 }

@@ -5,10 +5,10 @@
 
 #include "build/source.h"
 
+/* Primitives may come in any order: the first places are those of the least. */
 void report_place(uint64_t *count, struct builder_place *first, struct builder_place place);
 void report_state(struct builder_report *report, enum source_state found,
                   struct builder_place place);
-/* `more` comes after `report` in the order of primitives. */
 void report_merge(struct builder_report *report, const struct builder_report *more);
 
 #endif

@@ -4,9 +4,6 @@
 #include "build/tree.h"
 
 #define BINS_MAX 16u
-/* Of a split, in units of testing a primitive: half of what a node of four costs, since such a node
- * takes the place of up to three splits. */
-#define NODE_COST 0.5f
 
 struct bins {
     struct box box[BINS_MAX][3]; /* of each axis */
@@ -44,13 +41,18 @@ static inline int4 bin_of(const struct binning *binning, const struct primitive_
     return __builtin_convertvector(place, int4);
 }
 
-static void fill_bins(struct bins *bins, const struct binning *binning,
-                      const struct primitive_ref *refs, uint32_t count)
+static void clear_bins(struct bins *bins, uint32_t count)
 {
-    for (uint32_t i = 0; i < binning->count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         bins->box[i][0] = bins->box[i][1] = bins->box[i][2] = box_empty();
         bins->count[i] = (int4){0, 0, 0, 0};
     }
+}
+
+static ALWAYS_INLINE void fill_bins(struct bins *bins, const struct binning *binning,
+                                    const struct primitive_ref *refs, uint32_t count)
+{
+    clear_bins(bins, binning->count);
     for (uint32_t i = 0; i < count; i++) {
         int4 bin = bin_of(binning, &refs[i]);
         float4 lower = refs[i].lower, upper = refs[i].upper;
@@ -63,8 +65,7 @@ static void fill_bins(struct bins *bins, const struct binning *binning,
     }
 }
 
-/* Half the areas of three boxes, one a lane, in units in which the node's longest side is 1: no
- * product overflows, and what underflows is too small to matter. */
+/* Half the areas of three boxes, one a lane. */
 static inline float4 half_areas(const struct box box[3], float4 unit)
 {
     float4 a = (box[0].upper - box[0].lower) * unit;
@@ -84,18 +85,11 @@ static inline void merge_boxes(struct box to[3], const struct box from[3])
         box_add(&to[axis], from[axis].lower, from[axis].upper);
 }
 
-static float4 area_unit(struct box bounds)
-{
-    float4 extent = bounds.upper - bounds.lower;
-    float longest = fmaxf(extent[0], fmaxf(extent[1], extent[2]));
-    return float4_all(longest > 0x1p-126f ? 1 / longest : 0x1p126f);
-}
-
 /* The best plane of all axes. An empty side has infinite area and no primitives: its cost is NaN,
  * which is less than nothing. */
 static struct split find_split(const struct bins *bins, uint32_t count, struct box bounds)
 {
-    float4 unit = area_unit(bounds), right_cost[BINS_MAX];
+    float4 unit = box_unit(bounds), right_cost[BINS_MAX];
     struct box side[3] = {box_empty(), box_empty(), box_empty()};
     int4 sum = {0, 0, 0, 0};
     for (uint32_t i = count - 1; i > 0; i--) {
@@ -115,9 +109,7 @@ static struct split find_split(const struct bins *bins, uint32_t count, struct b
         best = float4_min(cost, best);
         best_bin = (better & bin) | (~better & best_bin);
     }
-    bounds.lower *= unit;
-    bounds.upper *= unit;
-    struct split split = {.cost = INFINITY, .area = box_half_area(bounds)};
+    struct split split = {.cost = INFINITY, .area = box_half_area_in(bounds, unit)};
     for (uint32_t axis = 0; axis < 3; axis++)
         if (best[axis] < split.cost) {
             split.cost = best[axis];
@@ -127,16 +119,16 @@ static struct split find_split(const struct bins *bins, uint32_t count, struct b
     return split;
 }
 
-/* Exchanges what lies on the wrong sides, from both ends (Hoare 1962). */
-static void partition(struct build_state *state, const struct tree_task *task,
-                      const struct binning *binning, const struct split *split,
-                      struct tree_halves *halves)
+/* Exchanges what lies on the wrong sides, from both ends (Hoare 1962); returns the middle. */
+static ALWAYS_INLINE uint32_t partition(struct primitive_ref *refs, uint32_t begin, uint32_t end,
+                                        const struct binning *binning, const struct split *split,
+                                        struct box centers[2])
 {
     int plane = (int)split->bin;
     int4 planes = {plane, plane, plane, plane};
     unsigned bit = 1u << split->axis;
     struct box left = box_empty(), right = box_empty();
-    struct primitive_ref *low = state->refs + task->begin, *high = state->refs + task->end;
+    struct primitive_ref *low = refs + begin, *high = refs + end;
     for (;;) {
         float4 center;
         for (; low < high && int4_mask(bin_of(binning, low) < planes) & bit; low++) {
@@ -153,9 +145,9 @@ static void partition(struct build_state *state, const struct tree_task *task,
         *low = high[-1];
         high[-1] = swap;
     }
-    halves->middle = (uint32_t)(low - state->refs);
-    halves->centers[0] = left;
-    halves->centers[1] = right;
+    centers[0] = left;
+    centers[1] = right;
+    return (uint32_t)(low - refs);
 }
 
 static void take_bounds(const struct bins *bins, uint32_t count, const struct split *split,
@@ -171,6 +163,128 @@ static void take_bounds(const struct bins *bins, uint32_t count, const struct sp
     }
 }
 
+/* Ranges from this size on are binned and partitioned in pieces, by all threads at once. The sides
+ * are the same as one thread makes them; the order of their refs is not. */
+#define SHARED_SPLIT 65536u
+#define PIECES 64u
+
+struct shared_split {
+    struct build_state *state;
+    const struct tree_task *task;
+    const struct binning *binning;
+    const struct split *split;
+    struct bins *bins;
+    struct tree_halves *halves;
+    uint32_t lefts[PIECES]; /* how many of each piece, its first ones, are on the left */
+};
+
+struct span {
+    uint32_t begin, end;
+};
+
+static struct span span_of(const struct shared_split *shared, uint32_t piece)
+{
+    uint64_t count = shared->task->end - shared->task->begin;
+    return (struct span){shared->task->begin + (uint32_t)(count * piece / PIECES),
+                         shared->task->begin + (uint32_t)(count * (piece + 1) / PIECES)};
+}
+
+static void fill_piece(void *context, uint32_t begin, uint32_t end)
+{
+    const struct shared_split *shared = context;
+    uint32_t first = span_of(shared, begin).begin, last = span_of(shared, end - 1).end;
+    struct bins bins;
+    fill_bins(&bins, shared->binning, shared->state->refs + first, last - first);
+    pthread_mutex_lock(&shared->state->lock);
+    for (uint32_t i = 0; i < shared->binning->count; i++) {
+        merge_boxes(shared->bins->box[i], bins.box[i]);
+        shared->bins->count[i] += bins.count[i];
+    }
+    pthread_mutex_unlock(&shared->state->lock);
+}
+
+static void fill_bins_shared(struct build_state *state, const struct tree_task *task,
+                             const struct binning *binning, struct bins *bins)
+{
+    struct shared_split shared = {.state = state, .task = task, .binning = binning, .bins = bins};
+    clear_bins(bins, binning->count);
+    workers_each(&state->workers, PIECES, 1, fill_piece, &shared);
+}
+
+static void partition_piece(void *context, uint32_t begin, uint32_t end)
+{
+    struct shared_split *shared = context;
+    for (uint32_t piece = begin; piece < end; piece++) {
+        struct span span = span_of(shared, piece);
+        struct box centers[2];
+        shared->lefts[piece] = partition(shared->state->refs, span.begin, span.end, shared->binning,
+                                         shared->split, centers) -
+                               span.begin;
+        pthread_mutex_lock(&shared->state->lock);
+        for (int side = 0; side < 2; side++)
+            box_add(&shared->halves->centers[side], centers[side].lower, centers[side].upper);
+        pthread_mutex_unlock(&shared->state->lock);
+    }
+}
+
+/* What of a piece lies on the wrong side of the middle: its right refs that are before, or its left
+ * ones that are after. */
+static struct span wrong_right(const struct shared_split *shared, uint32_t piece)
+{
+    struct span span = span_of(shared, piece);
+    uint32_t middle = shared->halves->middle;
+    span.begin += shared->lefts[piece];
+    span.end = span.end < middle ? span.end : middle;
+    return span.begin < span.end ? span : (struct span){0, 0};
+}
+
+static struct span wrong_left(const struct shared_split *shared, uint32_t piece)
+{
+    struct span span = span_of(shared, piece);
+    uint32_t middle = shared->halves->middle;
+    span.end = span.begin + shared->lefts[piece];
+    span.begin = span.begin > middle ? span.begin : middle;
+    return span.begin < span.end ? span : (struct span){0, 0};
+}
+
+/* The wrong ones before the middle, counted through all pieces, with those after it. */
+static void exchange_piece(void *context, uint32_t begin, uint32_t end)
+{
+    const struct shared_split *shared = context;
+    struct primitive_ref *refs = shared->state->refs;
+    for (uint32_t piece = begin; piece < end; piece++) {
+        struct span from = wrong_right(shared, piece);
+        uint32_t skip = 0;
+        for (uint32_t i = 0; i < piece; i++)
+            skip += wrong_right(shared, i).end - wrong_right(shared, i).begin;
+        for (uint32_t i = 0; from.begin < from.end; i++) {
+            struct span to = wrong_left(shared, i);
+            uint32_t skipped = to.end - to.begin < skip ? to.end - to.begin : skip;
+            skip -= skipped;
+            to.begin += skipped;
+            for (; from.begin < from.end && to.begin < to.end; from.begin++, to.begin++) {
+                struct primitive_ref swap = refs[from.begin];
+                refs[from.begin] = refs[to.begin];
+                refs[to.begin] = swap;
+            }
+        }
+    }
+}
+
+static void partition_shared(struct build_state *state, const struct tree_task *task,
+                             const struct binning *binning, const struct split *split,
+                             struct tree_halves *halves)
+{
+    struct shared_split shared = {
+        .state = state, .task = task, .binning = binning, .split = split, .halves = halves};
+    halves->centers[0] = halves->centers[1] = box_empty();
+    workers_each(&state->workers, PIECES, 1, partition_piece, &shared);
+    halves->middle = task->begin;
+    for (uint32_t piece = 0; piece < PIECES; piece++)
+        halves->middle += shared.lefts[piece];
+    workers_each(&state->workers, PIECES, 1, exchange_piece, &shared);
+}
+
 /* False: a leaf. */
 static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
@@ -178,28 +292,38 @@ static bool split_range(struct build_state *state, const struct tree_task *task,
     uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
     if (count == 1)
         return false;
+    if (count == 2 && limit == 2)
+        return tree_split_pair(state, task, halves);
     if (task->depth >= SPLIT_DEPTH_LIMIT) {
-        tree_halve(state, task, halves);
+        tree_split_numbers(state, task, halves);
         return count > limit;
     }
     struct bins bins;
     struct binning binning = make_binning(task);
-    fill_bins(&bins, &binning, state->refs + task->begin, count);
+    bool is_shared = count >= SHARED_SPLIT && !workers_are_alone(&state->workers);
+    if (is_shared)
+        fill_bins_shared(state, task, &binning, &bins);
+    else
+        fill_bins(&bins, &binning, state->refs + task->begin, count);
     struct split split = find_split(&bins, binning.count, state->tree[task->slot].bounds);
     bool is_cheaper = split.cost + NODE_COST * split.area < (float)count * split.area;
     if (count <= limit && !is_cheaper)
         return false;
     if (split.bin == 0) {
-        tree_halve(state, task, halves);
+        tree_split_numbers(state, task, halves);
         return true;
     }
     take_bounds(&bins, binning.count, &split, halves);
-    partition(state, task, &binning, &split, halves);
+    if (is_shared)
+        partition_shared(state, task, &binning, &split, halves);
+    else
+        halves->middle =
+            partition(state->refs, task->begin, task->end, &binning, &split, halves->centers);
     return true;
 }
 
 void tree_build_binned(struct build_state *state)
 {
-    tree_split_all(state, split_range);
+    tree_split_all(state, split_range, SHARED_SPLIT);
     state->has_bounds = true;
 }

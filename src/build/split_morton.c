@@ -24,8 +24,9 @@ static float4 cell_scale(struct box centers)
     return scale;
 }
 
-static void make_codes_of(struct build_state *state, uint32_t begin, uint32_t end)
+static void make_codes(void *context, uint32_t begin, uint32_t end)
 {
+    struct build_state *state = context;
     float4 base = state->centers.lower, scale = cell_scale(state->centers);
     base[3] = 0;
     for (uint32_t i = begin; i < end; i++) {
@@ -34,19 +35,6 @@ static void make_codes_of(struct build_state *state, uint32_t begin, uint32_t en
         uint32_t code = spread_bits((uint32_t)cell[0]) << 2 | spread_bits((uint32_t)cell[1]) << 1 |
                         spread_bits((uint32_t)cell[2]);
         state->pairs[i] = (struct sort_pair){code, ref_primitive(ref)};
-    }
-}
-
-static void code_job(void *context)
-{
-    struct build_state *state = context;
-    for (;;) {
-        uint32_t chunk = __atomic_fetch_add(&state->next_chunk, 1, __ATOMIC_RELAXED);
-        uint64_t begin = (uint64_t)chunk * PREPARE_CHUNK, end = begin + PREPARE_CHUNK;
-        if (begin >= state->ref_count)
-            return;
-        make_codes_of(state, (uint32_t)begin,
-                      (uint32_t)(end < state->ref_count ? end : state->ref_count));
     }
 }
 
@@ -76,32 +64,40 @@ static void split_part(struct build_state *state, struct tree_task task)
     } waiting[TREE_DEPTH_LIMIT], now = {task.slot, task.begin, task.end};
     uint32_t count = 0, limit = structure_leaf_limit(state->kind);
     for (;;) {
-        if (now.end - now.begin > limit) {
+        uint32_t size = now.end - now.begin;
+        if (size > limit) {
             uint32_t middle = find_middle(state->pairs, now.begin, now.end);
             uint32_t right = now.slot + 2 * (middle - now.begin);
-            tree_set_inner(&state->tree[now.slot], right, now.end - now.begin);
-            waiting[count].slot = right;
-            waiting[count].begin = middle;
-            waiting[count++].end = now.end;
+            tree_set_inner(&state->tree[now.slot], right, size);
+            struct tree_task other = {.slot = right, .begin = middle, .end = now.end};
+            if (size < TREE_TASK_SIZE || !tree_hand_on(state, &other)) {
+                waiting[count].slot = right;
+                waiting[count].begin = middle;
+                waiting[count++].end = now.end;
+            }
             now.slot++;
             now.end = middle;
             continue;
         }
-        tree_set_leaf(&state->tree[now.slot], now.end - now.begin);
+        tree_set_leaf(&state->tree[now.slot], size);
         if (count == 0)
             return;
         now = waiting[--count];
     }
 }
 
+#define MORTON_CHUNK 16384u
+
 void tree_build_morton(struct build_state *state)
 {
-    state->next_chunk = 0;
-    workers_run(&state->workers, code_job, state);
-    sort_pairs(state->pairs, state->pairs_spare, state->ref_count);
-    split_part(state, (struct tree_task){.end = state->ref_count});
-    /* Refs are needed for their numbers alone from here on. */
-    for (uint32_t i = 0; i < state->ref_count; i++)
-        state->refs[i].lower[3] = float_from_bits(REF_MARK | state->pairs[i].index);
+    struct workers *workers = &state->workers;
+    uint32_t count = state->ref_count;
+    workers_each(workers, count, MORTON_CHUNK, make_codes, state);
+    if (workers_are_alone(workers) || count < SORT_TALLIES)
+        sort_pairs(state->pairs, state->pairs_spare, count);
+    else /* the tree, 64 bytes a primitive, isn't written yet */
+        sort_pairs_shared(workers, state->pairs, state->pairs_spare, count, (void *)state->tree);
+    split_part(state, (struct tree_task){.end = count});
+    tree_run_tasks(state, split_part);
     state->has_bounds = false;
 }

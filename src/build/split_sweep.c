@@ -3,8 +3,6 @@
  * MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990. */
 #include "build/tree.h"
 
-#define NODE_COST 0.5f /* as in split_binned.c */
-
 struct sweep_split {
     float cost;
     uint32_t axis, left; /* primitives on the left; 0: no plane */
@@ -27,13 +25,6 @@ static void sort_axis(struct build_state *state, const struct tree_task *task, u
                task->end - task->begin);
 }
 
-static float scaled_area(struct box box, float4 unit)
-{
-    box.lower *= unit;
-    box.upper *= unit;
-    return box_half_area(box);
-}
-
 static void sweep_axis(struct build_state *state, const struct tree_task *task, uint32_t axis,
                        float4 unit, struct sweep_split *best)
 {
@@ -44,13 +35,13 @@ static void sweep_axis(struct build_state *state, const struct tree_task *task, 
     for (uint32_t i = task->end - 1; i > task->begin; i--) {
         const struct primitive_ref *ref = &state->refs[pairs[i].index];
         box_add(&side, ref->lower, ref->upper);
-        state->areas[i] = scaled_area(side, unit);
+        state->areas[i] = box_half_area_in(side, unit);
     }
     side = box_empty();
     for (uint32_t i = task->begin + 1; i < task->end; i++) {
         const struct primitive_ref *ref = &state->refs[pairs[i - 1].index];
         box_add(&side, ref->lower, ref->upper);
-        float cost = scaled_area(side, unit) * (float)(i - task->begin) +
+        float cost = box_half_area_in(side, unit) * (float)(i - task->begin) +
                      state->areas[i] * (float)(task->end - i);
         if (cost < best->cost)
             *best = (struct sweep_split){cost, axis, i - task->begin};
@@ -83,24 +74,24 @@ static bool split_range(struct build_state *state, const struct tree_task *task,
     uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
     if (count == 1)
         return false;
+    if (count == 2 && limit == 2)
+        return tree_split_pair(state, task, halves);
     if (task->depth >= SPLIT_DEPTH_LIMIT) {
-        tree_halve(state, task, halves);
+        tree_split_numbers(state, task, halves);
         return count > limit;
     }
     struct box bounds = state->tree[task->slot].bounds;
-    float4 extent = bounds.upper - bounds.lower;
-    float longest = fmaxf(extent[0], fmaxf(extent[1], extent[2]));
-    float4 unit = float4_all(longest > 0x1p-126f ? 1 / longest : 0x1p126f);
+    float4 unit = box_unit(bounds);
     struct sweep_split best = {.cost = INFINITY};
     for (uint32_t axis = 0; axis < 3; axis++) {
         sort_axis(state, task, axis);
         sweep_axis(state, task, axis, unit, &best);
     }
-    float area = scaled_area(bounds, unit);
+    float area = box_half_area_in(bounds, unit);
     if (count <= limit && !(best.cost + NODE_COST * area < (float)count * area))
         return false;
     if (best.left == 0)
-        tree_halve(state, task, halves);
+        tree_split_numbers(state, task, halves);
     else
         apply_split(state, task, &best, halves);
     return true;
@@ -108,6 +99,6 @@ static bool split_range(struct build_state *state, const struct tree_task *task,
 
 void tree_build_sweep(struct build_state *state)
 {
-    tree_split_all(state, split_range);
+    tree_split_all(state, split_range, UINT32_MAX);
     state->has_bounds = true;
 }

@@ -102,22 +102,25 @@ static bool record_is_sound(const struct structure_header *header, uint32_t inde
     return false;
 }
 
-/* Depth-first as a traversal goes, with a stack of its size: what overflows it is refused. Nodes
- * and records come in order, each once, so the walk ends and nothing is shared. */
+/* Depth-first as a traversal goes, with a stack of its size: what overflows it is refused, and so
+ * is what is deeper than a build makes it. Nodes and records come in order, each once, so the walk
+ * ends and nothing is shared. */
 static bool tree_is_sound(const struct structure_header *header)
 {
     const struct wide_node *nodes = structure_nodes(header);
-    uint32_t stack[TRACE_STACK];
+    struct {
+        uint32_t index, depth;
+    } stack[TRACE_STACK], now;
     uint32_t waiting = 0, seen_nodes = 0;
     uint64_t seen_records = 0;
-    if (header->node_count > 0)
-        stack[waiting++] = 0;
+    stack[0].index = stack[0].depth = 0;
+    waiting = header->node_count > 0;
     while (waiting > 0) {
-        uint32_t index = stack[--waiting];
-        if (index != seen_nodes++)
+        now = stack[--waiting];
+        if (now.index != seen_nodes++ || now.depth++ == TREE_DEPTH_LIMIT)
             return false;
         for (uint32_t lane = NODE_WIDTH; lane-- > 0;) {
-            uint32_t child = nodes[index].child[lane];
+            uint32_t child = nodes[now.index].child[lane];
             if (child == CHILD_EMPTY)
                 continue;
             if (child & LEAF_BIT) {
@@ -125,10 +128,12 @@ static bool tree_is_sound(const struct structure_header *header)
                 if (end > header->record_count)
                     return false;
                 seen_records += leaf_count(child);
-            } else if (child >= header->node_count || child <= index || waiting == TRACE_STACK) {
+            } else if (child >= header->node_count || child <= now.index ||
+                       waiting == TRACE_STACK) {
                 return false;
             } else {
-                stack[waiting++] = child;
+                stack[waiting].index = child;
+                stack[waiting++].depth = now.depth;
             }
         }
     }

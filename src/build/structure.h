@@ -18,8 +18,9 @@
 #define LEAF_RECORDS 2u
 #define NODE_WIDTH 4u
 
-/* Binary splits by cost end at this depth; from there on ranges are halved, at most 29 times. So no
- * path is longer than 80 nodes, and a traversal holds at most three waiting children of each. */
+/* Binary splits by cost end at this depth; from there on ranges are split by number, at most 29
+ * times. So no path is longer than 80 nodes, and a traversal holds at most three waiting children
+ * of each. */
 #define SPLIT_DEPTH_LIMIT 48u
 #define TREE_DEPTH_LIMIT 80u
 #define TRACE_STACK (3 * TREE_DEPTH_LIMIT + NODE_WIDTH)

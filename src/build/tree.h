@@ -70,21 +70,25 @@ struct tree_task {
 #define TREE_TASK_SIZE 4096u /* primitives that are worth handing to another thread */
 
 #define PREPARE_CHUNK 4096u
-struct prepare_chunk {
-    struct box bounds, centers;
-    struct builder_report report;
-    uint32_t count;
-    bool has_clamped;
+
+struct build_state;
+struct tree_halves {
+    struct box bounds[2], centers[2];
+    uint32_t middle;
 };
+
+/* Splits a task's range and puts its refs on their sides; false: a leaf. */
+typedef bool tree_splitter(struct build_state *state, const struct tree_task *task,
+                           struct tree_halves *halves);
 
 struct build_state {
     const struct builder_input *input;
     enum structure_kind kind;
     struct structure_header *header; /* of the structure being built */
     struct workers workers;
+    pthread_mutex_t lock; /* of what several threads add to */
     struct source *sources;
-    struct prepare_chunk *chunks;
-    uint32_t chunk_count, next_chunk; /* taken atomically */
+    uint32_t *chunk_counts; /* refs of each PREPARE_CHUNK primitives */
     struct primitive_ref *refs;
     uint32_t primitive_count, ref_count;
     struct box bounds, centers;
@@ -96,40 +100,52 @@ struct build_state {
     struct sort_pair *pairs, *pairs_spare;
     struct primitive_ref *refs_spare;
     float *areas;
+    tree_splitter *split_range; /* of the quality */
     /* tasks of several threads, the latest first */
     struct tree_task *tasks;
     uint32_t task_count, tasks_running;
-    pthread_mutex_t task_lock;
-    pthread_cond_t task_news;
+    pthread_cond_t task_news; /* with `lock` */
 };
 
 /* prepare.c: reads every primitive and fills refs, bounds and the report */
 enum builder_result tree_prepare(struct build_state *state, struct builder_report *report);
 uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive);
 
-struct tree_halves {
-    struct box bounds[2], centers[2];
-    uint32_t middle;
-};
+/* split_tasks.c: the whole tree from the root down. Splits must not depend on the order of refs,
+ * unless only the calls before them do. Ranges of at least `shared` primitives are
+ * split one by one, by a splitter that uses all threads; those below by one thread each. */
+void tree_split_all(struct build_state *state, tree_splitter *split_range, uint32_t shared);
 
-/* Splits a task's range and puts its refs on their sides; false: a leaf. */
-typedef bool tree_splitter(struct build_state *state, const struct tree_task *task,
-                           struct tree_halves *halves);
+/* Leaves a task to whichever thread is free, if that is worth it. Tasks have no primitives in
+ * common: the scratch has room for all there can be. */
+bool tree_hand_on(struct build_state *state, const struct tree_task *task);
+/* Runs the tasks that have been handed on, and those that they hand on, on all threads. */
+typedef void tree_task_runner(struct build_state *state, struct tree_task task);
+void tree_run_tasks(struct build_state *state, tree_task_runner *run);
 
-/* split_tasks.c: the whole tree from the root down, on all threads */
-void tree_split_all(struct build_state *state, tree_splitter *split_range);
-
-/* One for each quality; refs end in the tree's order. */
+/* One for each quality; refs, or pairs in Morton order, end in the tree's order. */
 void tree_build_morton(struct build_state *state);
 void tree_build_binned(struct build_state *state);
 void tree_build_sweep(struct build_state *state);
 
 /* sort.c: stable, by key */
 void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count);
+/* The same on all threads; `tallies` has SORT_TALLIES elements. */
+#define SORT_PIECES 64u
+#define SORT_DIGITS 256u
+#define SORT_TALLIES (SORT_PIECES * SORT_DIGITS)
+void sort_pairs_shared(struct workers *workers, struct sort_pair *pairs, struct sort_pair *spare,
+                       uint32_t count, uint32_t *tallies);
 
-/* split_tasks.c: in the middle, by position */
-void tree_halve(const struct build_state *state, const struct tree_task *task,
-                struct tree_halves *halves);
+/* split_tasks.c: what splits by cost have in common; false: a leaf */
+/* Of a split, in units of testing a primitive: half of what a node of four costs, since such a node
+ * takes the place of up to three splits. */
+#define NODE_COST 0.5f
+bool tree_split_pair(struct build_state *state, const struct tree_task *task,
+                     struct tree_halves *halves);
+/* By the highest bit in which primitives' numbers differ */
+void tree_split_numbers(struct build_state *state, const struct tree_task *task,
+                        struct tree_halves *halves);
 /* records.c: writes the structure's records and its geometries */
 void tree_write_records(struct build_state *state);
 
@@ -138,7 +154,13 @@ void tree_write_records(struct build_state *state);
 struct collapse_cost {
     float roots[3]; /* of a node's part with 1, 2, 3 roots at most */
 };
-void collapse_weigh(struct build_state *state, float node_price);
+
+/* A part of at most this many primitives, below a node of more, is one child of some node of four,
+ * so that threads can weigh and emit such parts each by itself. */
+#define EMIT_PART 4096u
+
+/* For slots [begin, end); the parts below them are among them or have been weighed. */
+void collapse_weigh(struct build_state *state, uint32_t begin, uint32_t end, float node_price);
 bool collapse_is_leaf(const struct build_state *state, uint32_t slot);
 /* The roots of the part below a node that becomes a node of four; returns their count. */
 uint32_t collapse_open(const struct build_state *state, uint32_t slot, uint32_t roots[NODE_WIDTH]);

@@ -82,6 +82,9 @@ static inline float float_from_bits(uint32_t bits)
     return x;
 }
 
+/* For what most calls give too little work to pay for the call. */
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+
 /* Boxes use lanes 0 to 2; what lane 3 holds is its owner's business. */
 struct box {
     float4 lower, upper;
@@ -102,6 +105,20 @@ static inline float box_half_area(struct box box)
 {
     float4 e = box.upper - box.lower;
     return e[0] * (e[1] + e[2]) + e[1] * e[2];
+}
+
+/* A unit in which the box's longest side is 1: areas of what it holds don't overflow, and what
+ * underflows is too small to matter. */
+static inline float4 box_unit(struct box box)
+{
+    float4 extent = box.upper - box.lower;
+    float longest = fmaxf(extent[0], fmaxf(extent[1], extent[2]));
+    return float4_all(longest > 0x1p-126f ? 1 / longest : 0x1p126f);
+}
+
+static inline float box_half_area_in(struct box box, float4 unit)
+{
+    return box_half_area((struct box){box.lower * unit, box.upper * unit});
 }
 
 #endif

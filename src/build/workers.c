@@ -1,91 +1,163 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A few threads that live as long as one build. */
+/* Teams: a list of jobs that threads enter as they come, and leave when nothing is left of them. */
 #include "build/workers.h"
 
+#include <fenv.h>
 #include <signal.h>
 
-static void *worker_main(void *argument)
+/* Lives on the stack of the thread that leads it; in its team's list while it runs. */
+struct builder_team_job {
+    void (*run)(void *context);
+    void *context;
+    struct builder_team_job *next;
+    uint32_t busy; /* helpers within it */
+    bool is_taken; /* nothing is left for one who comes now */
+};
+
+void builder_team_open(struct builder_team *team)
 {
-    struct workers *workers = argument;
-    uint64_t seen = 0;
-    pthread_mutex_lock(&workers->lock);
-    for (;;) {
-        while (workers->round == seen && !workers->is_ending)
-            pthread_cond_wait(&workers->begin, &workers->lock);
-        if (workers->is_ending)
-            break;
-        seen = workers->round;
-        void (*job)(void *) = workers->job;
-        void *context = workers->context;
-        pthread_mutex_unlock(&workers->lock);
-        job(context);
-        pthread_mutex_lock(&workers->lock);
-        if (--workers->busy == 0)
-            pthread_cond_signal(&workers->end);
-    }
-    pthread_mutex_unlock(&workers->lock);
-    return NULL;
+    *team = (struct builder_team){.jobs = NULL};
+    pthread_mutex_init(&team->lock, NULL);
+    pthread_cond_init(&team->news, NULL);
+    pthread_cond_init(&team->done, NULL);
 }
 
-void workers_start(struct workers *workers, uint32_t wanted)
+void builder_team_close(struct builder_team *team)
 {
-    workers->count = 1;
-    if (wanted <= 1)
-        return;
-    workers->round = 0;
-    workers->busy = 0;
-    workers->is_ending = false;
-    pthread_mutex_init(&workers->lock, NULL);
-    pthread_cond_init(&workers->begin, NULL);
-    pthread_cond_init(&workers->end, NULL);
-    if (wanted > WORKERS_MAX)
-        wanted = WORKERS_MAX;
-    /* The application's signal handlers are not for these threads. */
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    while (workers->count < wanted &&
-           pthread_create(&workers->threads[workers->count - 1], NULL, worker_main, workers) == 0)
-        workers->count++;
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    if (workers->count == 1) {
-        pthread_mutex_destroy(&workers->lock);
-        pthread_cond_destroy(&workers->begin);
-        pthread_cond_destroy(&workers->end);
+    pthread_mutex_lock(&team->lock);
+    team->is_closed = true;
+    pthread_cond_broadcast(&team->news);
+    pthread_mutex_unlock(&team->lock);
+}
+
+void builder_team_destroy(struct builder_team *team)
+{
+    pthread_mutex_destroy(&team->lock);
+    pthread_cond_destroy(&team->news);
+    pthread_cond_destroy(&team->done);
+}
+
+static struct builder_team_job *find_job(const struct builder_team *team)
+{
+    struct builder_team_job *job = team->jobs;
+    while (job && job->is_taken)
+        job = job->next;
+    return job;
+}
+
+void builder_team_help(struct builder_team *team)
+{
+    fenv_t before;
+    feholdexcept(&before);
+    fesetenv(FE_DFL_ENV);
+    pthread_mutex_lock(&team->lock);
+    while (!team->is_closed) {
+        struct builder_team_job *job = find_job(team);
+        if (!job) {
+            pthread_cond_wait(&team->news, &team->lock);
+            continue;
+        }
+        job->busy++;
+        pthread_mutex_unlock(&team->lock);
+        job->run(job->context);
+        pthread_mutex_lock(&team->lock);
+        job->is_taken = true;
+        if (--job->busy == 0)
+            pthread_cond_broadcast(&team->done);
     }
+    pthread_mutex_unlock(&team->lock);
+    fesetenv(&before);
+}
+
+static void remove_job(struct builder_team *team, const struct builder_team_job *job)
+{
+    struct builder_team_job **link = &team->jobs;
+    while (*link != job)
+        link = &(*link)->next;
+    *link = job->next;
 }
 
 void workers_run(struct workers *workers, void (*job)(void *context), void *context)
 {
-    if (workers->count == 1) {
+    struct builder_team *team = workers->team;
+    if (!team) {
         job(context);
         return;
     }
-    pthread_mutex_lock(&workers->lock);
-    workers->job = job;
-    workers->context = context;
-    workers->busy = workers->count - 1;
-    workers->round++;
-    pthread_cond_broadcast(&workers->begin);
-    pthread_mutex_unlock(&workers->lock);
+    struct builder_team_job mine = {.run = job, .context = context};
+    pthread_mutex_lock(&team->lock);
+    mine.next = team->jobs;
+    team->jobs = &mine;
+    pthread_cond_broadcast(&team->news);
+    pthread_mutex_unlock(&team->lock);
     job(context);
-    pthread_mutex_lock(&workers->lock);
-    while (workers->busy > 0)
-        pthread_cond_wait(&workers->end, &workers->lock);
-    pthread_mutex_unlock(&workers->lock);
+    pthread_mutex_lock(&team->lock);
+    remove_job(team, &mine);
+    while (mine.busy > 0)
+        pthread_cond_wait(&team->done, &team->lock);
+    pthread_mutex_unlock(&team->lock);
+}
+
+struct each_job {
+    workers_body *body;
+    void *context;
+    uint64_t count, step, next; /* `next` is taken atomically */
+};
+
+static void run_each(void *context)
+{
+    struct each_job *job = context;
+    for (;;) {
+        uint64_t begin = __atomic_fetch_add(&job->next, job->step, __ATOMIC_RELAXED);
+        if (begin >= job->count)
+            return;
+        uint64_t end = begin + job->step < job->count ? begin + job->step : job->count;
+        job->body(job->context, (uint32_t)begin, (uint32_t)end);
+    }
+}
+
+void workers_each(struct workers *workers, uint32_t count, uint32_t step, workers_body *body,
+                  void *context)
+{
+    struct each_job job = {body, context, count, step, 0};
+    if (count <= step)
+        run_each(&job);
+    else
+        workers_run(workers, run_each, &job);
+}
+
+static void *worker_main(void *team)
+{
+    builder_team_help(team);
+    return NULL;
+}
+
+void workers_start(struct workers *workers, const struct builder_input *input, uint32_t primitives)
+{
+    uint32_t wanted = input->threads < WORKERS_MAX ? input->threads : WORKERS_MAX;
+    bool is_worth_it = primitives > WORKERS_WORTH;
+    workers->team = is_worth_it ? input->team : NULL;
+    workers->started = 0;
+    if (!is_worth_it || input->team || wanted <= 1)
+        return;
+    workers->team = &workers->own;
+    builder_team_open(workers->team);
+    /* The application's signal handlers are not for these threads. */
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    while (workers->started + 1 < wanted && pthread_create(&workers->threads[workers->started],
+                                                           NULL, worker_main, workers->team) == 0)
+        workers->started++;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
 }
 
 void workers_stop(struct workers *workers)
 {
-    if (workers->count == 1)
+    if (workers->team != &workers->own)
         return;
-    pthread_mutex_lock(&workers->lock);
-    workers->is_ending = true;
-    pthread_cond_broadcast(&workers->begin);
-    pthread_mutex_unlock(&workers->lock);
-    for (uint32_t i = 0; i + 1 < workers->count; i++)
+    builder_team_close(workers->team);
+    for (uint32_t i = 0; i < workers->started; i++)
         pthread_join(workers->threads[i], NULL);
-    pthread_mutex_destroy(&workers->lock);
-    pthread_cond_destroy(&workers->begin);
-    pthread_cond_destroy(&workers->end);
+    builder_team_destroy(workers->team);
 }

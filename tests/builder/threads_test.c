@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Threads: none but the caller's where one was asked for. */
+/* Threads: none but the caller's where one was asked for, and the same bytes however many there are
+ * and whenever they come. */
 #include <dirent.h>
+#include <math.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -69,8 +73,145 @@ static void test_threads(void **state)
     free(blas);
 }
 
+/* Enough to be split by all threads at once, some of them at one place, some inactive. */
+static struct kit_mesh make_mesh(void)
+{
+    struct kit_mesh mesh = kit_soup(90000, 5);
+    for (uint32_t i = 0; i < mesh.vertex_count; i++)
+        if (i / 3 % 97 == 0)
+            memcpy(&mesh.positions[3 * i], &mesh.positions[3 * (i % 3)], 12);
+        else if (i % 1009 == 0)
+            mesh.positions[3 * i] = NAN;
+    return mesh;
+}
+
+/* What one thread builds, at each quality, and what that becomes when the mesh has moved. */
+struct expected {
+    struct kit_mesh mesh, moved;
+    void *built[3], *refitted[3];
+};
+
+static void *refit(const struct builder_input *input, const void *source)
+{
+    uint64_t size = builder_size(source);
+    struct builder_sizes sizes;
+    void *structure = kit_allocate(size);
+    assert_int_equal(builder_get_sizes(input, &input->ranges[0].primitiveCount, &sizes),
+                     BUILDER_OK);
+    void *scratch = kit_allocate(sizes.update_scratch);
+    struct builder_report report;
+    assert_int_equal(
+        builder_refit(input, source, structure, size, scratch, sizes.update_scratch, &report),
+        BUILDER_OK);
+    free(scratch);
+    return structure;
+}
+
+static void make_expected(struct expected *expected)
+{
+    expected->mesh = make_mesh();
+    expected->moved = make_mesh();
+    for (uint32_t i = 0; i < 3 * expected->moved.vertex_count; i++)
+        expected->moved.positions[i] *= 1 + (float)(i % 7) * 0.01f;
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
+        struct kit_input input;
+        kit_input_mesh(&input, &expected->mesh);
+        input.input.quality = (enum builder_quality)quality;
+        expected->built[quality] = kit_build(&input.input, NULL);
+        kit_input_mesh(&input, &expected->moved);
+        expected->refitted[quality] = refit(&input.input, expected->built[quality]);
+    }
+}
+
+static void free_expected(struct expected *expected)
+{
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
+        free(expected->built[quality]);
+        free(expected->refitted[quality]);
+    }
+    kit_mesh_free(&expected->mesh);
+    kit_mesh_free(&expected->moved);
+}
+
+static void check_same(const struct expected *expected, int quality, uint32_t threads,
+                       struct builder_team *team)
+{
+    struct kit_input input;
+    const void *one = expected->built[quality];
+    kit_input_mesh(&input, &expected->mesh);
+    input.input.quality = (enum builder_quality)quality;
+    input.input.threads = threads;
+    input.input.team = team;
+    void *structure = kit_build(&input.input, NULL);
+    assert_int_equal(memcmp(structure, one, builder_size(one)), 0);
+    input.geometry.triangles.vertices = expected->moved.positions;
+    void *refitted = refit(&input.input, structure);
+    assert_int_equal(memcmp(refitted, expected->refitted[quality], builder_size(one)), 0);
+    free(refitted);
+    free(structure);
+}
+
+static void test_same_bytes(void **state)
+{
+    (void)state;
+    struct expected expected;
+    make_expected(&expected);
+    for (uint32_t threads = 2; threads <= 5; threads += 3)
+        for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
+            check_same(&expected, quality, threads, NULL);
+    free_expected(&expected);
+}
+
+static void *help(void *team)
+{
+    builder_team_help(team);
+    return NULL;
+}
+
+struct leader {
+    const struct expected *expected;
+    struct builder_team *team;
+};
+
+static void *lead(void *argument)
+{
+    const struct leader *leader = argument;
+    check_same(leader->expected, BUILDER_FAST, 0, leader->team);
+    check_same(leader->expected, BUILDER_BALANCED, 0, leader->team);
+    return NULL;
+}
+
+/* One helper before the first build, one that comes in its midst, one after the last; and two
+ * threads that lead builds at once. */
+static void test_team(void **state)
+{
+    (void)state;
+    struct expected expected;
+    struct builder_team team;
+    pthread_t early, late, other;
+    make_expected(&expected);
+    builder_team_open(&team);
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
+        check_same(&expected, quality, 0, &team); /* nobody helps */
+    struct leader leader = {&expected, &team};
+    assert_int_equal(pthread_create(&early, NULL, help, &team), 0);
+    assert_int_equal(pthread_create(&other, NULL, lead, &leader), 0);
+    assert_int_equal(pthread_create(&late, NULL, help, &team), 0);
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
+        check_same(&expected, quality, 0, &team);
+    pthread_join(other, NULL);
+    builder_team_close(&team);
+    pthread_join(early, NULL);
+    pthread_join(late, NULL);
+    builder_team_help(&team);
+    builder_team_destroy(&team);
+    free_expected(&expected);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads),
+                                       cmocka_unit_test(test_same_bytes),
+                                       cmocka_unit_test(test_team)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
