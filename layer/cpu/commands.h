@@ -16,7 +16,9 @@
     COMMAND(GetPhysicalDeviceProperties2KHR)                                                       \
     COMMAND(GetPhysicalDeviceFormatProperties)                                                     \
     COMMAND(GetPhysicalDeviceFormatProperties2)                                                    \
-    COMMAND(GetPhysicalDeviceFormatProperties2KHR)
+    COMMAND(GetPhysicalDeviceFormatProperties2KHR)                                                 \
+    COMMAND(GetPhysicalDeviceExternalBufferProperties)                                             \
+    COMMAND(GetPhysicalDeviceExternalBufferPropertiesKHR)
 
 /* COMMAND(extension, name): the overlay has it where the application has enabled the extension (a
  * member of struct cpu_overlay). */
@@ -71,7 +73,48 @@
     COMMAND(QueueSubmit2)                                                                          \
     COMMAND(QueueSubmit2KHR)                                                                       \
     COMMAND(QueueBindSparse)                                                                       \
-    COMMAND(QueuePresentKHR)
+    COMMAND(QueuePresentKHR)                                                                       \
+    COMMAND(CreateBuffer)                                                                          \
+    COMMAND(GetDeviceBufferMemoryRequirements)                                                     \
+    COMMAND(GetDeviceBufferMemoryRequirementsKHR)                                                  \
+    COMMAND(CmdPipelineBarrier)                                                                    \
+    COMMAND(CmdWaitEvents)                                                                         \
+    COMMAND(CmdSetEvent)                                                                           \
+    COMMAND(CmdResetEvent)                                                                         \
+    COMMAND(CmdWriteTimestamp)                                                                     \
+    COMMAND(CmdWriteBufferMarkerAMD)                                                               \
+    COMMAND(CmdPipelineBarrier2)                                                                   \
+    COMMAND(CmdPipelineBarrier2KHR)                                                                \
+    COMMAND(CmdSetEvent2)                                                                          \
+    COMMAND(CmdSetEvent2KHR)                                                                       \
+    COMMAND(CmdWaitEvents2)                                                                        \
+    COMMAND(CmdWaitEvents2KHR)                                                                     \
+    COMMAND(CmdResetEvent2)                                                                        \
+    COMMAND(CmdResetEvent2KHR)                                                                     \
+    COMMAND(CmdWriteTimestamp2)                                                                    \
+    COMMAND(CmdWriteTimestamp2KHR)                                                                 \
+    COMMAND(CmdWriteBufferMarker2AMD)                                                              \
+    COMMAND(CreateRenderPass)                                                                      \
+    COMMAND(CreateRenderPass2)                                                                     \
+    COMMAND(CreateRenderPass2KHR)                                                                  \
+    COMMAND(CreateDescriptorSetLayout)                                                             \
+    COMMAND(GetDescriptorSetLayoutSupport)                                                         \
+    COMMAND(GetDescriptorSetLayoutSupportKHR)                                                      \
+    COMMAND(CreateDescriptorPool)                                                                  \
+    COMMAND(CreateDescriptorUpdateTemplate)                                                        \
+    COMMAND(CreateDescriptorUpdateTemplateKHR)                                                     \
+    COMMAND(UpdateDescriptorSets)                                                                  \
+    COMMAND(CmdPushDescriptorSet)                                                                  \
+    COMMAND(CmdPushDescriptorSetKHR)                                                               \
+    COMMAND(CmdPushDescriptorSet2)                                                                 \
+    COMMAND(CmdPushDescriptorSet2KHR)                                                              \
+    COMMAND(GetDescriptorEXT)                                                                      \
+    COMMAND(GetAccelerationStructureOpaqueCaptureDescriptorDataEXT)                                \
+    COMMAND(WriteResourceDescriptorsEXT)                                                           \
+    COMMAND(CreateShaderModule)                                                                    \
+    COMMAND(CreateShadersEXT)                                                                      \
+    COMMAND(CreateComputePipelines)                                                                \
+    COMMAND(CreateGraphicsPipelines)
 
 /* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
 #define CPU_OWN_COMMANDS(COMMAND)                                                                  \

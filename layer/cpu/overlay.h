@@ -57,4 +57,10 @@ static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
     return layer_find_device(dispatchable)->cpu;
 }
 
+/* The next layer's commands for it. */
+static inline const VkuDeviceDispatchTable *cpu_next(const void *dispatchable)
+{
+    return &cpu_overlay_of(dispatchable)->next;
+}
+
 #endif

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "recorder.h"
+#include "submit_infos.h"
 #include "submits.h"
 
 /* ---- tickets */
@@ -157,8 +158,8 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit(VkQueue queue, uint32_t submitCou
     if (submit.result != VK_SUCCESS)
         return give_up(&submit, submit.result);
     pthread_mutex_lock(&overlay->queue_lock);
-    VkResult result = overlay->next.QueueSubmit(queue, submitCount, pSubmits,
-                                                submit.count ? VK_NULL_HANDLE : fence);
+    VkResult result = cpu_submit_below(overlay->next.QueueSubmit, queue, submitCount, pSubmits,
+                                       submit.count ? VK_NULL_HANDLE : fence);
     result = finish(&submit, fence, result);
     pthread_mutex_unlock(&overlay->queue_lock);
     return result;
@@ -176,7 +177,8 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
     if (submit.result != VK_SUCCESS)
         return give_up(&submit, submit.result);
     pthread_mutex_lock(&overlay->queue_lock);
-    VkResult result = next(queue, count, infos, submit.count ? VK_NULL_HANDLE : fence);
+    VkResult result =
+        cpu_submit2_below(next, queue, count, infos, submit.count ? VK_NULL_HANDLE : fence);
     result = finish(&submit, fence, result);
     pthread_mutex_unlock(&overlay->queue_lock);
     return result;

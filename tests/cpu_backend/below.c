@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The device, in place of the registry and of the reporter. */
+#include "below.h"
+
+#include "cpu/offer.h"
+#include "cpu/refuse.h"
+
+static struct cpu_overlay overlay;
+static struct layer_instance instance;
+static struct layer_device device = {.instance = &instance, .cpu = &overlay};
+struct cpu_overlay *const below = &overlay;
+const char *refused_command;
+unsigned refusals;
+
+struct layer_device *layer_find_device(const void *dispatchable)
+{
+    (void)dispatchable;
+    return &device;
+}
+
+struct layer_instance *layer_find_instance(const void *dispatchable)
+{
+    (void)dispatchable;
+    return &instance;
+}
+
+bool cpu_offers(const struct layer_instance *of, VkPhysicalDevice physical_device)
+{
+    (void)of;
+    (void)physical_device;
+    return true;
+}
+
+void cpu_refuse(const struct layer_instance *of, const char *command, const char *what)
+{
+    (void)of;
+    (void)what;
+    refused_command = command;
+    refusals++;
+}

@@ -1,0 +1,561 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the driver sees of stages and accesses of ray tracing: barriers, events, timestamps,
+ * submissions and render passes. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "below.h"
+#include "cpu/commands.h"
+#include "cpu/submit_infos.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+
+enum {
+    BUILD = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+    COMPUTE = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+    ALL = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+    READ = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+    WRITE = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    SHADER_READ = VK_ACCESS_SHADER_READ_BIT,
+    SHADER_WRITE = VK_ACCESS_SHADER_WRITE_BIT,
+    MEMORY_READ = VK_ACCESS_MEMORY_READ_BIT,
+    MEMORY_WRITE = VK_ACCESS_MEMORY_WRITE_BIT,
+    MANY = 500, /* more than fit on the stack */
+};
+
+/* ---- the driver */
+
+static struct {
+    unsigned calls;
+    uint64_t src, dst, stage;
+    uint32_t count, buffer_count, image_count;
+    const void *array; /* only to compare */
+    VkMemoryBarrier memory[MANY];
+    VkBufferMemoryBarrier buffer;
+    VkImageMemoryBarrier image;
+    VkMemoryBarrier2 memory2[MANY];
+    VkBufferMemoryBarrier2 buffer2;
+    VkImageMemoryBarrier2 image2;
+    VkMemoryRangeBarrierKHR range;
+    VkSubpassDependency dependency;
+    VkSubpassDependency2 dependency2;
+} seen;
+
+static int clear(void **state)
+{
+    (void)state;
+    memset(&seen, 0, sizeof(seen));
+    return 0;
+}
+
+static void see_barriers(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t count,
+                         const VkMemoryBarrier *memory, uint32_t buffer_count,
+                         const VkBufferMemoryBarrier *buffers, uint32_t image_count,
+                         const VkImageMemoryBarrier *images)
+{
+    seen.calls++;
+    seen.src = src;
+    seen.dst = dst;
+    seen.count = count;
+    seen.array = memory;
+    if (count)
+        memcpy(seen.memory, memory, count * sizeof(*memory));
+    if (buffer_count)
+        seen.buffer = *buffers;
+    if (image_count)
+        seen.image = *images;
+    seen.buffer_count = buffer_count;
+    seen.image_count = image_count;
+}
+
+static VKAPI_ATTR void VKAPI_CALL pipeline_barrier(
+    VkCommandBuffer command_buffer, VkPipelineStageFlags src, VkPipelineStageFlags dst,
+    VkDependencyFlags flags, uint32_t count, const VkMemoryBarrier *memory, uint32_t buffer_count,
+    const VkBufferMemoryBarrier *buffers, uint32_t image_count, const VkImageMemoryBarrier *images)
+{
+    assert_int_equal(flags, VK_DEPENDENCY_BY_REGION_BIT);
+    see_barriers(src, dst, count, memory, buffer_count, buffers, image_count, images);
+}
+
+static VKAPI_ATTR void VKAPI_CALL wait_events(VkCommandBuffer command_buffer, uint32_t event_count,
+                                              const VkEvent *events, VkPipelineStageFlags src,
+                                              VkPipelineStageFlags dst, uint32_t count,
+                                              const VkMemoryBarrier *memory, uint32_t buffer_count,
+                                              const VkBufferMemoryBarrier *buffers,
+                                              uint32_t image_count,
+                                              const VkImageMemoryBarrier *images)
+{
+    assert_int_equal(event_count, 1);
+    see_barriers(src, dst, count, memory, buffer_count, buffers, image_count, images);
+}
+
+static void see_stage(uint64_t stage)
+{
+    seen.calls++;
+    seen.stage = stage;
+}
+
+static VKAPI_ATTR void VKAPI_CALL set_event(VkCommandBuffer command_buffer, VkEvent event,
+                                            VkPipelineStageFlags stage)
+{
+    see_stage(stage);
+}
+
+static VKAPI_ATTR void VKAPI_CALL reset_event2(VkCommandBuffer command_buffer, VkEvent event,
+                                               VkPipelineStageFlags2 stage)
+{
+    see_stage(stage);
+}
+
+static VKAPI_ATTR void VKAPI_CALL write_timestamp(VkCommandBuffer command_buffer,
+                                                  VkPipelineStageFlagBits stage, VkQueryPool pool,
+                                                  uint32_t query)
+{
+    see_stage(stage);
+}
+
+static VKAPI_ATTR void VKAPI_CALL write_timestamp2(VkCommandBuffer command_buffer,
+                                                   VkPipelineStageFlags2 stage, VkQueryPool pool,
+                                                   uint32_t query)
+{
+    see_stage(stage);
+}
+
+static void see_info(const VkDependencyInfo *info)
+{
+    seen.calls++;
+    seen.count = info->memoryBarrierCount;
+    if (seen.count)
+        memcpy(seen.memory2, info->pMemoryBarriers, seen.count * sizeof(seen.memory2[0]));
+    if (info->bufferMemoryBarrierCount)
+        seen.buffer2 = *info->pBufferMemoryBarriers;
+    if (info->imageMemoryBarrierCount)
+        seen.image2 = *info->pImageMemoryBarriers;
+    const VkMemoryRangeBarriersInfoKHR *ranges = info->pNext;
+    if (ranges && ranges->memoryRangeBarrierCount)
+        seen.range = *ranges->pMemoryRangeBarriers;
+}
+
+static VKAPI_ATTR void VKAPI_CALL pipeline_barrier2(VkCommandBuffer command_buffer,
+                                                    const VkDependencyInfo *info)
+{
+    seen.array = info;
+    see_info(info);
+}
+
+static VKAPI_ATTR void VKAPI_CALL wait_events2(VkCommandBuffer command_buffer, uint32_t event_count,
+                                               const VkEvent *events, const VkDependencyInfo *infos)
+{
+    seen.array = infos;
+    for (uint32_t i = 0; i < event_count; i++)
+        see_info(&infos[i]);
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count,
+                                                   const VkSubmitInfo *submits, VkFence fence)
+{
+    seen.calls++;
+    seen.array = submits;
+    seen.src = submits[0].waitSemaphoreCount ? submits[0].pWaitDstStageMask[0] : 0;
+    seen.dst = submits[count - 1].waitSemaphoreCount ? submits[count - 1].pWaitDstStageMask[0] : 0;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL queue_submit2(VkQueue queue, uint32_t count,
+                                                    const VkSubmitInfo2 *submits, VkFence fence)
+{
+    seen.calls++;
+    seen.array = submits;
+    seen.src = submits[0].pWaitSemaphoreInfos[0].stageMask;
+    seen.dst = submits[0].pSignalSemaphoreInfos[0].stageMask;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass(VkDevice device,
+                                                         const VkRenderPassCreateInfo *info,
+                                                         const VkAllocationCallbacks *allocator,
+                                                         VkRenderPass *render_pass)
+{
+    seen.calls++;
+    seen.array = info;
+    seen.dependency = *info->pDependencies;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass2(VkDevice device,
+                                                          const VkRenderPassCreateInfo2 *info,
+                                                          const VkAllocationCallbacks *allocator,
+                                                          VkRenderPass *render_pass)
+{
+    seen.calls++;
+    seen.array = info;
+    seen.dependency2 = *info->pDependencies;
+    if (info->pDependencies->pNext)
+        seen.memory2[0] = *(const VkMemoryBarrier2 *)info->pDependencies->pNext;
+    return VK_SUCCESS;
+}
+
+/* ---- Vulkan 1.0 */
+
+static void barrier(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t count,
+                    const VkMemoryBarrier *memory)
+{
+    cpu_CmdPipelineBarrier(COMMAND_BUFFER, src, dst, VK_DEPENDENCY_BY_REGION_BIT, count, memory, 0,
+                           NULL, 0, NULL);
+}
+
+/* What has no bit of ray tracing is not even copied. */
+static void test_other_barriers_pass(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
+    barrier(COMPUTE, ALL, 1, &memory);
+    assert_int_equal(seen.calls, 1);
+    assert_ptr_equal(seen.array, &memory);
+    assert_int_equal(seen.src, COMPUTE);
+    assert_int_equal(seen.dst, ALL);
+}
+
+/* What builds read, they read with any access: the copies that stand for it read memory. */
+static void test_barrier_before_a_build(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
+    barrier(COMPUTE, BUILD, 1, &memory);
+    assert_int_equal(seen.src, COMPUTE);
+    assert_int_equal(seen.dst, ALL);
+    assert_int_equal(seen.memory[0].srcAccessMask, SHADER_WRITE);
+    assert_int_equal(seen.memory[0].dstAccessMask, SHADER_READ | MEMORY_READ);
+    assert_int_equal(memory.dstAccessMask, SHADER_READ);
+}
+
+static void test_barrier_between_builds(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ | WRITE};
+    barrier(BUILD, BUILD | COMPUTE, 1, &memory);
+    assert_int_equal(seen.src, ALL);
+    assert_int_equal(seen.dst, ALL | COMPUTE);
+    assert_int_equal(seen.memory[0].srcAccessMask, MEMORY_READ | MEMORY_WRITE);
+    assert_int_equal(seen.memory[0].dstAccessMask, MEMORY_READ | MEMORY_WRITE);
+}
+
+/* An access of ray tracing at a stage that isn't. */
+static void test_access_alone(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ};
+    barrier(ALL, ALL, 1, &memory);
+    assert_int_equal(seen.memory[0].srcAccessMask, MEMORY_WRITE);
+    assert_int_equal(seen.memory[0].dstAccessMask, MEMORY_READ);
+    barrier(BUILD, BUILD, 0, NULL);
+    assert_int_equal(seen.count, 0);
+    assert_int_equal(seen.src, ALL);
+}
+
+static void test_all_kinds_of_barriers(void **state)
+{
+    (void)state;
+    const VkBufferMemoryBarrier buffer = {.srcAccessMask = WRITE,
+                                          .dstAccessMask = READ,
+                                          .buffer = (VkBuffer)(uintptr_t)7,
+                                          .offset = 5,
+                                          .size = 6};
+    const VkImageMemoryBarrier image = {.srcAccessMask = SHADER_WRITE,
+                                        .dstAccessMask = SHADER_READ,
+                                        .newLayout = VK_IMAGE_LAYOUT_GENERAL};
+    const VkEvent event = VK_NULL_HANDLE;
+    cpu_CmdWaitEvents(COMMAND_BUFFER, 1, &event, BUILD, COMPUTE, 0, NULL, 1, &buffer, 1, &image);
+    assert_int_equal(seen.src, ALL);
+    assert_int_equal(seen.dst, COMPUTE);
+    assert_int_equal(seen.buffer_count, 1);
+    assert_int_equal(seen.buffer.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
+    assert_int_equal(seen.buffer.dstAccessMask, MEMORY_READ);
+    assert_int_equal(seen.buffer.size, 6);
+    assert_int_equal(seen.image_count, 1);
+    assert_int_equal(seen.image.srcAccessMask, SHADER_WRITE | MEMORY_READ);
+    assert_int_equal(seen.image.dstAccessMask, SHADER_READ);
+    assert_int_equal(seen.image.newLayout, VK_IMAGE_LAYOUT_GENERAL);
+}
+
+/* More than the stack takes; without memory the call goes down as it is. */
+static void test_many_barriers(void **state)
+{
+    (void)state;
+    static VkMemoryBarrier memory[MANY];
+    for (unsigned i = 0; i < MANY; i++)
+        memory[i].dstAccessMask = i == MANY - 1 ? READ : SHADER_READ;
+    memory_fail_after(100);
+    barrier(COMPUTE, COMPUTE, 2, memory);
+    assert_false(memory_fail_no_more());
+    barrier(COMPUTE, COMPUTE, MANY, memory);
+    assert_int_equal(seen.count, MANY);
+    assert_int_equal(seen.memory[0].dstAccessMask, SHADER_READ);
+    assert_int_equal(seen.memory[MANY - 1].dstAccessMask, MEMORY_READ);
+
+    memory_fail_after(0);
+    barrier(COMPUTE, COMPUTE, MANY, memory);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(seen.calls, 3);
+    assert_ptr_equal(seen.array, memory);
+}
+
+static void test_stages_alone(void **state)
+{
+    (void)state;
+    cpu_CmdSetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, BUILD | COMPUTE);
+    assert_int_equal(seen.stage, ALL | COMPUTE);
+    cpu_CmdResetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, COMPUTE);
+    assert_int_equal(seen.stage, COMPUTE);
+    cpu_CmdWriteTimestamp(COMMAND_BUFFER, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                          VK_NULL_HANDLE, 0);
+    assert_int_equal(seen.stage, ALL);
+    cpu_CmdResetEvent2(COMMAND_BUFFER, VK_NULL_HANDLE,
+                       VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_COPY_BIT_KHR);
+    assert_int_equal(seen.stage, ALL);
+    cpu_CmdWriteTimestamp2(COMMAND_BUFFER, VK_PIPELINE_STAGE_2_COPY_BIT, VK_NULL_HANDLE, 0);
+    assert_int_equal(seen.stage, VK_PIPELINE_STAGE_2_COPY_BIT);
+    assert_int_equal(seen.calls, 5);
+}
+
+/* ---- VK_KHR_synchronization2 */
+
+static void test_other_dependencies_pass(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier2 memory = {.srcStageMask = COMPUTE,
+                                     .srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+                                     .dstStageMask = ALL,
+                                     .dstAccessMask = SHADER_READ};
+    const VkDependencyInfo info = {.memoryBarrierCount = 1, .pMemoryBarriers = &memory};
+    cpu_CmdPipelineBarrier2(COMMAND_BUFFER, &info);
+    assert_ptr_equal(seen.array, &info);
+    assert_int_equal(seen.calls, 1);
+}
+
+static void test_dependency(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier2 memory[] = {
+        {.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
+         .srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT,
+         .dstStageMask = BUILD,
+         .dstAccessMask = VK_ACCESS_2_SHADER_STORAGE_READ_BIT},
+        {.srcStageMask = BUILD, .dstStageMask = COMPUTE, .dstAccessMask = SHADER_READ},
+    };
+    const VkBufferMemoryBarrier2 buffer = {
+        .srcStageMask = COMPUTE, .dstStageMask = COMPUTE, .dstAccessMask = READ, .size = 6};
+    const VkImageMemoryBarrier2 image = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
+    const VkMemoryRangeBarrierKHR range = {
+        .srcStageMask = BUILD, .srcAccessMask = WRITE, .dstStageMask = BUILD};
+    const VkMemoryRangeBarriersInfoKHR ranges = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR,
+        .memoryRangeBarrierCount = 1,
+        .pMemoryRangeBarriers = &range};
+    const VkDependencyInfo info = {.pNext = &ranges,
+                                   .memoryBarrierCount = 2,
+                                   .pMemoryBarriers = memory,
+                                   .bufferMemoryBarrierCount = 1,
+                                   .pBufferMemoryBarriers = &buffer,
+                                   .imageMemoryBarrierCount = 1,
+                                   .pImageMemoryBarriers = &image};
+    cpu_CmdPipelineBarrier2(COMMAND_BUFFER, &info);
+    assert_int_equal(seen.count, 2);
+    assert_int_equal(seen.memory2[0].srcStageMask, VK_PIPELINE_STAGE_2_COPY_BIT);
+    assert_int_equal(seen.memory2[0].srcAccessMask, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    assert_int_equal(seen.memory2[0].dstStageMask, ALL);
+    assert_int_equal(seen.memory2[0].dstAccessMask,
+                     VK_ACCESS_2_SHADER_STORAGE_READ_BIT | MEMORY_READ);
+    assert_int_equal(seen.memory2[1].srcStageMask, ALL);
+    assert_int_equal(seen.memory2[1].srcAccessMask, 0);
+    assert_int_equal(seen.memory2[1].dstAccessMask, SHADER_READ);
+    assert_int_equal(seen.buffer2.dstAccessMask, MEMORY_READ);
+    assert_int_equal(seen.buffer2.size, 6);
+    assert_int_equal(seen.image2.srcStageMask, ALL);
+    assert_int_equal(seen.range.srcStageMask, ALL);
+    assert_int_equal(seen.range.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
+}
+
+static void test_waits_for_events(void **state)
+{
+    (void)state;
+    const VkMemoryBarrier2 plain = {.srcStageMask = COMPUTE, .dstStageMask = COMPUTE};
+    const VkMemoryBarrier2 traced = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
+    const VkDependencyInfo infos[] = {
+        {.memoryBarrierCount = 1, .pMemoryBarriers = &plain},
+        {0},
+        {.memoryBarrierCount = 1, .pMemoryBarriers = &traced},
+    };
+    const VkEvent events[3] = {VK_NULL_HANDLE};
+    cpu_CmdWaitEvents2(COMMAND_BUFFER, 2, events, infos);
+    assert_ptr_equal(seen.array, infos);
+    cpu_CmdWaitEvents2(COMMAND_BUFFER, 3, events, infos);
+    assert_ptr_not_equal(seen.array, infos);
+    assert_int_equal(seen.memory2[0].srcStageMask, ALL);
+    assert_int_equal(seen.memory2[0].dstStageMask, COMPUTE);
+}
+
+/* Every allocation fails in turn; the last life has all. */
+static void test_dependencies_without_memory(void **state)
+{
+    (void)state;
+    static VkMemoryBarrier2 memory[MANY];
+    const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
+    const VkMemoryRangeBarriersInfoKHR ranges = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR,
+        .memoryRangeBarrierCount = 1,
+        .pMemoryRangeBarriers = &range};
+    const VkDependencyInfo info = {
+        .pNext = &ranges, .memoryBarrierCount = MANY, .pMemoryBarriers = memory};
+    unsigned failures = 0;
+    for (;; failures++) {
+        memory_fail_after((int)failures);
+        cpu_CmdPipelineBarrier2(COMMAND_BUFFER, &info);
+        if (!memory_fail_no_more())
+            break;
+        assert_ptr_equal(seen.array, &info);
+    }
+    assert_int_equal(failures, 2);
+    assert_int_equal(seen.range.srcStageMask, ALL);
+}
+
+/* ---- submissions */
+
+static void test_submissions(void **state)
+{
+    (void)state;
+    const VkPipelineStageFlags plain = COMPUTE, traced = BUILD | COMPUTE;
+    const VkSemaphore semaphore = VK_NULL_HANDLE;
+    const VkSubmitInfo submits[] = {
+        {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &plain},
+        {0},
+        {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &traced},
+    };
+    assert_int_equal(cpu_submit_below(queue_submit, QUEUE, 2, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_ptr_equal(seen.array, submits);
+    assert_int_equal(cpu_submit_below(queue_submit, QUEUE, 3, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_int_equal(seen.src, COMPUTE);
+    assert_int_equal(seen.dst, ALL | COMPUTE);
+    assert_int_equal(traced, BUILD | COMPUTE);
+}
+
+static void test_submissions2(void **state)
+{
+    (void)state;
+    VkSemaphoreSubmitInfo wait = {.stageMask = COMPUTE}, signal = {.stageMask = COMPUTE};
+    const VkSubmitInfo2 submit = {.waitSemaphoreInfoCount = 1,
+                                  .pWaitSemaphoreInfos = &wait,
+                                  .signalSemaphoreInfoCount = 1,
+                                  .pSignalSemaphoreInfos = &signal};
+    assert_int_equal(cpu_submit2_below(queue_submit2, QUEUE, 1, &submit, VK_NULL_HANDLE),
+                     VK_SUCCESS);
+    assert_ptr_equal(seen.array, &submit);
+    signal.stageMask = BUILD;
+    assert_int_equal(cpu_submit2_below(queue_submit2, QUEUE, 1, &submit, VK_NULL_HANDLE),
+                     VK_SUCCESS);
+    assert_int_equal(seen.src, COMPUTE);
+    assert_int_equal(seen.dst, ALL);
+}
+
+static void test_submissions_without_memory(void **state)
+{
+    (void)state;
+    static VkSubmitInfo submits[MANY];
+    const VkPipelineStageFlags traced = BUILD;
+    submits[0].waitSemaphoreCount = 1;
+    submits[0].pWaitDstStageMask = &traced;
+    memory_fail_after(0);
+    assert_int_equal(cpu_submit_below(queue_submit, QUEUE, MANY, submits, VK_NULL_HANDLE),
+                     VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_true(memory_fail_no_more());
+    assert_int_equal(seen.calls, 0);
+}
+
+/* ---- render passes */
+
+static void test_render_pass(void **state)
+{
+    (void)state;
+    VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL,
+                                      .srcStageMask = COMPUTE,
+                                      .dstStageMask = COMPUTE,
+                                      .srcAccessMask = SHADER_WRITE,
+                                      .dstAccessMask = SHADER_READ};
+    const VkRenderPassCreateInfo info = {.dependencyCount = 1, .pDependencies = &dependency};
+    VkRenderPass pass;
+    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    assert_ptr_equal(seen.array, &info);
+    dependency.srcStageMask = BUILD;
+    dependency.srcAccessMask = WRITE;
+    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    assert_int_equal(seen.dependency.srcSubpass, VK_SUBPASS_EXTERNAL);
+    assert_int_equal(seen.dependency.srcStageMask, ALL);
+    assert_int_equal(seen.dependency.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
+    assert_int_equal(seen.dependency.dstAccessMask, SHADER_READ);
+}
+
+static void test_render_pass2(void **state)
+{
+    (void)state;
+    VkMemoryBarrier2 barrier2 = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                 .srcStageMask = COMPUTE,
+                                 .dstStageMask = COMPUTE};
+    const VkSubpassDependency2 dependency = {.pNext = &barrier2};
+    const VkRenderPassCreateInfo2 info = {.dependencyCount = 1, .pDependencies = &dependency};
+    VkRenderPass pass;
+    assert_int_equal(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    assert_ptr_equal(seen.array, &info);
+    barrier2.dstStageMask = BUILD;
+    for (int failing = 0;; failing++) {
+        memory_fail_after(failing);
+        const VkResult result = cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass);
+        const bool failed = memory_fail_no_more();
+        assert_int_equal(result, failed ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+        if (!failed)
+            break;
+    }
+    assert_int_equal(seen.memory2[0].dstStageMask, ALL);
+    assert_int_equal(seen.memory2[0].srcStageMask, COMPUTE);
+    assert_int_equal(barrier2.dstStageMask, BUILD);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_other_barriers_pass, clear),
+        cmocka_unit_test_setup(test_barrier_before_a_build, clear),
+        cmocka_unit_test_setup(test_barrier_between_builds, clear),
+        cmocka_unit_test_setup(test_access_alone, clear),
+        cmocka_unit_test_setup(test_all_kinds_of_barriers, clear),
+        cmocka_unit_test_setup(test_many_barriers, clear),
+        cmocka_unit_test_setup(test_stages_alone, clear),
+        cmocka_unit_test_setup(test_other_dependencies_pass, clear),
+        cmocka_unit_test_setup(test_dependency, clear),
+        cmocka_unit_test_setup(test_waits_for_events, clear),
+        cmocka_unit_test_setup(test_dependencies_without_memory, clear),
+        cmocka_unit_test_setup(test_submissions, clear),
+        cmocka_unit_test_setup(test_submissions2, clear),
+        cmocka_unit_test_setup(test_submissions_without_memory, clear),
+        cmocka_unit_test_setup(test_render_pass, clear),
+        cmocka_unit_test_setup(test_render_pass2, clear),
+    };
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CmdPipelineBarrier = pipeline_barrier;
+    next->CmdWaitEvents = wait_events;
+    next->CmdSetEvent = next->CmdResetEvent = set_event;
+    next->CmdWriteTimestamp = write_timestamp;
+    next->CmdPipelineBarrier2 = pipeline_barrier2;
+    next->CmdWaitEvents2 = wait_events2;
+    next->CmdResetEvent2 = reset_event2;
+    next->CmdWriteTimestamp2 = write_timestamp2;
+    next->CreateRenderPass = create_render_pass;
+    next->CreateRenderPass2 = create_render_pass2;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
