@@ -2,7 +2,9 @@
 /* The rows as a table, and the maps between ids and rows. */
 #include "rules.h"
 
+#include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 const struct rule_info rule_infos[RULE_COUNT] = {
 #define DEVICE(tail) .vuid[COMMAND_DEVICE] = VUID_vkCmdBuildAccelerationStructuresKHR_##tail,
@@ -44,8 +46,9 @@ enum rule rule_of_vuid(enum vuid vuid)
 static const struct {
     const char *id;
     enum vuid current;
+    const char *field;
 } retired[] = {
-#define RETIRED(id, current) {id, VUID_##current},
+#define RETIRED(id, current, field) {id, VUID_##current, field},
 #include "retired.def"
 #undef RETIRED
 };
@@ -54,6 +57,24 @@ const char *vuid_retired(enum vuid vuid, unsigned n)
 {
     for (size_t i = 0; i < sizeof(retired) / sizeof(retired[0]); i++)
         if (retired[i].current == vuid && n-- == 0)
+            return retired[i].id;
+    return NULL;
+}
+
+/* "VUID-", the command or structure, and '-' again. Structures are those of any command. */
+static bool is_of_command(const char *id, enum build_command command)
+{
+    const char *scope = id + strlen("VUID-"), *name = build_command_name(command);
+    size_t length = strlen(name);
+    return strncmp(scope, "vk", 2) != 0 ||
+           (strncmp(scope, name, length) == 0 && scope[length] == '-');
+}
+
+const char *vuid_listed(enum vuid vuid, enum build_command command, const char *field)
+{
+    for (size_t i = 0; i < sizeof(retired) / sizeof(retired[0]); i++)
+        if (retired[i].current == vuid && is_of_command(retired[i].id, command) &&
+            strncmp(field, retired[i].field, strlen(retired[i].field)) == 0)
             return retired[i].id;
     return NULL;
 }

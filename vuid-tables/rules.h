@@ -66,6 +66,9 @@ enum rule rule_of_vuid(enum vuid vuid);
 /* The n-th id that the registry has retired in favour of `vuid`, or NULL. */
 const char *vuid_retired(enum vuid vuid, unsigned n);
 
+/* The retired id that a finding about a field of a call of this command once had; NULL: none. */
+const char *vuid_listed(enum vuid vuid, enum build_command command, const char *field);
+
 /* What the installed registry says of an id; generated at build time from validusage.json. */
 struct vuid_text {
     const char *id;       /* "VUID-..." */

@@ -219,12 +219,17 @@ static void append_origin(struct text_buffer *text, struct message *message,
     text_append(text, ".");
 }
 
-static void append_specification(struct text_buffer *text, enum vuid vuid)
+/* `named` is the id that the message goes by; the others are told beside it. */
+static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named)
 {
     const struct vuid_text *stated = &vuid_texts[vuid];
     if (stated->sentence[0])
         text_append(text, "\nThe Vulkan spec states: %s (" SPECIFICATION "%s#%s)", stated->sentence,
                     stated->page, stated->id);
+    if (named != stated->id) {
+        text_append(text, " (today %s)", stated->id);
+        return;
+    }
     const char *retired;
     for (unsigned n = 0; (retired = vuid_retired(vuid, n)); n++)
         text_append(text, "%s%s", n ? ", " : " (formerly ", retired);
@@ -262,10 +267,15 @@ static void begin(struct message *message, struct text_buffer *text, enum report
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,
-                        uint32_t last_of)
+                        enum vuid_names names, uint32_t last_of)
 {
     struct text_buffer text;
-    begin(message, &text, REPORT_ERROR, vuid_texts[vuid].id);
+    const char *field = finding->field ? finding->field : "", *id = NULL;
+    if (names == VUID_NAMES_LISTED)
+        id = vuid_listed(vuid, location->command, field);
+    if (!id)
+        id = vuid_texts[vuid].id;
+    begin(message, &text, REPORT_ERROR, id);
     if (origin->command_buffer)
         mention(message, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)origin->command_buffer,
                 origin->names);
@@ -275,12 +285,12 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
 
     text_append(&text, "%s(): ", build_command_name(location->command));
     size_t before = text.length;
-    append_path(&text, location, finding->field ? finding->field : "");
+    append_path(&text, location, field);
     if (text.length > before)
         text_append(&text, " ");
     append_statement(&text, message, location->command, origin, finding);
     append_origin(&text, message, location, origin);
-    append_specification(&text, vuid);
+    append_specification(&text, vuid, id);
     if (last_of)
         append_last_notice(&text, last_of);
 }

@@ -19,7 +19,7 @@ enum {
 
 struct message {
     enum report_flag severity;
-    const char *id; /* the VUID */
+    const char *id; /* the VUID, as vuid_names wants it */
     int32_t id_number;
     const char *heading; /* "Validation Error: ...", a line, then the text */
     const char *text;
@@ -38,7 +38,7 @@ int32_t message_id_number(const char *id);
 /* `last_of`: if not 0, tells that so many messages of this id have gone out and no more will. */
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,
-                        uint32_t last_of);
+                        enum vuid_names names, uint32_t last_of);
 
 /* A message of the layer about itself, as no rule's finding. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);

@@ -72,7 +72,7 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
         return false;
 
     struct message message;
-    message_of_finding(&message, vuid, location, origin, finding,
+    message_of_finding(&message, vuid, location, origin, finding, reporter->settings.vuid_names,
                        last ? reporter->settings.duplicate_message_limit : 0);
     return deliver(reporter, &message);
 }

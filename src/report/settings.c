@@ -41,6 +41,12 @@ static const struct choice backends[] = {
     {NULL, 0},
 };
 
+static const struct choice vuid_names[] = {
+    {"current", VUID_NAMES_CURRENT},
+    {"listed", VUID_NAMES_LISTED},
+    {NULL, 0},
+};
+
 /* The last three are flags of the Khronos layer, whose settings users share with this one. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
@@ -154,6 +160,15 @@ static bool load_backend(const struct loader *loader, char *value)
     return true;
 }
 
+static bool load_vuid_names(const struct loader *loader, char *value)
+{
+    uint32_t names;
+    if (!read_choice(vuid_names, value, &names))
+        return false;
+    loader->settings->vuid_names = (enum vuid_names)names;
+    return true;
+}
+
 static bool load_report_flags(const struct loader *loader, char *value)
 {
     return read_flags(report_flags, value, &loader->settings->report_flags);
@@ -213,6 +228,7 @@ static const struct key {
 } keys[] = {
     {"level", load_level, "parameters, state, execution or content", "execution"},
     {"backend", load_backend, "driver or cpu", "driver"},
+    {"vuid_names", load_vuid_names, "current or listed", "current"},
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
     {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
@@ -281,6 +297,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     *settings = (struct settings){
         .level = LEVEL_EXECUTION,
         .backend = BACKEND_DRIVER,
+        .vuid_names = VUID_NAMES_CURRENT,
         .report_flags = REPORT_ERROR | REPORT_WARNING,
         .debug_action = DEBUG_ACTION_DEFAULT,
         .duplicate_message_limit = 10,

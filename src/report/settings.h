@@ -31,9 +31,16 @@ enum report_flag {
     REPORT_INFO = 1 << 2,
 };
 
+/* By which ids messages go where the registry has retired the one that states their condition. */
+enum vuid_names {
+    VUID_NAMES_CURRENT, /* today's */
+    VUID_NAMES_LISTED,  /* the retired one */
+};
+
 struct settings {
     enum level level;
     enum backend backend;
+    enum vuid_names vuid_names;
     uint32_t report_flags;            /* enum report_flag */
     uint32_t debug_action;            /* enum debug_action */
     char *log_filename;               /* NULL: stderr; owned */

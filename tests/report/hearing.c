@@ -140,6 +140,7 @@ void surrounding_clear(const char *settings_text)
         "LEVEL",
         "LEVLE",
         "BACKEND",
+        "VUID_NAMES",
         "REPORT_FLAGS",
         "DEBUG_ACTION",
         "LOG_FILENAME",

@@ -54,6 +54,11 @@ static void test_by_retired_id(void **state)
     const char *retired = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674";
     assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
     assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
+
+    char number[32]; /* as shown where vuid_names is `listed` */
+    snprintf(number, sizeof(number), "0x%x", (uint32_t)message_id_number(retired));
+    assert_filter(number, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
+    assert_filter("03674", 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
 }
 
 static void test_entries_that_name_nothing(void **state)

@@ -23,7 +23,7 @@ static struct message message;
 static const char *word(const struct location *location, const struct call_origin *origin,
                         const struct finding *finding)
 {
-    message_of_finding(&message, SENT_VUID, location, origin, finding, 0);
+    message_of_finding(&message, SENT_VUID, location, origin, finding, VUID_NAMES_CURRENT, 0);
     return message.text;
 }
 
@@ -179,7 +179,8 @@ static void test_specification(void **state)
         const struct vuid_text *stated = &vuid_texts[vuid];
         if (!stated->sentence[0])
             continue;
-        message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding, 0);
+        message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding,
+                           VUID_NAMES_CURRENT, 0);
         snprintf(expected, sizeof(expected),
                  BUILD
                  "is wrong.\nThe Vulkan spec states: %s "
@@ -196,10 +197,35 @@ static void test_specification(void **state)
         }
     }
     message_of_finding(&message, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261, &location,
-                       &(struct call_origin){0}, &finding, 0);
+                       &(struct call_origin){0}, &finding, VUID_NAMES_CURRENT, 0);
     assert_non_null(strstr(message.text,
                            ") (formerly VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674, "
                            "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03802)"));
+}
+
+static void test_a_message_may_go_by_the_retired_id(void **state)
+{
+    (void)state;
+#define RETIRED "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671"
+    const enum vuid vuid = VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258;
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    violated_plainly(&finding, "scratchData.deviceAddress", "is wrong");
+    message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding,
+                       VUID_NAMES_LISTED, 0);
+    assert_string_equal(message.id, RETIRED);
+    assert_int_equal(message.id_number, message_id_number(RETIRED));
+    assert_non_null(strstr(message.heading, "Error: [ " RETIRED " ] | MessageID = 0x"));
+    assert_non_null(strstr(message.text, vuid_texts[vuid].sentence));
+    assert_null(strstr(message.text, "formerly"));
+    assert_non_null(
+        strstr(message.text, ") (today VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12258)"));
+
+    /* Most have none. */
+    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
+                       VUID_NAMES_LISTED, 0);
+    assert_string_equal(message.id, SENT_ID);
+    assert_null(strstr(message.text, "today"));
 }
 
 static void test_heading_and_log(void **state)
@@ -247,11 +273,13 @@ static void test_last_notice(void **state)
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
     struct finding finding;
     violated_plainly(&finding, "", "is wrong");
-    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding, 10);
+    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
+                       VUID_NAMES_CURRENT, 10);
     assert_non_null(strstr(message.text,
                            "\nThis VUID has now been reported 10 times and will not "
                            "be reported again: duplicate_message_limit is reached."));
-    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding, 1);
+    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
+                       VUID_NAMES_CURRENT, 1);
     assert_non_null(strstr(message.text, "reported 1 time and"));
 }
 
@@ -267,7 +295,7 @@ static void test_too_much_text_is_cut(void **state)
     struct finding finding;
     violated(&finding, "a", "is {}", text(much));
     message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
-                       4000000000u);
+                       VUID_NAMES_CURRENT, 4000000000u);
     assert_true(strlen(message.heading) < MESSAGE_SIZE);
     assert_non_null(strstr(message.text,
                            "\xc3\xa9...\nThis VUID has now been reported 4000000000 "
@@ -326,6 +354,7 @@ int main(void)
         cmocka_unit_test(test_values),
         cmocka_unit_test(test_origin),
         cmocka_unit_test(test_specification),
+        cmocka_unit_test(test_a_message_may_go_by_the_retired_id),
         cmocka_unit_test(test_heading_and_log),
         cmocka_unit_test(test_last_notice),
         cmocka_unit_test(test_too_much_text_is_cut),

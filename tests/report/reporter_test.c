@@ -319,6 +319,25 @@ static void test_muted_ids(void **state)
     reporter_destroy(reporter);
 }
 
+static void test_retired_ids_in_place_of_current_ones(void **state)
+{
+    (void)state;
+    static const char retired[] = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671";
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct finding finding;
+    violated_plainly(&finding, "scratchData.deviceAddress", "is wrong");
+    reporter_send(reporter, RULE_build_scratch_is_in_one_buffer,
+                  &(struct location){.command = COMMAND_DEVICE}, &(struct call_origin){0},
+                  &finding);
+    assert_string_equal(hearing.id, retired);
+    assert_int_equal(hearing.number, message_id_number(retired));
+    send_one(reporter);
+    assert_string_equal(hearing.id, SENT_ID);
+    reporter_destroy(reporter);
+}
+
 static void test_a_command_without_the_statement_is_not_told(void **state)
 {
     (void)state;
@@ -414,6 +433,7 @@ int main(void)
         cmocka_unit_test_setup(test_report_flags, clear),
         cmocka_unit_test_setup(test_refusals, clear),
         cmocka_unit_test_setup(test_muted_ids, clear),
+        cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, clear),
         cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told, clear),
         cmocka_unit_test_setup(test_duplicates, clear),
         cmocka_unit_test_setup(test_without_memory, clear),

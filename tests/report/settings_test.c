@@ -54,6 +54,7 @@ static void assert_defaults(const struct settings *settings)
 {
     assert_int_equal(settings->level, LEVEL_EXECUTION);
     assert_int_equal(settings->backend, BACKEND_DRIVER);
+    assert_int_equal(settings->vuid_names, VUID_NAMES_CURRENT);
     assert_int_equal(settings->report_flags, REPORT_ERROR | REPORT_WARNING);
     assert_int_equal(settings->debug_action, DEBUG_ACTION_DEFAULT);
     assert_int_equal(settings->duplicate_message_limit, 10);
@@ -96,6 +97,7 @@ static void test_environment(void **state)
     (void)state;
     setenv("VK_ASSAY_VALIDATION_LEVEL", "Parameters", 1);
     setenv("VK_ASSAY_VALIDATION_BACKEND", "driver", 1);
+    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn, info", 1);
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "log", 1);
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/tmp/12:30:run.txt", 1);
@@ -103,6 +105,7 @@ static void test_environment(void **state)
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID, 1);
     struct settings settings = load(NULL);
     assert_int_equal(settings.level, LEVEL_PARAMETERS);
+    assert_int_equal(settings.vuid_names, VUID_NAMES_LISTED);
     assert_int_equal(settings.report_flags, REPORT_WARNING | REPORT_INFO);
     assert_int_equal(settings.debug_action, DEBUG_ACTION_LOG);
     assert_string_equal(settings.log_filename, "/tmp/12:30:run.txt");
@@ -216,6 +219,7 @@ static void test_values_that_are_not_understood(void **state)
         {"level", "contents", "parameters, state, execution or content", "execution"},
         {"level", "state,content", "parameters, state, execution or content", "execution"},
         {"backend", "gpu", "driver or cpu", "driver"},
+        {"vuid_names", "retired", "current or listed", "current"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break",
          "default"},

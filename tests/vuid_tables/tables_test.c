@@ -130,8 +130,9 @@ static void test_retired_ids_have_a_successor(void **state) {
     static const struct {
         const char *id;
         enum vuid current;
+        const char *field;
     } retired[] = {
-#define RETIRED(id, current) {id, VUID_##current},
+#define RETIRED(id, current, field) {id, VUID_##current, field},
 #include "retired.def"
 #undef RETIRED
     };
@@ -146,6 +147,49 @@ static void test_retired_ids_have_a_successor(void **state) {
         assert_non_null(id);
     }
     assert_null(vuid_retired(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03403, 0));
+}
+
+static void test_a_retired_id_is_of_its_command_and_field(void **state) {
+    (void)state;
+#define DIRECT "VUID-vkCmdBuildAccelerationStructuresKHR-"
+    static const struct {
+        enum vuid vuid;
+        enum build_command command;
+        const char *field, *listed;
+    } cases[] = {
+        {VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_10126, COMMAND_DEVICE,
+         "dstAccelerationStructure", DIRECT "pInfos-03675"},
+        {VUID_vkBuildAccelerationStructuresKHR_pInfos_10126, COMMAND_HOST,
+         "dstAccelerationStructure", NULL},
+        {VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260, COMMAND_DEVICE,
+         "scratchData.deviceAddress", DIRECT "pInfos-03674"},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_DEVICE,
+         "geometry.triangles.vertexData.deviceAddress", DIRECT "pInfos-03805"},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_DEVICE,
+         "geometry.triangles.indexData.deviceAddress", DIRECT "pInfos-03807"},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_DEVICE,
+         "geometry.triangles.transformData.deviceAddress", DIRECT "pInfos-03809"},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_DEVICE, "geometry.aabbs.data.deviceAddress",
+         DIRECT "pInfos-03812"},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_DEVICE, "geometry.instances.data.deviceAddress",
+         DIRECT "pInfos-03814"},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_DEVICE, "geometry.triangles.pNext", NULL},
+        {VUID_VkDeviceAddress_None_10894, COMMAND_INDIRECT,
+         "geometry.triangles.vertexData.deviceAddress", NULL},
+        {VUID_VkAccelerationStructureBuildGeometryInfoKHR_flags_11558, COMMAND_INDIRECT, "flags",
+         "VUID-VkAccelerationStructureBuildGeometryInfoKHR-flags-07334"},
+        {VUID_vkCmdBuildAccelerationStructureNV_accelerationStructureReference_12264, COMMAND_NV,
+         "instanceData",
+         "VUID-vkCmdBuildAccelerationStructureNV-accelerationStructureReference-03786"},
+        {VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03403, COMMAND_DEVICE, "", NULL},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        const char *listed = vuid_listed(cases[i].vuid, cases[i].command, cases[i].field);
+        if (cases[i].listed)
+            assert_string_equal(listed, cases[i].listed);
+        else
+            assert_null(listed);
+    }
 }
 
 static void test_registry_knows_its_extensions(void **state) {
@@ -198,6 +242,7 @@ int main(void) {
         cmocka_unit_test(test_message_id_numbers_are_unique),
         cmocka_unit_test(test_texts_are_plain),
         cmocka_unit_test(test_retired_ids_have_a_successor),
+        cmocka_unit_test(test_a_retired_id_is_of_its_command_and_field),
         cmocka_unit_test(test_registry_knows_its_extensions),
         cmocka_unit_test(test_registry_knows_ray_tracing),
         cmocka_unit_test(test_registry_knows_structures),
