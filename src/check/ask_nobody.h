@@ -10,6 +10,7 @@
 #undef ASK_pair
 #undef ASK_motion_build
 #undef ASK_motion_triangles
+#undef ASK_motion_instance
 #undef ASK_spheres
 #undef ASK_swept_spheres
 #undef ASK_micromap_build
@@ -36,6 +37,7 @@
 #define ASK_pair(name, level)
 #define ASK_motion_build(name, level)
 #define ASK_motion_triangles(name, level)
+#define ASK_motion_instance(name, level)
 #define ASK_spheres(name, level)
 #define ASK_swept_spheres(name, level)
 #define ASK_micromap_build(name, level)

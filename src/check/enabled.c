@@ -60,3 +60,15 @@ VkBuildAccelerationStructureFlagsKHR build_flags_enabled(const struct device_fac
         flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_CLUSTER_OPACITY_MICROMAPS_BIT_NV;
     return flags;
 }
+
+VkGeometryInstanceFlagsKHR instance_flags_enabled(const struct device_facts *device)
+{
+    VkGeometryInstanceFlagsKHR flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR |
+                                       VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR |
+                                       VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR |
+                                       VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
+    if (device->extension.opacity_micromap_ext || device->extension.opacity_micromap_khr)
+        flags |= VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR |
+                 VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
+    return flags;
+}

@@ -12,6 +12,7 @@ bool geometry_type_is_enabled(const struct device_facts *device, VkGeometryTypeK
 
 /* All bits that there are. */
 VkBuildAccelerationStructureFlagsKHR build_flags_enabled(const struct device_facts *device);
+VkGeometryInstanceFlagsKHR instance_flags_enabled(const struct device_facts *device);
 static const VkGeometryFlagsKHR geometry_flags =
     VK_GEOMETRY_OPAQUE_BIT_KHR | VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR;
 

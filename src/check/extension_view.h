@@ -18,6 +18,14 @@ struct motion_triangles_view {
     const VkAccelerationStructureGeometryMotionTrianglesDataNV *data; /* or NULL */
 };
 
+/* An instance of a build with motion, as it was read. */
+struct motion_instance_view {
+    const struct geometry_view *geometry;
+    uint32_t index;
+    VkAccelerationStructureMotionInstanceNV instance;
+    struct accel_facts referenced; /* host builds: what it refers to, handle null if nothing */
+};
+
 /* VK_NV_ray_tracing_linear_swept_spheres. What both of its structures have. */
 struct sphere_data {
     const struct geometry_view *geometry;

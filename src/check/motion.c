@@ -26,6 +26,9 @@ void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_s
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
+    bool is_host = geometry->build->call->command == COMMAND_HOST;
+    if (is_host && walk->context->level >= LEVEL_CONTENT && has_motion_flag(geometry->build))
+        check_host_motion_instances(walk, geometry);
     if (!triangles)
         return;
     struct motion_triangles_view view = {
@@ -33,7 +36,7 @@ void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_s
         .data = chain_member(
             triangles->pNext, &geometry->triangles_chain,
             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)};
-    if (with_state && view.data && geometry->build->call->command != COMMAND_HOST)
+    if (with_state && view.data && !is_host)
         chained_input(walk->context, geometry, INPUT_MOTION_VERTEX,
                       view.data->vertexData.deviceAddress);
     walk_motion_triangles(walk, &view, LEVEL_PARAMETERS);

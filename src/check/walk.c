@@ -141,6 +141,18 @@ void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view
 }
 
 #include "check/ask_nobody.h"
+#undef ASK_motion_instance
+#define ASK_motion_instance(name, level) ASK(name, level, motion_instance)
+
+void walk_motion_instance(struct walk *walk, const struct motion_instance_view *motion_instance)
+{
+    const struct location location = walk_location(motion_instance->geometry, SUBJECT_GEOMETRY);
+    const enum level level = LEVEL_CONTENT;
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
 #undef ASK_spheres
 #define ASK_spheres(name, level) ASK(name, level, spheres)
 

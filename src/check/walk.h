@@ -32,6 +32,7 @@ void walk_motion_build(struct walk *walk, const struct motion_build_view *motion
                        enum level level);
 void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
                            enum level level);
+void walk_motion_instance(struct walk *walk, const struct motion_instance_view *motion_instance);
 void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level);
 void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
                         enum level level);

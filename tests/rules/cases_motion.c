@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of triangles. */
+#include <string.h>
+
 #include "case.h"
 
 #define MOTION_PATH                                                                                \
@@ -10,6 +12,9 @@
 #define FLAGS_WITH_MOTION(build) SET(infos[build].flags, MOTION)
 
 static const struct setup with_motion = {.enable = ENABLE_MOTION};
+static const struct setup with_content = {.enable = ENABLE_MOTION, .level = "content"};
+static const struct setup with_content_and_micromaps = {
+    .enable = ENABLE_MOTION | ENABLE_OPACITY_MICROMAP_EXT, .level = "content"};
 
 /* ---- structures that are made for motion ---- */
 
@@ -36,6 +41,72 @@ static void motion_blas(struct scene *scene)
 static void motion_tlas(struct scene *scene)
 {
     give_motion_dst(scene, TLAS);
+}
+
+/* ---- instances with motion, in host memory ---- */
+
+enum { STILL, MATRIX, SRT, INSTANCES_MADE };
+
+static VkAccelerationStructureMotionInstanceNV *instance_at(struct scene *scene, uint32_t index)
+{
+    return (void *)(scene->instances.host + 160 * (size_t)index);
+}
+
+/* One of each type. */
+static void moving_instances(struct scene *scene)
+{
+    give_motion_dst(scene, TLAS);
+    scene->infos[TLAS].flags = MOTION;
+    memset(scene->instances.host, 0, SCENE_BUFFER_SIZE);
+    for (uint32_t i = 0; i < INSTANCES_MADE; i++)
+        instance_at(scene, i)->type = (VkAccelerationStructureMotionInstanceTypeNV)i;
+    for (uint32_t i = 0; i < 3; i++) {
+        instance_at(scene, STILL)->data.staticInstance.transform.matrix[i][i] = 1;
+        instance_at(scene, MATRIX)->data.matrixMotionInstance.transformT0.matrix[i][i] = 1;
+        instance_at(scene, MATRIX)->data.matrixMotionInstance.transformT1.matrix[i][i] = 1;
+    }
+    instance_at(scene, SRT)->data.srtMotionInstance.transformT0 =
+        instance_at(scene, SRT)->data.srtMotionInstance.transformT1 =
+            (VkSRTDataNV){.sx = 1, .sy = 1, .sz = 1, .qw = 1};
+}
+
+/* Sets something of an instance. */
+#define MOVING_INSTANCES(name, index, assignment)                                                  \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        moving_instances(scene);                                                                   \
+        instance_at(scene, index)->assignment;                                                     \
+    }
+
+MOVING_INSTANCES(instances_of_nobodys_type, MATRIX,
+                 type = (VkAccelerationStructureMotionInstanceTypeNV)3)
+MOVING_INSTANCES(instances_with_flags, SRT, flags = 1)
+MOVING_INSTANCES(still_instance_with_flags, STILL, data.staticInstance.flags = 0x40)
+MOVING_INSTANCES(matrix_instance_with_flags, MATRIX, data.matrixMotionInstance.flags = 0x10)
+MOVING_INSTANCES(srt_instance_with_flags, SRT, data.srtMotionInstance.flags = 0x80)
+MOVING_INSTANCES(instances_force_opaque, SRT,
+                 data.srtMotionInstance.flags = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
+MOVING_INSTANCES(instances_of_no_structure, MATRIX,
+                 data.matrixMotionInstance.accelerationStructureReference = 0x123456)
+MOVING_INSTANCES(instances_of_a_structure, MATRIX,
+                 data.matrixMotionInstance.accelerationStructureReference =
+                     (uint64_t)scene->infos[INDEXED].dstAccelerationStructure)
+/* Behind the last that is built. */
+MOVING_INSTANCES(more_instances_than_built, INSTANCES_MADE,
+                 type = (VkAccelerationStructureMotionInstanceTypeNV)3)
+
+static void instances_behind_pointers(struct scene *scene)
+{
+    instances_of_nobodys_type(scene);
+    scene->geometries[TLAS][0].geometry.instances.arrayOfPointers = VK_TRUE;
+}
+
+/* The last of them ends where nothing can be read. */
+static void instances_off_the_page(struct scene *scene)
+{
+    instances_of_nobodys_type(scene);
+    scene->geometries[TLAS][0].geometry.instances.data.hostAddress =
+        bytes_before_unreadable_page(100);
 }
 
 /* ---- second positions ---- */
@@ -212,6 +283,74 @@ static const struct test_case cases[] = {
      .silent = true,
      .setup = &with_motion,
      .mutate = moving_without_usage},
+
+    /* Contents. */
+    {.name = "motion_instance_of_nobodys_type",
+     RULES(RULE_motion_instance_type_is_valid),
+     .setup = &with_content,
+     .mutate = instances_of_nobodys_type,
+     .mutate_twin = more_instances_than_built,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "motion_instance_with_flags",
+     RULES(RULE_motion_instance_flags_are_zero),
+     .setup = &with_content,
+     .mutate = instances_with_flags,
+     .mutate_twin = moving_instances,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "still_motion_instance_with_nobodys_flags",
+     RULES(RULE_static_member_is_filled),
+     .setup = &with_content,
+     .mutate = still_instance_with_flags,
+     .mutate_twin = moving_instances,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "matrix_motion_instance_with_flags_of_micromaps",
+     RULES(RULE_matrix_motion_instance_flags_are_valid, RULE_matrix_motion_member_is_filled),
+     .setup = &with_content,
+     .mutate = matrix_instance_with_flags,
+     .mutate_twin = moving_instances,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "matrix_motion_instance_with_flags_of_micromaps_enabled",
+     RULES(RULE_matrix_motion_instance_flags_are_valid),
+     .silent = true,
+     .setup = &with_content_and_micromaps,
+     .mutate = matrix_instance_with_flags,
+     .commands = ON_HOST},
+    {.name = "srt_motion_instance_with_nobodys_flags",
+     RULES(RULE_srt_motion_instance_flags_are_valid, RULE_srt_motion_member_is_filled),
+     .setup = &with_content,
+     .mutate = srt_instance_with_flags,
+     .mutate_twin = instances_force_opaque,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "motion_instance_of_no_structure",
+     RULES(RULE_motion_instance_references_are_valid_handles),
+     .setup = &with_content,
+     .mutate = instances_of_no_structure,
+     .mutate_twin = instances_of_a_structure,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "motion_instances_behind_pointers",
+     RULES(RULE_motion_instance_type_is_valid),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = instances_behind_pointers,
+     .commands = ON_HOST},
+    {.name = "motion_instances_off_the_page",
+     RULES(RULE_motion_instance_type_is_valid),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = instances_off_the_page,
+     .commands = ON_HOST},
+    {.name = "motion_instances_in_device_memory",
+     RULES(RULE_motion_instance_type_is_valid),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = instances_of_nobodys_type,
+     .commands = ON_COMMAND_BUFFERS},
 };
 
 CASE_LIST(cases_motion, cases);

@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about the instances of builds with motion, which are content: read here from host memory,
+ * and put to their rules one by one, wherever they were read. */
+#include <string.h>
+
+#include "check/enabled.h"
+#include "check/extensions.h"
+#include "check/geometry_data.h"
+#include "check/predicates.h"
+
+/* Bytes from one to the next in an array (VkAccelerationStructureGeometryInstancesDataKHR). */
+enum { STRIDE = 160 };
+
+static const char field[] = "geometry.instances.data.hostAddress";
+
+/* What the kinds of instances have in common. */
+struct common {
+    VkGeometryInstanceFlagsKHR flags;
+    uint64_t reference;
+};
+
+#define COMMON(member) ((struct common){(member).flags, (member).accelerationStructureReference})
+
+static bool is_of_type(const struct motion_instance_view *view, int type)
+{
+    return (int)view->instance.type == type;
+}
+
+/* False for instances of no known type. */
+static bool find_common(const VkAccelerationStructureMotionInstanceNV *instance,
+                        struct common *common)
+{
+    switch ((int)instance->type) {
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
+        *common = COMMON(instance->data.staticInstance);
+        return true;
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
+        *common = COMMON(instance->data.matrixMotionInstance);
+        return true;
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
+        *common = COMMON(instance->data.srtMotionInstance);
+        return true;
+    default:
+        return false;
+    }
+}
+
+void check_motion_instance(struct walk *walk, const struct geometry_view *geometry, uint32_t index,
+                           const void *bytes)
+{
+    struct check_context *context = walk->context;
+    struct motion_instance_view view = {.geometry = geometry, .index = index};
+    struct common common;
+    memcpy(&view.instance, bytes, sizeof(view.instance));
+    if (geometry->build->call->command == COMMAND_HOST && find_common(&view.instance, &common)) {
+        struct resource_query query = {.accel =
+                                           (VkAccelerationStructureKHR)(uintptr_t)common.reference,
+                                       .accel_facts = &view.referenced};
+        resources_find_all(context->resources, &query, 1);
+    }
+    walk_motion_instance(walk, &view);
+}
+
+/* The elements of an array of pointers are packed, and not read. */
+void check_host_motion_instances(struct walk *walk, const struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    const struct build_view *build = geometry->build;
+    if (!instances || instances->arrayOfPointers || !instances->data.hostAddress || !build->ranges)
+        return;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = &build->ranges[geometry->index];
+    const char *next = (const char *)instances->data.hostAddress + range->primitiveOffset;
+    for (uint32_t i = 0; i < range->primitiveCount; i++, next += STRIDE) {
+        if (!readable(walk->context->readable, next,
+                      sizeof(VkAccelerationStructureMotionInstanceNV)))
+            return;
+        check_motion_instance(walk, geometry, i, next);
+    }
+}
+
+static const struct device_facts *device_of(const struct motion_instance_view *view)
+{
+    return view->geometry->build->call->device;
+}
+
+bool motion_instance_type_is_valid(const struct motion_instance_view *motion_instance,
+                                   struct finding *finding)
+{
+    struct common common;
+    return find_common(&motion_instance->instance, &common) ||
+           device_of(motion_instance)->newer_than_registry ||
+           violated(finding, field,
+                    "leads to instance {}, whose type {} is not a "
+                    "VkAccelerationStructureMotionInstanceTypeNV",
+                    number(motion_instance->index),
+                    number((uint32_t)motion_instance->instance.type));
+}
+
+bool motion_instance_flags_are_zero(const struct motion_instance_view *motion_instance,
+                                    struct finding *finding)
+{
+    return !motion_instance->instance.flags || device_of(motion_instance)->newer_than_registry ||
+           violated(finding, field, "leads to instance {}, whose flags {} are not 0",
+                    number(motion_instance->index), hex(motion_instance->instance.flags));
+}
+
+static bool flags_are_valid(const struct motion_instance_view *view, int type,
+                            struct finding *finding, const char *says)
+{
+    const struct device_facts *device = device_of(view);
+    struct common common;
+    if (!is_of_type(view, type) || !find_common(&view->instance, &common))
+        return true;
+    VkGeometryInstanceFlagsKHR unknown = common.flags & ~instance_flags_enabled(device);
+    return !unknown || device->newer_than_registry ||
+           violated(finding, field, says, number(view->index), hex(common.flags), hex(unknown));
+}
+
+#define FLAGS_OF(member)                                                                           \
+    "leads to instance {}, whose data." member                                                     \
+    ".flags {} have bits {}, which no "                                                            \
+    "VkGeometryInstanceFlagBitsKHR is"
+
+bool matrix_motion_instance_flags_are_valid(const struct motion_instance_view *motion_instance,
+                                            struct finding *finding)
+{
+    return flags_are_valid(motion_instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV, finding,
+                           FLAGS_OF("matrixMotionInstance"));
+}
+
+bool srt_motion_instance_flags_are_valid(const struct motion_instance_view *motion_instance,
+                                         struct finding *finding)
+{
+    return flags_are_valid(motion_instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV, finding,
+                           FLAGS_OF("srtMotionInstance"));
+}
+
+/* Flags are all that can make a member no valid structure of its type. */
+
+#define NO_VALID(member)                                                                           \
+    "leads to instance {}, whose data." member " is no valid structure: its flags {} have bits {}"
+
+bool static_member_is_filled(const struct motion_instance_view *motion_instance,
+                             struct finding *finding)
+{
+    return flags_are_valid(motion_instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV, finding,
+                           NO_VALID("staticInstance"));
+}
+
+bool matrix_motion_member_is_filled(const struct motion_instance_view *motion_instance,
+                                    struct finding *finding)
+{
+    return flags_are_valid(motion_instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV, finding,
+                           NO_VALID("matrixMotionInstance"));
+}
+
+bool srt_motion_member_is_filled(const struct motion_instance_view *motion_instance,
+                                 struct finding *finding)
+{
+    return flags_are_valid(motion_instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV, finding,
+                           NO_VALID("srtMotionInstance"));
+}
+
+/* An instance without a structure is inactive, not wrong. */
+bool motion_instance_references_are_valid_handles(
+    const struct motion_instance_view *motion_instance, struct finding *finding)
+{
+    const struct accel_facts *referenced = &motion_instance->referenced;
+    return !referenced->handle || referenced->alive != NO ||
+           violated(finding, field,
+                    "leads to instance {}, whose accelerationStructureReference {} is not an "
+                    "acceleration structure of this device",
+                    number(motion_instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
+}
