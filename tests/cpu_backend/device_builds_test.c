@@ -170,6 +170,7 @@ static void test_only_what_is_asked_for(void **state)
     assert_int_equal(stage_counters(stage).builds - before.builds, 1);
     stage_trace(stage, scene.tlas.handle, 0, 0);
     assert_int_equal(stage_counters(stage).builds - before.builds, 2);
+    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &commands);
     close_scene(&scene);
 }
 
@@ -252,6 +253,8 @@ static void test_resubmission(void **state)
     assert_int_equal(stage_counters(stage).builds, before.builds);
     assert_true(is_at(clone.handle, 0));
     assert_true(is_at(scene.blas.handle, 7));
+    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &build);
+    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &copy);
     stage_destroy(stage, &clone);
     close_scene(&scene);
 }
