@@ -13,11 +13,14 @@
 #include "gpu.h"
 
 static const char *const gpu_extensions[] = {
-    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-    VK_KHR_RAY_QUERY_EXTENSION_NAME,
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_KHR_RAY_QUERY_EXTENSION_NAME, /* the last: not always wanted */
 };
-#define GPU_EXTENSION_COUNT (sizeof(gpu_extensions) / sizeof(*gpu_extensions))
+
+static uint32_t gpu_extension_count(const struct gpu *gpu)
+{
+    return sizeof(gpu_extensions) / sizeof(*gpu_extensions) - !gpu->wants_queries;
+}
 
 void gpu_check(VkResult result, const char *call)
 {
@@ -85,7 +88,7 @@ static bool gpu_has_extensions(struct gpu *gpu, VkPhysicalDevice physical, const
         "vkEnumerateDeviceExtensionProperties");
 
     *lacks = NULL;
-    for (size_t wanted = 0; wanted < GPU_EXTENSION_COUNT && !*lacks; ++wanted) {
+    for (size_t wanted = 0; wanted < gpu_extension_count(gpu) && !*lacks; ++wanted) {
         bool found = false;
         for (uint32_t i = 0; i < count && !found; ++i)
             found = strcmp(offered[i].extensionName, gpu_extensions[wanted]) == 0;
@@ -134,7 +137,7 @@ static const char *gpu_lacks(struct gpu *gpu, VkPhysicalDevice physical)
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &query};
+        .pNext = gpu->wants_queries ? &query : NULL};
     VkPhysicalDeviceVulkan12Features core = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
     gpu->instance_calls.GetPhysicalDeviceFeatures2(
@@ -142,7 +145,7 @@ static const char *gpu_lacks(struct gpu *gpu, VkPhysicalDevice physical)
                       .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &core});
     if (!structures.accelerationStructure)
         return "the feature accelerationStructure";
-    if (!query.rayQuery)
+    if (gpu->wants_queries && !query.rayQuery)
         return "the feature rayQuery";
     if (!core.bufferDeviceAddress)
         return "the feature bufferDeviceAddress";
@@ -176,7 +179,8 @@ static void gpu_choose_device(struct gpu *gpu)
         snprintf(reasons + used, sizeof(reasons) - used, "%s%s lacks %s", i ? "; " : "",
                  gpu->properties.deviceName, lacks);
     }
-    demo_fail("no device with acceleration structures and ray queries: %s", reasons);
+    demo_fail("no device with acceleration structures%s: %s",
+              gpu->wants_queries ? " and ray queries" : "", reasons);
 }
 
 static int gpu_is_layer(struct dl_phdr_info *library, size_t size, void *unused)
@@ -202,7 +206,7 @@ static void gpu_open_device(struct gpu *gpu)
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &query,
+        .pNext = gpu->wants_queries ? &query : NULL,
         .accelerationStructure = VK_TRUE};
     const VkPhysicalDeviceVulkan12Features core = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
@@ -222,7 +226,7 @@ static void gpu_open_device(struct gpu *gpu)
                               .queueCount = 1,
                               .pQueuePriorities = &priority,
                           },
-                      .enabledExtensionCount = GPU_EXTENSION_COUNT,
+                      .enabledExtensionCount = gpu_extension_count(gpu),
                       .ppEnabledExtensionNames = gpu_extensions,
                   },
                   NULL, &gpu->device),
@@ -230,9 +234,9 @@ static void gpu_open_device(struct gpu *gpu)
     calls_load_device(&gpu->calls, gpu->instance_calls.GetDeviceProcAddr, gpu->device);
 }
 
-void gpu_open(struct gpu *gpu, struct findings *findings)
+void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries)
 {
-    *gpu = (struct gpu){0};
+    *gpu = (struct gpu){.wants_queries = wants_queries};
     gpu_open_instance(gpu, findings);
     gpu_choose_device(gpu);
     gpu_require_layer();

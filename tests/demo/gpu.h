@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A Vulkan device with acceleration structures and ray queries, and the objects made on it. */
+/* A Vulkan device with acceleration structures, and the objects made on it. */
 #ifndef DEMO_GPU_H
 #define DEMO_GPU_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan.h>
 
@@ -26,13 +27,15 @@ struct gpu {
     uint32_t queue_family;
     VkQueueFlags queue_flags;
     VkQueue queue;
+    bool wants_queries;
     VkCommandPool pool;
 };
 
-/* Opens the first device that can do what the demo needs, with the layer GPU_LAYER above it.
+/* Opens the first device that can do what the demo needs, ray queries only if they are wanted, with
+ * the layer GPU_LAYER above it.
  * Ends the process with one line on stderr where there is no such device, driver, loader or layer.
  */
-void gpu_open(struct gpu *gpu, struct findings *findings);
+void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries);
 void gpu_close(struct gpu *gpu);
 
 /* Ends the process with one line on stderr unless the result is VK_SUCCESS. */

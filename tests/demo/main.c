@@ -27,7 +27,7 @@ static const char usage[] =
     "\n"
     "  --mesh MESH      a file that assimp reads (default: the bunny of glmark2-data)\n"
     "  --out-dir DIR    where scene.png goes (default: build/demo)\n"
-    "  --no-picture     don't draw\n"
+    "  --no-picture     don't draw, and do without ray queries\n"
     "  --help           print this and exit\n";
 
 struct options {
@@ -114,7 +114,7 @@ int main(int argc, char **argv)
     struct findings findings = {0};
     struct gpu gpu;
     struct scene scene;
-    gpu_open(&gpu, &findings);
+    gpu_open(&gpu, &findings, options.picture);
     printf("device: %s, under %s\n", gpu.properties.deviceName, GPU_LAYER);
     main_build(&scene, &gpu, options.mesh);
     if (options.picture)

@@ -174,7 +174,7 @@ static void check_every_rule_has_fired(struct run *run)
 static int usage(void)
 {
     fputs(
-        "usage: execution_test null|lavapipe [--filter NAME] [--list] [--verbose] "
+        "usage: execution_test null|lavapipe|environment [--filter NAME] [--list] [--verbose] "
         "[--results FILE]\n",
         stderr);
     return 2;

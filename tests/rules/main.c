@@ -279,7 +279,7 @@ static void check_every_rule_has_a_case(struct run *run)
 static int usage(void)
 {
     fputs(
-        "usage: rules_test null|lavapipe [--filter NAME] [--list] [--verbose] "
+        "usage: rules_test null|lavapipe|environment [--filter NAME] [--list] [--verbose] "
         "[--results FILE]\n",
         stderr);
     return 2;

@@ -39,14 +39,16 @@ const char *platform_open(struct platform *platform, const char *name)
         reason = null_driver_open(platform);
     } else if (strcmp(name, "lavapipe") == 0) {
         reason = lavapipe_find();
+    } else if (strcmp(name, "environment") == 0) {
+        reason = getenv("VK_DRIVER_FILES") != NULL ? NULL : "VK_DRIVER_FILES is not set";
     } else {
-        fprintf(stderr, "unknown platform '%s': null or lavapipe\n", name);
+        fprintf(stderr, "unknown platform '%s': null, lavapipe or environment\n", name);
         exit(2);
     }
     if (reason != NULL)
         return reason;
 
-    setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
+    setenv("VK_LAYER_PATH", LAYER_FOLDER, strcmp(name, "environment") != 0);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the cases run on: the installed loader, with the layer of this build tree, over the null
- * driver or over lavapipe. */
+ * driver, over lavapipe, or over a driver that the environment names; its VK_LAYER_PATH, too, stays
+ * as it is. */
 #ifndef RULES_PLATFORM_H
 #define RULES_PLATFORM_H
 

@@ -72,6 +72,23 @@ static void instance_create(struct world *world)
 
 /* ---- the physical device ---- */
 
+/* Which driver it is that the environment names, once. */
+static void tell_device(const struct world *world)
+{
+    static bool told;
+    VkPhysicalDeviceDriverProperties driver = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
+
+    if (told || strcmp(world->platform->name, "environment") != 0)
+        return;
+    told = true;
+    world->vki.GetPhysicalDeviceProperties2(world->physical_device, &properties);
+    printf("[  DEVICE  ] %s, %s %s\n", properties.properties.deviceName, driver.driverName,
+           driver.driverInfo);
+}
+
 static void physical_device_choose(struct world *world)
 {
     uint32_t count = 1;
@@ -99,6 +116,7 @@ static void physical_device_choose(struct world *world)
     world->vki.GetPhysicalDeviceFeatures2(world->physical_device, &features);
     world->has_indirect = offered.accelerationStructureIndirectBuild;
     world->has_host = offered.accelerationStructureHostCommands;
+    tell_device(world);
 }
 
 uint32_t world_find_family(const struct world *world, VkQueueFlags with, VkQueueFlags without)
