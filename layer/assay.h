@@ -46,9 +46,10 @@ typedef struct AssayRay {
     uint32_t flags, cullMask;
 } AssayRay;
 
-/* The nearest hit, or the first found with flag 0x4. Every AABB and every triangle counts, opaque
- * or not, as if each shader confirmed it where the ray enters (or at tMin, where it begins inside).
- * Of hits at the same t any may be the one. */
+/* The nearest hit, or the first found with flag 0x4. Unless there is a function that says
+ * otherwise, every AABB and every triangle counts, opaque or not, as if each shader confirmed it;
+ * an AABB where the ray enters, or at tMin where it begins inside. Of hits at the same t any may be
+ * the one. */
 typedef struct AssayHit {
     VkBool32 isHit; /* VK_FALSE: all else is 0 */
     float t;
@@ -58,6 +59,18 @@ typedef struct AssayHit {
     uint32_t customIndex, sbtOffset; /* of the instance, 24 bits each */
     VkBool32 isAabb, isFrontFacing, isOpaque;
 } AssayHit;
+
+/* What becomes of something that a ray meets, as intersection and any-hit shaders would say; the
+ * candidates of one ray come in any order. For an AABB, `candidate->t` is where the ray enters it,
+ * or tMin; write the t at which the ray meets what the box holds. An accepted t that isn't between
+ * tMin and the nearest one accepted before is ignored. Called on the thread that traces. */
+typedef enum AssayAnswer {
+    ASSAY_ANSWER_IGNORE = 0,
+    ASSAY_ANSWER_ACCEPT = 1, /* and go on with what is nearer, unless flag 0x4 is set */
+    ASSAY_ANSWER_STOP = 2,   /* ignore it, and leave it at what was accepted before */
+} AssayAnswer;
+typedef AssayAnswer(VKAPI_PTR *PFN_AssayCandidate)(void *userData, uint32_t rayIndex,
+                                                   AssayHit *candidate);
 
 /* Traces `rayCount` rays against what `accelerationStructure`, a handle or a device address from
  * vkGetAccelerationStructureDeviceAddressKHR, holds now, and writes one hit each. Bottom levels are
@@ -78,6 +91,8 @@ typedef struct AssayTraceInfo {
     size_t raySize, hitSize;
     const AssayRay *rays;
     AssayHit *hits;
+    PFN_AssayCandidate candidate; /* NULL: all are accepted */
+    void *userData;
 } AssayTraceInfo;
 typedef VkResult(VKAPI_PTR *PFN_vkTraceRaysASSAY)(VkDevice device, const AssayTraceInfo *info);
 

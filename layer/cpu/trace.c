@@ -14,30 +14,72 @@ _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_EXACT == TRACE_EXACT,
                "accuracies");
 
-static AssayHit trace_ray(struct cpu_scene *scene, const AssayRay *ray)
+static struct trace_ray ray_of(const AssayRay *from)
 {
-    struct trace_ray from = {
-        .t_min = ray->tMin, .t_max = ray->tMax, .flags = ray->flags, .cull_mask = ray->cullMask};
-    memcpy(from.origin, ray->origin, sizeof(from.origin));
-    memcpy(from.direction, ray->direction, sizeof(from.direction));
-    struct trace_hit hit;
-    scene->rays++;
-    if (!trace_closest(&scene->traced, &from, &hit))
-        return (AssayHit){.isHit = VK_FALSE};
+    struct trace_ray ray = {.t_min = from->tMin,
+                            .t_max = from->tMax,
+                            .flags = from->flags,
+                            .cull_mask = from->cullMask};
+    memcpy(ray.origin, from->origin, sizeof(ray.origin));
+    memcpy(ray.direction, from->direction, sizeof(ray.direction));
+    return ray;
+}
+
+static AssayHit hit_of(const struct trace_hit *from)
+{
     return (AssayHit){
         .isHit = VK_TRUE,
-        .t = hit.t,
-        .u = hit.u,
-        .v = hit.v,
-        .geometry = hit.geometry,
-        .primitive = hit.primitive,
-        .instance = hit.instance,
-        .customIndex = hit.custom_index,
-        .sbtOffset = hit.sbt_offset,
-        .isAabb = hit.is_aabb,
-        .isFrontFacing = hit.front_face,
-        .isOpaque = hit.opaque,
+        .t = from->t,
+        .u = from->u,
+        .v = from->v,
+        .geometry = from->geometry,
+        .primitive = from->primitive,
+        .instance = from->instance,
+        .customIndex = from->custom_index,
+        .sbtOffset = from->sbt_offset,
+        .isAabb = from->is_aabb,
+        .isFrontFacing = from->front_face,
+        .isOpaque = from->opaque,
     };
+}
+
+/* One ray whose candidates the application answers. */
+struct questions {
+    const AssayTraceInfo *info;
+    uint32_t ray;
+    AssayHit nearest;
+};
+
+static enum trace_answer ask(void *context, struct trace_hit *candidate)
+{
+    struct questions *questions = context;
+    const AssayTraceInfo *info = questions->info;
+    const AssayRay *ray = &info->rays[questions->ray];
+    AssayHit hit = hit_of(candidate);
+    AssayAnswer answer = info->candidate(info->userData, questions->ray, &hit);
+    if (answer == ASSAY_ANSWER_STOP)
+        return TRACE_STOP;
+    float limit = questions->nearest.isHit ? questions->nearest.t : ray->tMax;
+    if (answer != ASSAY_ANSWER_ACCEPT || !(hit.t >= ray->tMin && hit.t <= limit))
+        return TRACE_IGNORE;
+    if (candidate->is_aabb)
+        candidate->t = hit.t;
+    questions->nearest = hit_of(candidate);
+    return TRACE_ACCEPT;
+}
+
+static AssayHit trace_ray(struct cpu_scene *scene, const AssayTraceInfo *info, uint32_t index)
+{
+    const struct trace_ray ray = ray_of(&info->rays[index]);
+    struct trace_hit hit;
+    scene->rays++;
+    if (!info->candidate)
+        return trace_closest(&scene->traced, &ray, &hit) ? hit_of(&hit)
+                                                         : (AssayHit){.isHit = VK_FALSE};
+    struct questions questions = {.info = info, .ray = index};
+    const struct trace_visitor visitor = {ask, &questions};
+    trace_candidates(&scene->traced, &ray, &visitor);
+    return questions.nearest;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTraceInfo *info)
@@ -54,7 +96,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
     if (result != VK_SUCCESS)
         return result;
     for (uint32_t i = 0; i < info->rayCount; i++)
-        info->hits[i] = trace_ray(&scene, &info->rays[i]);
+        info->hits[i] = trace_ray(&scene, info, i);
     cpu_scene_close(&scene);
     return VK_SUCCESS;
 }

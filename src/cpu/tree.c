@@ -12,9 +12,9 @@
 struct cpu_tree {
     atomic_uint references;
     void *bytes;
-    /* of trees that are made late; the lock guards both, and `bytes` until it is made */
+    /* of trees that are made late; the lock guards the work, and `bytes` as long as it waits */
     pthread_mutex_t lock;
-    bool is_late;
+    atomic_bool is_waiting;
     struct cpu_tree_work work; /* make is NULL once it has run */
 };
 
@@ -32,7 +32,7 @@ struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work)
 {
     struct cpu_tree *tree = cpu_tree_create();
     if (tree) {
-        tree->is_late = true;
+        atomic_init(&tree->is_waiting, true);
         tree->work = *work;
     }
     return tree;
@@ -73,11 +73,12 @@ static void make(struct cpu_tree *tree)
         tree->bytes = NULL;
     }
     work.release(work.context);
+    atomic_store_explicit(&tree->is_waiting, false, memory_order_release);
 }
 
 const void *cpu_tree_read(struct cpu_tree *tree)
 {
-    if (!tree->is_late)
+    if (!atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
         return tree->bytes;
     pthread_mutex_lock(&tree->lock);
     if (tree->work.make)
@@ -90,7 +91,7 @@ const void *cpu_tree_read(struct cpu_tree *tree)
 struct cpu_tree *cpu_tree_start(struct cpu_tree *tree)
 {
     struct cpu_tree *start = NULL;
-    if (tree->is_late) {
+    if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire)) {
         pthread_mutex_lock(&tree->lock);
         if (tree->work.make && tree->work.start)
             start = cpu_tree_keep(tree->work.start);

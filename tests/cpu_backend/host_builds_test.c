@@ -167,12 +167,59 @@ static void test_trace_arguments(void **state)
     expect_silence();
 }
 
+struct answers {
+    AssayAnswer answer;
+    uint32_t asked;
+};
+
+/* Accepts no triangle before the plane x = 3. */
+static AssayAnswer answer(void *data, uint32_t ray, AssayHit *candidate)
+{
+    struct answers *answers = data;
+    assert_true(ray < 2);
+    answers->asked++;
+    return candidate->t < 3.5f ? ASSAY_ANSWER_IGNORE : answers->answer;
+}
+
+static void test_trace_candidates(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 10, 0);
+    const AssayRay ray = {
+        .origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 100, .cullMask = 0xff};
+    const AssayRay rays[2] = {ray, ray};
+    AssayHit hits[2];
+    struct answers answers = {ASSAY_ANSWER_ACCEPT, 0};
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
+                                 .accuracy = ASSAY_ACCURACY_EXACT,
+                                 .rayCount = 2,
+                                 .raySize = sizeof(ray),
+                                 .hitSize = sizeof(hits[0]),
+                                 .rays = rays,
+                                 .hits = hits,
+                                 .candidate = answer,
+                                 .userData = &answers};
+    expect(stage.trace_rays(stage.device, &info));
+    for (int i = 0; i < 2; i++) {
+        assert_true(hits[i].isHit);
+        assert_float_equal(hits[i].t, 4, 0);
+        assert_int_equal(hits[i].primitive, 3);
+    }
+    assert_true(answers.asked >= 8);
+    answers = (struct answers){ASSAY_ANSWER_STOP, 0};
+    expect(stage.trace_rays(stage.device, &info));
+    assert_false(hits[0].isHit || hits[1].isHit);
+    close_scene(&scene);
+    expect_silence();
+}
+
 static int run(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_build_and_trace), cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_update),          cmocka_unit_test(test_counters),
-        cmocka_unit_test(test_trace_arguments),
+        cmocka_unit_test(test_trace_arguments), cmocka_unit_test(test_trace_candidates),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
