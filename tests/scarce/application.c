@@ -117,10 +117,17 @@ static void create_device(struct application *app)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_EXTENSION_NAME};
-    const bool offers_nv = strcmp(BACKEND, "cpu") != 0;
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                             VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+                                             VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+                                             VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
+    const bool offers_more = strcmp(BACKEND, "cpu") != 0;
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+        .micromap = VK_TRUE};
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
+        .pNext = offers_more ? &micromaps : NULL,
         .bufferDeviceAddress = VK_TRUE};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
@@ -136,7 +143,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = offers_nv ? 3 : 2,
+                                     .enabledExtensionCount = offers_more ? 6 : 2,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;

@@ -17,6 +17,7 @@ enum {
     SPARSE_PAGE = 65536,
     SPARSE_PAGES = 12,
     NV_STRUCTURES = 24,
+    MICROMAPS = 24,
     QUERIES = 4,
 };
 
@@ -61,6 +62,12 @@ struct application {
     VkDeviceMemory nv_memory;
     VkAccelerationStructureNV nv[NV_STRUCTURES];
     VkBuffer nv_scratch;
+    /* Of VK_EXT_opacity_micromap; and structures for one of VK_KHR_opacity_micromap, and for what
+     * uses all of them. */
+    VkMicromapEXT micromaps[MICROMAPS];
+    VkDeviceMemory micromap_memory;
+    VkBuffer micromap_buffer;
+    VkAccelerationStructureKHR micromap, with_micromaps;
 };
 
 /* Asks for something that can be refused; the second time there is memory. */
@@ -94,6 +101,11 @@ void create_nv(struct application *app);
 void destroy_nv(struct application *app);
 void record_nv(struct application *app, VkCommandBuffer command_buffer);
 void mistake_nv(struct application *app, VkCommandBuffer command_buffer);
+
+/* Of micromaps (micromaps.c): what it records is valid. */
+void create_micromaps(struct application *app);
+void destroy_micromaps(struct application *app);
+void record_micromaps(struct application *app, VkCommandBuffer command_buffer);
 
 void create_objects(struct application *app);
 void destroy_objects(struct application *app);

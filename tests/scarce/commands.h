@@ -26,6 +26,7 @@
     COMMAND(CmdBeginDebugUtilsLabelEXT)                                                            \
     COMMAND(CmdBuildAccelerationStructureNV)                                                       \
     COMMAND(CmdBuildAccelerationStructuresKHR)                                                     \
+    COMMAND(CmdBuildMicromapsEXT)                                                                  \
     COMMAND(CmdCopyAccelerationStructureKHR)                                                       \
     COMMAND(CmdCopyAccelerationStructureNV)                                                        \
     COMMAND(CmdEndDebugUtilsLabelEXT)                                                              \
@@ -40,6 +41,7 @@
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(CreateCommandPool)                                                                     \
     COMMAND(CreateDeferredOperationKHR)                                                            \
+    COMMAND(CreateMicromapEXT)                                                                     \
     COMMAND(CreatePrivateDataSlot)                                                                 \
     COMMAND(CreateQueryPool)                                                                       \
     COMMAND(CreateSemaphore)                                                                       \
@@ -50,6 +52,7 @@
     COMMAND(DestroyCommandPool)                                                                    \
     COMMAND(DestroyDeferredOperationKHR)                                                           \
     COMMAND(DestroyDevice)                                                                         \
+    COMMAND(DestroyMicromapEXT)                                                                    \
     COMMAND(DestroyPrivateDataSlot)                                                                \
     COMMAND(DestroyQueryPool)                                                                      \
     COMMAND(DestroySemaphore)                                                                      \

@@ -162,12 +162,14 @@ void create_objects(struct application *app)
     create_sparse(app);
     create_tails(app);
     create_nv(app);
+    create_micromaps(app);
 }
 
 void destroy_objects(struct application *app)
 {
     app->vk.DeviceWaitIdle(app->device);
     app->vk.DestroySemaphore(app->device, app->semaphore, NULL);
+    destroy_micromaps(app);
     destroy_nv(app);
     destroy_tails(app);
     destroy_sparse(app);

@@ -142,6 +142,7 @@ static void record_builds(struct application *app, VkCommandBuffer command_buffe
         app->sets[BUILDS - 1].accel;
     send(app, command_buffer, &call);
     record_nv(app, command_buffer);
+    record_micromaps(app, command_buffer);
     close_labels(app, command_buffer, 9);
     end(app, command_buffer);
 }

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The application's use of micromaps: builds of them, builds that use them, and an update. */
+#include "application_parts.h"
+
+enum {
+    OBJECT = 4096,
+    ACCEL_AT = MICROMAPS * OBJECT,
+    SCRATCH_AT = ACCEL_AT + ACCEL_SIZE,
+    INPUT_AT = SCRATCH_AT + (1 << 16),
+};
+
+static void create_micromap(struct application *app, unsigned i)
+{
+    const VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+                                          .buffer = app->micromap_buffer,
+                                          .offset = i * OBJECT,
+                                          .size = OBJECT,
+                                          .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT};
+    GET(app, "vkCreateMicromapEXT",
+        app->vk.CreateMicromapEXT(app->device, &info, NULL, &app->micromaps[i]));
+    name_object(app, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)app->micromaps[i], "micromap", i);
+}
+
+void create_micromaps(struct application *app)
+{
+    const VkDeviceSize size = INPUT_AT + (1 << 16);
+    app->micromap_memory = allocate(app, size);
+    app->micromap_buffer =
+        create_buffer(app, size,
+                      VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                      0);
+    GET(app, "vkBindBufferMemory",
+        app->vk.BindBufferMemory(app->device, app->micromap_buffer, app->micromap_memory, 0));
+    for (unsigned i = 1; i < MICROMAPS; i++)
+        create_micromap(app, i);
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = app->micromap_buffer,
+        .size = OBJECT,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR};
+    GET(app, "vkCreateAccelerationStructureKHR",
+        app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &app->micromap));
+    app->with_micromaps = create_accel(app, app->micromap_buffer, ACCEL_AT, ACCEL_SIZE);
+}
+
+void destroy_micromaps(struct application *app)
+{
+    for (unsigned i = 1; i < MICROMAPS; i++)
+        app->vk.DestroyMicromapEXT(app->device, app->micromaps[i], NULL);
+    app->vk.DestroyAccelerationStructureKHR(app->device, app->micromap, NULL);
+    app->vk.DestroyAccelerationStructureKHR(app->device, app->with_micromaps, NULL);
+    app->vk.DestroyBuffer(app->device, app->micromap_buffer, NULL);
+    app->vk.FreeMemory(app->device, app->micromap_memory, NULL);
+}
+
+static void build_micromaps(struct application *app, VkCommandBuffer command_buffer)
+{
+    VkMicromapBuildInfoEXT infos[MICROMAPS];
+    for (unsigned i = 1; i < MICROMAPS; i++)
+        infos[i] = (VkMicromapBuildInfoEXT){.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
+                                            .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                                            .dstMicromap = app->micromaps[i]};
+    app->vk.CmdBuildMicromapsEXT(command_buffer, MICROMAPS - 1, infos + 1);
+}
+
+static void build_micromap_khr(struct application *app, VkCommandBuffer command_buffer)
+{
+    const VkDeviceAddress address = address_of(app, app->micromap_buffer);
+    const VkMicromapUsageKHR usage = {.count = 4, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
+    const VkAccelerationStructureGeometryMicromapDataKHR data = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
+        .usageCountsCount = 1,
+        .pUsageCounts = &usage,
+        .data = address + INPUT_AT,
+        .triangleArray = address + INPUT_AT,
+        .triangleArrayStride = sizeof(VkMicromapTriangleKHR)};
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .pNext = &data,
+        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR};
+    const VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+        .dstAccelerationStructure = app->micromap,
+        .geometryCount = 1,
+        .pGeometries = &geometry,
+        .scratchData.deviceAddress = address + SCRATCH_AT};
+    const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
+    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
+}
+
+/* One geometry for each micromap, and an update of all. */
+static void build_with_micromaps(struct application *app, VkCommandBuffer command_buffer)
+{
+    VkAccelerationStructureTrianglesOpacityMicromapEXT ext[GEOMETRIES];
+    VkAccelerationStructureTrianglesOpacityMicromapKHR khr[GEOMETRIES];
+    VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES];
+    const VkAccelerationStructureBuildRangeInfoKHR *const range_array = ranges;
+    for (unsigned i = 0; i < GEOMETRIES; i++) {
+        khr[i] = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
+            .indexType = VK_INDEX_TYPE_NONE_KHR,
+            .micromap = app->micromap};
+        ext[i] = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+            .pNext = &khr[i],
+            .indexType = VK_INDEX_TYPE_NONE_KHR,
+            .micromap = app->micromaps[i + 1]};
+        geometries[i] = (VkAccelerationStructureGeometryKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+            .geometry.triangles = {
+                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                .pNext = &ext[i],
+                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                .vertexData.deviceAddress = app->input_address,
+                .vertexStride = 12,
+                .maxVertex = 2,
+                .indexType = VK_INDEX_TYPE_NONE_KHR}};
+        ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1};
+    }
+    VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+        .dstAccelerationStructure = app->with_micromaps,
+        .geometryCount = GEOMETRIES,
+        .pGeometries = geometries,
+        .scratchData.deviceAddress = app->scratch_address};
+    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
+    info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    info.srcAccelerationStructure = info.dstAccelerationStructure;
+    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
+}
+
+void record_micromaps(struct application *app, VkCommandBuffer command_buffer)
+{
+    build_micromaps(app, command_buffer);
+    build_micromap_khr(app, command_buffer);
+    build_with_micromaps(app, command_buffer);
+}
