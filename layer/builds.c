@@ -21,8 +21,9 @@ static void find_sizes_of_device(struct layer_device *device,
         return;
     VkAccelerationStructureBuildSizesInfoKHR answer = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, info, counts,
-                                                     &answer);
+    bool is_micromap = info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, info,
+                                                     is_micromap ? NULL : counts, &answer);
     *sizes = (struct size_facts){.known = true,
                                  .acceleration_structure = answer.accelerationStructureSize,
                                  .build_scratch = answer.buildScratchSize,

@@ -8,6 +8,8 @@ bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geomet
     case VK_GEOMETRY_TYPE_SPHERES_NV:
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
         return spheres_are_sound(geometry);
+    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+        return micromap_is_sound(geometry);
     case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
         return dense_is_sound(geometry);
     default:

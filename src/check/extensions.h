@@ -29,6 +29,9 @@ const struct micromap_uses *found_micromaps(const struct walk *walk);
 
 /* Whether a driver can be asked about a geometry whose data is in its chain, which is readable. */
 bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
+bool micromap_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
+/* Of a build whose sizes depend on its structures alone: drivers are given no counts. */
+bool is_micromap_build_for_device(const struct build_view *build);
 bool spheres_are_sound(const VkAccelerationStructureGeometryKHR *geometry);
 /* How many triangles a geometry says that it has which takes no build range; false for others. */
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count);

@@ -6,6 +6,8 @@
 #include "check/extensions.h"
 #include "check/geometry_data.h"
 #include "check/input.h"
+#include "state/build_info.h"
+#include "state/chain.h"
 
 /* Usages. */
 
@@ -139,6 +141,21 @@ bool view_displacement(struct check_context *context, const struct geometry_view
     view_usages(context->readable, displacement->usageCountsCount, displacement->pUsageCounts,
                 (const void *const *)displacement->ppUsageCounts, &view->usages);
     return true;
+}
+
+bool micromap_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return chain_find(geometry->pNext,
+                      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR) != NULL;
+}
+
+bool is_micromap_build_for_device(const struct build_view *build)
+{
+    const struct call_view *call = build->call;
+    return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR &&
+           call->command == COMMAND_DEVICE && call->device->micromap.khr &&
+           call->device->extension.opacity_micromap_khr && build->geometry_count == 1 &&
+           build_geometry(build->info, 0)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
 }
 
 /* State. */

@@ -187,7 +187,8 @@ static bool is_sound(struct check_context *context, const struct build_view *bui
 {
     VkAccelerationStructureTypeKHR type = build->info->type;
     if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
-         type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
+         type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
+         !is_micromap_build_for_device(build)) ||
         !chain_is_readable(context, build->info->pNext))
         return false;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
@@ -202,6 +203,12 @@ static bool is_sound(struct check_context *context, const struct build_view *bui
     return true;
 }
 
+static bool needs_no_count(const struct build_view *build, uint32_t *count)
+{
+    *count = 0;
+    return is_micromap_build_for_device(build);
+}
+
 static void find_sizes(struct check_context *context, struct build_view *build)
 {
     uint32_t inline_counts[INLINE_COUNTS], *counts = inline_counts;
@@ -213,7 +220,8 @@ static void find_sizes(struct check_context *context, struct build_view *build)
     bool known = counts != NULL;
     for (uint32_t i = 0; known && i < count; i++)
         known = view_primitive_count(build, i, &counts[i]) ||
-                dense_triangle_count(build_geometry(build->info, i), &counts[i]);
+                dense_triangle_count(build_geometry(build->info, i), &counts[i]) ||
+                needs_no_count(build, &counts[i]);
     if (known)
         context->find_sizes(context->user, build->info, counts, &build->sizes);
     if (counts != inline_counts)

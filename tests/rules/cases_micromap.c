@@ -51,6 +51,34 @@ static void build_into_generic(struct scene *scene)
     build_into(scene, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
 }
 
+static void build_into_half_the_size(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    const VkDeviceSize size = scene_sizes(scene, AABBS).accelerationStructureSize / 2;
+    const struct test_buffer buffer = scene_buffer(scene, size, ACCEL_USAGE);
+    scene->infos[AABBS].dstAccelerationStructure = scene_accel_in(
+        scene, &buffer, 0, size, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
+static void give_scratch(struct scene *scene, VkDeviceSize size)
+{
+    scene_build_micromap(scene);
+    const struct test_buffer buffer = scene_buffer(scene, size, SCRATCH_USAGE);
+    scene->infos[AABBS].scratchData.deviceAddress = buffer.address;
+}
+
+static void give_scratch_of_half_the_size(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    give_scratch(scene, scene_sizes(scene, AABBS).buildScratchSize / 2);
+}
+
+static void give_scratch_of_just_the_size(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    give_scratch(scene, scene_sizes(scene, AABBS).buildScratchSize);
+}
+
 /* ---- geometries ---- */
 
 static void build_micromap_of_triangles(struct scene *scene)
@@ -216,6 +244,20 @@ static const struct test_case cases[] = {
      .mutate = build_into_blas,
      .mutate_twin = build_into_generic,
      .path = "pInfos[2].dstAccelerationStructure"},
+    {.name = "micromap_build_into_too_little",
+     RULES(RULE_dst_is_large_enough),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = build_into_half_the_size,
+     .mutate_twin = scene_build_micromap,
+     .path = "pInfos[2].dstAccelerationStructure"},
+    {.name = "micromap_build_with_too_little_scratch",
+     RULES(RULE_build_scratch_is_in_one_buffer),
+     .commands = ON_DEVICE,
+     .setup = &with_khr,
+     .mutate = give_scratch_of_half_the_size,
+     .mutate_twin = give_scratch_of_just_the_size,
+     .path = "pInfos[2].scratchData"},
 
     {.name = "micromap_build_of_triangles",
      RULES(RULE_micromap_build_geometry_is_a_micromap),

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What micromaps hold when they are used, what updates may change of them, and micromaps that the
- * same call builds. */
+/* What micromaps hold when they are used, and micromaps that the same call builds. */
 #include "case.h"
 #include "placing.h"
 
@@ -43,21 +42,10 @@ static void use_copy(struct scene *scene)
     scene->micromaps.opacity.micromap = info.dst;
 }
 
-static void fill(struct scene *scene, VkAccelerationStructureKHR structure)
-{
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = scene->vertices.address,
-        .dst = structure,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
-    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
-}
-
 static void use_deserialized(struct scene *scene)
 {
     scene_use_micromap(scene);
-    fill(scene, scene->micromaps.opacity.micromap);
+    scene_deserialize(scene, scene->micromaps.opacity.micromap);
 }
 
 /* The structure may be a micromap, but is a BLAS. */
@@ -90,6 +78,30 @@ static void submit_and_destroy(struct scene *scene)
 {
     submit(scene);
     scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
+}
+
+/* Recorded, and submitted before the call. */
+static void submit_before(struct scene *scene, VkAccelerationStructureTypeKHR type)
+{
+    const VkCommandBuffer command_buffer = scene->command_buffer;
+    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    scene_record_in_family(scene, family, 0);
+    if (type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        use_built(scene);
+    else
+        use_blas_as_micromap(scene);
+    submit(scene);
+    scene->command_buffer = command_buffer;
+}
+
+static void use_built_before(struct scene *scene)
+{
+    submit_before(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
+static void use_blas_built_before(struct scene *scene)
+{
+    submit_before(scene, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 /* ---- VK_EXT_opacity_micromap ---- */
@@ -146,87 +158,6 @@ static void destroy_ext_and_submit(struct scene *scene)
     submit(scene);
 }
 
-/* ---- updates ---- */
-
-enum micromap_choice { NONE, NULL_MICROMAP, FIRST, SECOND };
-
-struct update_choice {
-    enum micromap_choice source, update;
-    VkBuildAccelerationStructureFlagsKHR flags;
-};
-
-static void choose(struct scene *scene, uint32_t build,
-                   VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity,
-                   enum micromap_choice choice, const VkAccelerationStructureKHR micromaps[2])
-{
-    if (choice == NONE)
-        return;
-    *opacity = scene->micromaps.opacity;
-    opacity->micromap = choice == NULL_MICROMAP ? VK_NULL_HANDLE : micromaps[choice - FIRST];
-    scene->geometries[build][0].geometry.triangles.pNext = opacity;
-}
-
-/* Builds a source in the same command buffer, and makes UPDATE its update. */
-static void update(struct scene *scene, struct update_choice choices)
-{
-    const VkAccelerationStructureKHR micromaps[2] = {scene_record_micromap(scene, 4),
-                                                     scene_record_micromap(scene, 4)};
-    scene_use_micromap(scene);
-    scene->geometries[INDEXED][0].geometry.triangles.pNext = NULL;
-    const uint32_t source = scene_add_build(scene, INDEXED);
-    scene->info_count--;
-    scene->infos[source].flags |= choices.flags;
-    scene->infos[UPDATE].flags |= choices.flags;
-    choose(scene, UPDATE, &scene->micromaps.opacity_of_update, choices.update, micromaps);
-    choose(scene, source, &scene->micromaps.opacity, choices.source, micromaps);
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[source],
-                                                 &scene->range_pointers[source]);
-    scene->infos[UPDATE].srcAccelerationStructure = scene->infos[source].dstAccelerationStructure;
-}
-
-#define UPDATE_FROM(name, source, updated, flags)                                                  \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        update(scene, (struct update_choice){source, updated, flags});                             \
-    }
-#define MAY_CHANGE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR
-
-UPDATE_FROM(drop_micromap, FIRST, NONE, 0)
-UPDATE_FROM(drop_micromap_that_may_change, FIRST, NONE, MAY_CHANGE)
-UPDATE_FROM(null_micromap, FIRST, NULL_MICROMAP, 0)
-UPDATE_FROM(keep_micromap, FIRST, FIRST, 0)
-UPDATE_FROM(give_null_a_micromap, NULL_MICROMAP, FIRST, 0)
-UPDATE_FROM(drop_null, NULL_MICROMAP, NONE, 0)
-UPDATE_FROM(keep_null, NULL_MICROMAP, NULL_MICROMAP, 0)
-UPDATE_FROM(add_micromap, NONE, FIRST, 0)
-UPDATE_FROM(add_null, NONE, NULL_MICROMAP, 0)
-UPDATE_FROM(keep_none, NONE, NONE, 0)
-UPDATE_FROM(change_micromap, FIRST, SECOND, 0)
-UPDATE_FROM(change_micromap_that_may_change, FIRST, SECOND, MAY_CHANGE)
-
-/* UPDATE's own source is deserialized. */
-static void update_deserialized(struct scene *scene, enum micromap_choice choice)
-{
-    const VkAccelerationStructureKHR micromaps[2] = {
-        scene_record_micromap(scene, 4),
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)};
-    scene_use_micromap(scene);
-    scene->geometries[INDEXED][0].geometry.triangles.pNext = NULL;
-    fill(scene, micromaps[1]);
-    fill(scene, scene->infos[UPDATE].srcAccelerationStructure);
-    choose(scene, UPDATE, &scene->micromaps.opacity_of_update, choice, micromaps);
-}
-
-static void update_deserialized_with_built(struct scene *scene)
-{
-    update_deserialized(scene, FIRST);
-}
-
-static void update_deserialized_with_deserialized(struct scene *scene)
-{
-    update_deserialized(scene, SECOND);
-}
-
 /* ---- in one call ---- */
 
 static void build_micromap_in_use(struct scene *scene)
@@ -270,12 +201,6 @@ static void place_micromap_in_own_dst(struct scene *scene)
                        VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
 }
 
-#define UPDATE_CASE(name_, rule, mutate_, twin_)                                                   \
-    {                                                                                              \
-        .name = name_, RULES(rule), .setup = &with_khr, .mutate = mutate_, .mutate_twin = twin_,   \
-        .path = TRIANGLES_PATH(4)                                                                  \
-    }
-
 static const struct test_case cases[] = {
     {.name = "micromap_never_built",
      RULES(RULE_opacity_micromap_was_constructed_before),
@@ -303,6 +228,15 @@ static const struct test_case cases[] = {
      .setup = &with_khr,
      .mutate = use_blas_as_micromap,
      .mutate_twin = use_built,
+     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
+    {.name = "micromap_built_as_blas_in_another_command_buffer",
+     RULES(RULE_opacity_micromap_was_built_as_micromap),
+     .setup = &with_khr,
+     .forwards = true,
+     .mutate = use_blas_built_before,
+     .then = submit,
+     .mutate_twin = use_built_before,
+     .twin_then = submit,
      .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
     {.name = "micromap_with_too_few_triangles",
      RULES(RULE_opacity_triangles_are_within_micromap),
@@ -383,35 +317,6 @@ static const struct test_case cases[] = {
      .then = destroy_ext_and_submit,
      .mutate_twin = use_built_ext,
      .twin_then = submit},
-
-    UPDATE_CASE("update_drops_micromap", RULE_opacity_micromap_is_kept_where_source_had_one,
-                drop_micromap, keep_micromap),
-    UPDATE_CASE("update_drops_micromap_that_may_change",
-                RULE_opacity_micromap_is_kept_where_source_had_one, drop_micromap_that_may_change,
-                keep_micromap),
-    UPDATE_CASE("update_nulls_micromap", RULE_opacity_micromap_is_kept_where_source_had_one,
-                null_micromap, keep_micromap),
-    UPDATE_CASE("update_gives_null_a_micromap",
-                RULE_opacity_micromap_stays_null_where_source_had_null, give_null_a_micromap,
-                keep_null),
-    UPDATE_CASE("update_drops_null", RULE_opacity_micromap_stays_null_where_source_had_null,
-                drop_null, keep_null),
-    UPDATE_CASE("update_adds_micromap", RULE_opacity_micromap_stays_absent_where_source_had_none,
-                add_micromap, keep_none),
-    UPDATE_CASE("update_adds_null", RULE_opacity_micromap_stays_absent_where_source_had_none,
-                add_null, keep_none),
-    UPDATE_CASE("update_changes_micromap", RULE_opacity_micromap_matches_source, change_micromap,
-                change_micromap_that_may_change),
-    UPDATE_CASE("update_of_deserialized_with_built_micromap",
-                RULE_opacity_micromap_of_deserialized_source_is_deserialized,
-                update_deserialized_with_built, update_deserialized_with_deserialized),
-    {.name = "update_of_deserialized_that_may_change",
-     RULES(RULE_opacity_micromap_of_deserialized_source_is_deserialized),
-     .silent = true,
-     .setup = &with_khr,
-     .mutate = update_deserialized_with_built,
-     .edits = EDITS(SET(infos[UPDATE].flags,
-                        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR | MAY_CHANGE))},
 
     {.name = "dst_is_a_micromap_in_use",
      RULES(RULE_no_dst_is_a_micromap_of_another_build),

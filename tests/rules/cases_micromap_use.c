@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Triangles that use micromaps: of VK_KHR_opacity_micromap, VK_EXT_opacity_micromap, and
- * VK_NV_displacement_micromap. */
+/* Triangles that use opacity micromaps: of VK_KHR_opacity_micromap and VK_EXT_opacity_micromap. */
 #include "case.h"
 
 #define OPACITY_PATH(member)                                                                       \
@@ -9,9 +8,6 @@
 #define OPACITY_EXT_PATH(member)                                                                   \
     "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
     "pNext<VkAccelerationStructureTrianglesOpacityMicromapEXT>." member
-#define DISPLACEMENT_PATH(member)                                                                  \
-    "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
-    "pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>." member
 
 enum {
     /* As the null driver has them. */
@@ -50,6 +46,14 @@ static void use_micromap_in_host_build(struct scene *scene)
 }
 
 /* ---- VK_EXT_opacity_micromap ---- */
+
+static void leave_indices_unbound(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene_use_micromap_ext(scene);
+    scene->micromaps.opacity_ext.indexBuffer.deviceAddress = buffer.address;
+    scene_destroy(scene, (uint64_t)buffer.memory);
+}
 
 static void destroy_micromap_ext(struct scene *scene)
 {
@@ -107,39 +111,6 @@ static void use_micromap_ext_without_indices(struct scene *scene)
     scene->micromaps.opacity_ext.indexStride = UINT64_MAX;
 }
 
-/* ---- VK_NV_displacement_micromap ---- */
-
-static void destroy_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene_destroy(scene, (uint64_t)scene->micromaps.displacement.micromap);
-}
-
-static void use_pointers_of_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = NULL;
-    scene->micromaps.displacement.ppUsageCounts = scene->micromaps.usage_pointers_ext;
-}
-
-static void use_both_of_displacement(struct scene *scene)
-{
-    use_pointers_of_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = scene->micromaps.usages_ext;
-}
-
-static void lose_usages_of_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = unreadable_page();
-}
-
-static void lose_usage_pointers_of_displacement(struct scene *scene)
-{
-    use_pointers_of_displacement(scene);
-    scene->micromaps.displacement.ppUsageCounts = unreadable_page();
-}
-
 #define KHR_CASE(name_, rule, member, edits_, twin_edits_)                                         \
     {                                                                                              \
         .name = name_, RULES(rule), .setup = &with_khr, .mutate = scene_use_micromap,              \
@@ -152,13 +123,6 @@ static void lose_usage_pointers_of_displacement(struct scene *scene)
         .edits = edits_, .mutate_twin = scene_use_micromap_ext, .twin_edits = twin_edits_,         \
         .path = OPACITY_EXT_PATH(member)                                                           \
     }
-#define DISPLACEMENT_CASE(name_, rule, member, edits_, twin_edits_)                                \
-    {                                                                                              \
-        .name = name_, RULES(rule), .setup = &with_displacement, .mutate = scene_use_displacement, \
-        .edits = edits_, .mutate_twin = scene_use_displacement, .twin_edits = twin_edits_,         \
-        .path = DISPLACEMENT_PATH(member)                                                          \
-    }
-
 static const struct test_case cases[] = {
     {.name = "micromap_destroyed",
      RULES(RULE_opacity_micromap_is_valid),
@@ -330,51 +294,29 @@ static const struct test_case cases[] = {
      .mutate_twin = use_micromap_ext_without_indices,
      .path = OPACITY_EXT_PATH("indexBuffer")},
 
-    {.name = "displacement_destroyed",
-     RULES(RULE_displacement_micromap_is_valid),
-     .setup = &with_displacement,
-     .mutate = destroy_displacement,
-     .mutate_twin = scene_use_displacement,
-     .path = DISPLACEMENT_PATH("micromap")},
-    DISPLACEMENT_CASE(
-        "displacement_bias_format_of_none", RULE_displacement_bias_and_scale_format_is_valid,
-        "displacementBiasAndScaleFormat",
-        EDITS(SET(micromaps.displacement.displacementBiasAndScaleFormat, 99999)),
-        EDITS(SET(micromaps.displacement.displacementBiasAndScaleFormat, VK_FORMAT_R16G16_SFLOAT))),
-    DISPLACEMENT_CASE("displacement_bias_format_undefined",
-                      RULE_displacement_bias_and_scale_format_is_defined,
-                      "displacementBiasAndScaleFormat",
-                      EDITS(SET(micromaps.displacement.displacementBiasAndScaleFormat, 0)), NULL),
-    DISPLACEMENT_CASE(
-        "displacement_vector_format_of_none", RULE_displacement_vector_format_is_valid,
-        "displacementVectorFormat",
-        EDITS(SET(micromaps.displacement.displacementVectorFormat, 99999)),
-        EDITS(SET(micromaps.displacement.displacementVectorFormat, VK_FORMAT_R16G16B16_SFLOAT))),
-    DISPLACEMENT_CASE("displacement_vector_format_undefined",
-                      RULE_displacement_vector_format_is_defined, "displacementVectorFormat",
-                      EDITS(SET(micromaps.displacement.displacementVectorFormat, 0)), NULL),
-    DISPLACEMENT_CASE("displacement_index_type_of_none", RULE_displacement_index_type_is_valid,
-                      "indexType", EDITS(SET(micromaps.displacement.indexType, 7)),
-                      EDITS(SET(micromaps.displacement.indexType, VK_INDEX_TYPE_UINT16))),
-    {.name = "displacement_usages_both",
-     RULES(RULE_displacement_has_one_usage_array),
-     .setup = &with_displacement,
-     .mutate = use_both_of_displacement,
-     .mutate_twin = use_pointers_of_displacement,
-     .path = DISPLACEMENT_PATH("pUsageCounts")},
-    {.name = "displacement_usages_unreadable",
-     RULES(RULE_displacement_usages_are_readable),
-     .setup = &with_displacement,
-     .mutate = lose_usages_of_displacement,
-     .mutate_twin = lose_usages_of_displacement,
-     .twin_edits = EDITS(SET(micromaps.displacement.usageCountsCount, 0)),
-     .path = DISPLACEMENT_PATH("pUsageCounts")},
-    {.name = "displacement_usage_pointers_unreadable",
-     RULES(RULE_displacement_usage_pointers_are_readable),
-     .setup = &with_displacement,
-     .mutate = lose_usage_pointers_of_displacement,
-     .mutate_twin = use_pointers_of_displacement,
-     .path = DISPLACEMENT_PATH("ppUsageCounts")},
+    {.name = "micromap_indices_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)),
+     .mutate_twin = use_micromap_without_indices,
+     .path = OPACITY_PATH("indexBuffer")},
+    {.name = "ext_indices_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_ext,
+     .mutate = scene_use_micromap_ext,
+     .edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0x1000)),
+     .mutate_twin = use_micromap_ext_without_indices,
+     .path = OPACITY_EXT_PATH("indexBuffer")},
+    {.name = "ext_indices_unbound",
+     RULES(RULE_input_buffer_is_bound),
+     .commands = ON_COMMAND_BUFFERS,
+     .setup = &with_ext,
+     .mutate = leave_indices_unbound,
+     .mutate_twin = scene_use_micromap_ext,
+     .path = OPACITY_EXT_PATH("indexBuffer")},
 };
 
 CASE_LIST(cases_micromap_use, cases);

@@ -162,7 +162,10 @@ VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, 
         scene->world->device,
         scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
                                        : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
-        &scene->infos[build], counts, &sizes);
+        &scene->infos[build],
+        scene->infos[build].type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ? NULL
+                                                                                        : counts,
+        &sizes);
     return sizes;
 }
 

@@ -79,6 +79,17 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
     return info.dstAccelerationStructure;
 }
 
+void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.deviceAddress = scene->vertices.address,
+        .dst = structure,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
+}
+
 void scene_use_micromap(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;

@@ -41,4 +41,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
 
+/* Records a deserialization. */
+void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
+
 #endif
