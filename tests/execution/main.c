@@ -9,9 +9,9 @@
 #include "machine.h"
 #include "play.h"
 
-static const struct program_list *const lists[] = {&order_programs, &silent_programs,
-                                                   &death_programs, &size_programs,
-                                                   &host_programs,  &nv_programs};
+static const struct program_list *const lists[] = {
+    &order_programs, &silent_programs, &death_programs,    &size_programs,
+    &host_programs,  &nv_programs,     &extension_programs};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -92,10 +92,10 @@ static bool fits_command(const struct play *play)
     return true;
 }
 
-/* What dies under NV's builds has programs of its own. */
+/* What dies under NV's builds has programs of its own, and extensions add nothing to them. */
 static bool takes_nv(const struct program_list *list, const struct program *program)
 {
-    return list != &death_programs && machine_nv_takes(program);
+    return list != &death_programs && list != &extension_programs && machine_nv_takes(program);
 }
 
 static void play_commands(struct run *run, const struct program_list *list,

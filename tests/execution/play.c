@@ -57,6 +57,8 @@ static struct setup setup_for(const struct play *play)
         setup.configure = lose;
     if (needs & NEEDS_SUBMIT2_KHR)
         setup.enable = ENABLE_SYNCHRONIZATION_2;
+    if (needs & NEEDS_EXTENSIONS)
+        setup.enable = ENABLE_MOTION | ENABLE_SPHERES | ENABLE_DENSE;
     if (play->command == COMMAND_NV) {
         setup.enable |= ENABLE_RAY_TRACING_NV;
         setup.muted = "02488";
@@ -125,11 +127,15 @@ static void prepare(const struct play *play, struct machine *machine, struct wor
     else if (play->difference != NULL)
         good = play->difference->asked;
     bad = play->difference != NULL && !play->is_twin ? play->difference->built : good;
+    if (play->program->bad != NULL && !play->is_twin)
+        bad = play->program->bad();
     machine_open(machine, world,
                  good.type == bad.type ? good.type : VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
     machine->update_command = play->command == COMMAND_HOST ? COMMAND_DEVICE : play->command;
     machine->good = good;
     machine->bad = bad;
+    if (play->program->needs & NEEDS_EXTENSIONS)
+        machine->scene->boxes = scene_dense_buffer(machine->scene, DENSE_USAGE);
     if (play->command == COMMAND_NV)
         machine_nv_open(machine);
 }

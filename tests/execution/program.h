@@ -200,6 +200,7 @@ enum needs {
     NEEDS_LONG_JOINS = 1 << 5, /* the second completes an operation */
     NEEDS_LOSS = 1 << 6,       /* of the device */
     NEEDS_SUBMIT2_KHR = 1 << 7,
+    NEEDS_EXTENSIONS = 1 << 8, /* those that add inputs; and dense data where boxes are */
 };
 
 struct program {
@@ -213,6 +214,7 @@ struct program {
     bool has_rule;
     const char *path;            /* below pInfos[0], or another parameter */
     struct shape (*shape)(void); /* of GOOD builds and updates; NULL: the difference's */
+    struct shape (*bad)(void);   /* of BAD builds; NULL: the difference's */
     bool keeps_place;            /* what is reported names no earlier build */
 };
 
@@ -229,7 +231,7 @@ struct program_list {
                                        sizeof(programs_) / sizeof((programs_)[0])}
 
 extern const struct program_list order_programs, silent_programs, death_programs, nv_programs,
-    size_programs, host_programs;
+    size_programs, host_programs, extension_programs;
 
 /* Whether the program has such a step. */
 bool program_has(const struct program *program, enum action action);

@@ -63,7 +63,7 @@ static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const st
             .data.deviceAddress = address_of(&scene->boxes, by_host),
             .stride = 24,
         };
-    else
+    else if (shape->geometry_type == VK_GEOMETRY_TYPE_INSTANCES_KHR)
         geometry->geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
             .data.deviceAddress = address_of(&scene->instances, by_host),
@@ -75,11 +75,14 @@ void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
 {
     for (uint32_t i = 0; i < shape->geometry_count; i++) {
         fill_geometry(&arguments->geometries[i], scene, shape, by_host);
+        shape_fill_extension(arguments, i, scene, shape);
         arguments->ranges[i] =
             (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = shape->primitive_count};
         arguments->counts[i] = shape->primitive_count;
     }
-    arguments->range_pointer = arguments->ranges;
+    const bool is_dense =
+        (int)shape->geometry_type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+    arguments->range_pointer = is_dense ? NULL : arguments->ranges;
     arguments->count_pointer = arguments->counts;
     arguments->info = (VkAccelerationStructureBuildGeometryInfoKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,

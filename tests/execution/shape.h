@@ -16,7 +16,12 @@ struct shape {
     uint32_t max_vertex;
     VkIndexType index_type;
     bool has_transform;
+    bool moves; /* VK_NV_ray_tracing_motion_blur: triangles have second positions */
     uint32_t primitive_count;
+    struct {
+        uint32_t triangles, vertices, max_primitive, max_geometry;
+        VkDeviceSize size; /* bytes */
+    } dense;               /* geometries of VK_AMDX_dense_geometry_format only */
 };
 
 enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
@@ -32,7 +37,18 @@ struct shape_arguments {
     const VkAccelerationStructureBuildRangeInfoKHR *range_pointer;
     uint32_t counts[SHAPE_GEOMETRIES];
     const uint32_t *count_pointer;
+    union {
+        VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
+        VkAccelerationStructureGeometrySpheresDataNV spheres;
+        VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept;
+        VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
+    } chained[SHAPE_GEOMETRIES];
 };
+
+/* Fills and chains what extensions add to the index-th geometry, for the device: second positions
+ * and radii are where the scene has boxes, and so is dense data. shape_extensions.c. */
+void shape_fill_extension(struct shape_arguments *arguments, uint32_t index,
+                          const struct scene *scene, const struct shape *shape);
 
 /* Inputs are those of the scene, at their addresses for the device or the host; dst, src and
  * scratch are left to the caller. */

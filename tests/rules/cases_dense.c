@@ -18,21 +18,6 @@ static const struct setup with_dense_and_future = {.enable = ENABLE_DENSE | ENAB
 
 /* ---- builds */
 
-static struct test_buffer dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
-{
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT};
-    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                            .pNext = &flags2,
-                                            .size = SCENE_BUFFER_SIZE,
-                                            .usage = INPUT_USAGE};
-    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
-    const struct test_memory memory = scene_allocate(scene, 65536);
-    scene_bind(scene, &buffer, &memory, 0);
-    return buffer;
-}
-
 static void add_build(struct scene *scene, const struct test_buffer *buffer)
 {
     scene_add_build(scene, UNINDEXED);
@@ -60,15 +45,14 @@ static void add_build(struct scene *scene, const struct test_buffer *buffer)
 
 static void add_dense(struct scene *scene)
 {
-    const struct test_buffer buffer =
-        dense_buffer(scene, VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    const struct test_buffer buffer = scene_dense_buffer(scene, DENSE_USAGE);
     add_build(scene, &buffer);
 }
 
 static void add_dense_without_usage(struct scene *scene)
 {
-    const struct test_buffer buffer =
-        dense_buffer(scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    const struct test_buffer buffer = scene_dense_buffer(
+        scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
     add_build(scene, &buffer);
 }
 
@@ -80,8 +64,7 @@ static void add_dense_past_the_end(struct scene *scene)
 
 static void add_dense_in_freed_memory(struct scene *scene)
 {
-    const struct test_buffer buffer =
-        dense_buffer(scene, VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    const struct test_buffer buffer = scene_dense_buffer(scene, DENSE_USAGE);
     add_build(scene, &buffer);
     scene_destroy(scene, (uint64_t)buffer.memory);
 }

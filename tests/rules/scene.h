@@ -196,6 +196,10 @@ struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 
+/* The same of SCENE_BUFFER_SIZE bytes, with usage that wants VK_KHR_maintenance5. */
+struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage);
+#define DENSE_USAGE VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX
+
 VkAccelerationStructureKHR
 scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoKHR *create_info);
 VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,

@@ -198,6 +198,21 @@ struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBuffer
     return buffer;
 }
 
+struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
+{
+    const VkBufferUsageFlags2CreateInfo flags2 = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
+        .usage = usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT};
+    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                            .pNext = &flags2,
+                                            .size = SCENE_BUFFER_SIZE,
+                                            .usage = INPUT_USAGE};
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer;
+}
+
 /* ---- acceleration structures ---- */
 
 VkAccelerationStructureKHR
