@@ -9,13 +9,6 @@ static float least(float a, float b)
     return a < b ? a : b;
 }
 
-static void take_whole(const struct build_state *state, uint32_t slot)
-{
-    float *roots = state->costs[slot].roots;
-    if (tree_count(&state->tree[slot]) <= EMIT_PART)
-        roots[1] = roots[2] = roots[0];
-}
-
 /* Slots from the last to the first: children come after their parents. Unused slots are leaves of
  * nothing, and cost it. Areas are of clamped bounds (4e37) and may be infinite, never NaN. */
 void collapse_weigh(struct build_state *state, uint32_t begin, uint32_t end, float node_price)
@@ -31,10 +24,6 @@ void collapse_weigh(struct build_state *state, uint32_t begin, uint32_t end, flo
         if (right == 0) {
             cost->roots[0] = cost->roots[1] = cost->roots[2] = as_leaf;
             continue;
-        }
-        if (count > EMIT_PART) {
-            take_whole(state, slot + 1);
-            take_whole(state, right);
         }
         const float *l = state->costs[slot + 1].roots, *r = state->costs[right].roots;
         float two = l[0] + r[0];

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From the binary tree to nodes of four, parents first.
  *
- * Several threads weigh parts of the tree and count their nodes, one goes through the nodes above
- * those and so numbers them all, then parts are written in any order.
+ * Several threads weigh parts of the tree and count their nodes; one goes through what is above,
+ * and so numbers them all; then parts are written in any order.
  *
  * Where that takes more nodes than the structure has room for, nodes are given a price, which
  * grows; and where that isn't enough, which only contrived inputs reach, parts of at most `packed`
@@ -23,8 +23,9 @@ struct waiting_part {
     uint32_t node, lane; /* where its index goes */
 };
 
-/* What one thread weighs and emits. */
-struct emit_part {
+/* What one thread weighs or emits. */
+#define SHARED_PART 4096u /* primitives at most */
+struct shared_part {
     struct part part;
     uint32_t node, nodes; /* the first one's number; how many */
 };
@@ -34,7 +35,8 @@ struct emission {
     struct wide_node *nodes; /* NULL: they are only counted */
     uint32_t capacity, leaf_limit, packed;
     float price;
-    struct emit_part *parts; /* in order; who meets one leaves it to others */
+    bool is_shared;
+    struct shared_part *parts; /* in order */
     uint32_t part_count;
 };
 
@@ -57,9 +59,7 @@ static struct part make_part(const struct emission *emission, uint32_t slot, uin
 static uint32_t open_by_count(const struct build_state *state, uint32_t slot, uint32_t packed,
                               uint32_t roots[NODE_WIDTH])
 {
-    uint32_t count = 1, whole = packed; /* parts of at most `whole` aren't opened */
-    if (tree_count(&state->tree[slot]) > EMIT_PART && whole < EMIT_PART)
-        whole = EMIT_PART;
+    uint32_t count = 1;
     roots[0] = slot;
     while (count < NODE_WIDTH) {
         uint32_t largest = 0;
@@ -67,7 +67,7 @@ static uint32_t open_by_count(const struct build_state *state, uint32_t slot, ui
             if (tree_count(&state->tree[roots[i]]) > tree_count(&state->tree[roots[largest]]))
                 largest = i;
         const struct tree_node *node = &state->tree[roots[largest]];
-        if (tree_right(node) == 0 || tree_count(node) <= whole)
+        if (tree_right(node) == 0 || tree_count(node) <= packed)
             break;
         memmove(&roots[largest + 2], &roots[largest + 1], (count - largest - 1) * sizeof(roots[0]));
         roots[largest + 1] = tree_right(node);
@@ -152,38 +152,30 @@ static uint32_t emit_node(const struct emission *emission, const struct part *pa
 
 #define NO_ROOM 0xffffffffu
 
-/* Of the list, the one that begins where `part` does; lists and trees are in the same order. */
-static struct emit_part *find_part(const struct emission *emission, const struct part *part,
-                                   struct emit_part **next)
-{
-    const struct emit_part *end = emission->parts + emission->part_count;
-    if (part->slot == NO_SLOT)
-        return NULL;
-    while (*next < end && (*next)->part.slot < part->slot)
-        ++*next;
-    return *next < end && (*next)->part.slot == part->slot ? *next : NULL;
-}
-
-/* Nodes from number `index` on for a part of the tree; returns the number after them. */
-static uint32_t emit_nodes(const struct emission *emission, struct part root, uint32_t index)
+/* Nodes from number `index` on for a part of the tree; returns the number after them. Where it is
+ * shared, shared parts are left out; those are listed while nodes are counted, and numbered while
+ * nodes are written. */
+static uint32_t emit_nodes(struct emission *emission, struct part root, uint32_t index)
 {
     struct waiting_part waiting[TRACE_STACK];
-    struct emit_part *next = emission->parts;
+    struct shared_part *next = emission->parts;
     uint32_t waiting_count = 0;
     waiting[waiting_count++] = (struct waiting_part){root, 0, NODE_WIDTH};
     while (waiting_count > 0) {
         struct waiting_part now = waiting[--waiting_count];
-        struct emit_part *others = find_part(emission, &now.part, &next);
         if (index >= emission->capacity)
             return NO_ROOM;
         if (emission->nodes && now.lane < NODE_WIDTH)
             emission->nodes[now.node].child[now.lane] = index;
-        if (others) {
-            others->node = index;
-            index += others->nodes;
-            continue;
+        bool is_left_out = emission->is_shared && now.part.count <= SHARED_PART;
+        if (!is_left_out) {
+            waiting_count = emit_node(emission, &now.part, index++, waiting, waiting_count);
+        } else if (!emission->nodes) {
+            emission->parts[emission->part_count++].part = now.part;
+        } else {
+            next->node = index;
+            index += next++->nodes;
         }
-        waiting_count = emit_node(emission, &now.part, index++, waiting, waiting_count);
     }
     return index <= emission->capacity ? index : NO_ROOM;
 }
@@ -192,46 +184,37 @@ static void count_parts(void *context, uint32_t begin, uint32_t end)
 {
     const struct emission *whole = context;
     struct emission emission = *whole;
+    emission.is_shared = false;
     emission.nodes = NULL;
-    emission.part_count = 0;
     emission.capacity = NO_ROOM;
-    for (uint32_t i = begin; i < end; i++) {
-        struct part part = whole->parts[i].part;
-        if (whole->state->has_bounds)
-            collapse_weigh(whole->state, part.slot, part.slot + 2 * part.count - 1, whole->price);
-        whole->parts[i].nodes = emit_nodes(&emission, part, 0);
-    }
+    for (uint32_t i = begin; i < end; i++)
+        whole->parts[i].nodes = emit_nodes(&emission, whole->parts[i].part, 0);
 }
 
 static void write_parts(void *context, uint32_t begin, uint32_t end)
 {
     const struct emission *whole = context;
     struct emission emission = *whole;
-    emission.part_count = 0;
+    emission.is_shared = false;
     for (uint32_t i = begin; i < end; i++)
         emit_nodes(&emission, whole->parts[i].part, whole->parts[i].node);
 }
 
-/* Slots that are above all parts. */
-static void weigh_top(const struct emission *emission)
-{
-    uint32_t end = 2 * emission->state->ref_count - 1;
-    for (uint32_t i = emission->part_count; i-- > 0;) {
-        const struct part *part = &emission->parts[i].part;
-        collapse_weigh(emission->state, part->slot + 2 * part->count - 1, end, emission->price);
-        end = part->slot;
-    }
-    collapse_weigh(emission->state, 0, end, emission->price);
-}
-
-/* False: no room. */
+/* False: no room. Refs aren't needed any more where nodes are emitted: their memory, of more bytes
+ * each, has room for the parts. */
 static bool emit_all(struct emission *emission)
 {
     struct workers *workers = &emission->state->workers;
-    workers_each(workers, emission->part_count, 1, count_parts, emission);
-    if (emission->state->has_bounds)
-        weigh_top(emission);
-    uint32_t end = emit_nodes(emission, make_part(emission, 0, 0), 0);
+    struct part root = make_part(emission, 0, 0);
+    if (emission->is_shared) {
+        struct emission listing = *emission;
+        listing.nodes = NULL;
+        listing.part_count = 0;
+        emit_nodes(&listing, root, 0);
+        emission->part_count = listing.part_count;
+        workers_each(workers, emission->part_count, 1, count_parts, emission);
+    }
+    uint32_t end = emit_nodes(emission, root, 0);
     if (end == NO_ROOM)
         return false;
     workers_each(workers, emission->part_count, 1, write_parts, emission);
@@ -239,27 +222,49 @@ static bool emit_all(struct emission *emission)
     return true;
 }
 
-/* Those that may become packed alone aren't worth it. Refs aren't needed any more where nodes are
- * emitted: their memory, of more bytes each, has room for the parts. */
-static void find_parts(struct emission *emission)
+static void weigh_parts(void *context, uint32_t begin, uint32_t end)
 {
-    const struct build_state *state = emission->state;
-    struct part waiting[TREE_DEPTH_LIMIT + 1];
-    uint32_t count = 0;
-    emission->parts = (void *)state->refs;
-    waiting[count++] = (struct part){0, 0, state->ref_count};
+    const struct emission *emission = context;
+    for (uint32_t i = begin; i < end; i++) {
+        const struct part *part = &emission->parts[i].part;
+        collapse_weigh(emission->state, part->slot, part->slot + 2 * part->count - 1,
+                       emission->price);
+    }
+}
+
+/* In order. */
+static void list_weighed(struct emission *emission)
+{
+    const struct tree_node *tree = emission->state->tree;
+    uint32_t waiting[TREE_DEPTH_LIMIT + 1], count = 0;
+    emission->part_count = 0;
+    waiting[count++] = 0;
     while (count > 0) {
-        struct part now = waiting[--count];
-        if (now.count <= EMIT_PART) {
-            if (now.count > NODE_WIDTH * emission->leaf_limit)
-                emission->parts[emission->part_count++] = (struct emit_part){.part = now};
+        uint32_t slot = waiting[--count], primitives = tree_count(&tree[slot]);
+        if (primitives <= SHARED_PART) {
+            emission->parts[emission->part_count++].part = (struct part){slot, 0, primitives};
             continue;
         }
-        uint32_t right = tree_right(&state->tree[now.slot]);
-        uint32_t left_count = (right - now.slot) / 2;
-        waiting[count++] = (struct part){right, now.first + left_count, now.count - left_count};
-        waiting[count++] = (struct part){now.slot + 1, now.first, left_count};
+        waiting[count++] = tree_right(&tree[slot]);
+        waiting[count++] = slot + 1;
     }
+}
+
+/* Parts, then the slots above them. */
+static void weigh_all(struct emission *emission)
+{
+    struct build_state *state = emission->state;
+    uint32_t end = 2 * state->ref_count - 1;
+    if (emission->is_shared) {
+        list_weighed(emission);
+        workers_each(&state->workers, emission->part_count, 1, weigh_parts, emission);
+        for (uint32_t i = emission->part_count; i-- > 0;) {
+            const struct part *part = &emission->parts[i].part;
+            collapse_weigh(state, part->slot + 2 * part->count - 1, end, emission->price);
+            end = part->slot;
+        }
+    }
+    collapse_weigh(state, 0, end, emission->price);
 }
 
 /* Prices are multiples of a primitive's share of the root's area. The first costs meshes less than
@@ -270,6 +275,7 @@ static bool emit_by_cost(struct emission *emission)
     struct build_state *state = emission->state;
     emission->price = 8 * box_half_area(state->bounds) / (float)state->ref_count;
     for (int i = 0; i < PRICES; i++) {
+        weigh_all(emission);
         if (emit_all(emission))
             return true;
         emission->price *= 12;
@@ -285,15 +291,13 @@ void tree_emit(struct build_state *state)
         .nodes = structure_nodes(header),
         .capacity = structure_node_capacity(state->kind, state->ref_count),
         .leaf_limit = structure_leaf_limit(state->kind),
+        .is_shared = !workers_are_alone(&state->workers) && state->ref_count > SHARED_PART,
+        .parts = (void *)state->refs,
     };
-    if (!workers_are_alone(&state->workers) && state->ref_count > EMIT_PART)
-        find_parts(&emission);
     if (!state->has_bounds || !emit_by_cost(&emission)) {
         emission.packed = NODE_WIDTH * emission.leaf_limit;
-        while (!emit_all(&emission)) {
+        while (!emit_all(&emission))
             emission.packed *= NODE_WIDTH;
-            emission.part_count = 0;
-        }
     }
     memset(&emission.nodes[header->node_count], 0,
            (header->node_capacity - header->node_count) * sizeof(struct wide_node));

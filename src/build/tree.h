@@ -155,10 +155,6 @@ struct collapse_cost {
     float roots[3]; /* of a node's part with 1, 2, 3 roots at most */
 };
 
-/* A part of at most this many primitives, below a node of more, is one child of some node of four,
- * so that threads can weigh and emit such parts each by itself. */
-#define EMIT_PART 4096u
-
 /* For slots [begin, end); the parts below them are among them or have been weighed. */
 void collapse_weigh(struct build_state *state, uint32_t begin, uint32_t end, float node_price);
 bool collapse_is_leaf(const struct build_state *state, uint32_t slot);

@@ -15,6 +15,7 @@
 #include "model.h"
 
 #define RUNS 5
+#define THREAD_RUNS 12
 #define RAYS 200000
 
 static bool all_met = true;
@@ -42,11 +43,11 @@ struct builder_run {
 };
 
 static void run_open(struct builder_run *run, const struct kit_mesh *mesh,
-                     enum builder_quality quality, uint32_t threads)
+                     enum builder_quality quality)
 {
     kit_input_mesh(&run->input, mesh);
     run->input.input.quality = quality;
-    run->input.input.threads = threads;
+    run->input.input.threads = 1;
     builder_get_sizes(&run->input.input, &mesh->triangle_count, &run->sizes);
     run->structure = kit_allocate(run->sizes.structure);
     run->scratch = kit_allocate(run->sizes.build_scratch);
@@ -58,28 +59,50 @@ static void run_close(struct builder_run *run)
     free(run->scratch);
 }
 
-static double build_seconds(struct builder_run *run, clockid_t clock)
+static void build(struct builder_run *run)
+{
+    builder_build(&run->input.input, run->structure, run->sizes.structure, run->scratch,
+                  run->sizes.build_scratch, NULL);
+}
+
+static void refit(struct builder_run *run)
+{
+    builder_refit(&run->input.input, run->structure, run->structure, run->sizes.structure,
+                  run->scratch, run->sizes.update_scratch, NULL);
+}
+
+static double time_of(void (*work)(struct builder_run *), struct builder_run *run, clockid_t clock)
+{
+    double begin = read_clock(clock);
+    work(run);
+    return read_clock(clock) - begin;
+}
+
+static double best_of_one(void (*work)(struct builder_run *), struct builder_run *run)
 {
     double best = INFINITY;
-    for (int i = 0; i < RUNS; i++) {
-        double begin = read_clock(clock);
-        builder_build(&run->input.input, run->structure, run->sizes.structure, run->scratch,
-                      run->sizes.build_scratch, NULL);
-        best = fmin(best, read_clock(clock) - begin);
-    }
+    for (int i = 0; i < RUNS; i++)
+        best = fmin(best, time_of(work, run, CLOCK_THREAD_CPUTIME_ID));
     return best;
 }
 
-static double refit_seconds(struct builder_run *run)
+/* In turns, so that what else runs on the machine hits both alike. Without a bar where `bar` is 0:
+ * threads take a while to start, which shows where the work itself takes a millisecond. */
+static void compare_threads(const char *name, const char *what, double millions,
+                            void (*work)(struct builder_run *), struct builder_run *run, double bar)
 {
-    double best = INFINITY;
-    for (int i = 0; i < RUNS; i++) {
-        double begin = read_clock(CLOCK_THREAD_CPUTIME_ID);
-        builder_refit(&run->input.input, run->structure, run->structure, run->sizes.structure,
-                      run->scratch, run->sizes.update_scratch, NULL);
-        best = fmin(best, read_clock(CLOCK_THREAD_CPUTIME_ID) - begin);
+    double best[2] = {INFINITY, INFINITY};
+    for (int i = 0; i < 2 * THREAD_RUNS; i++) {
+        run->input.input.threads = 1 + (uint32_t)i % 2;
+        best[i % 2] = fmin(best[i % 2], time_of(work, run, CLOCK_MONOTONIC));
     }
-    return best;
+    run->input.input.threads = 1;
+    if (bar > 0)
+        print_row(name, what, millions / best[1], millions / best[0], "Mprim/s", best[0] / best[1],
+                  bar, false);
+    else
+        printf("%-8s %-28s %9.2f %9.2f %-10s ratio %5.2f\n", name, what, millions / best[1],
+               millions / best[0], "Mprim/s", best[0] / best[1]);
 }
 
 static struct embree_tree embree_best(const struct kit_mesh *mesh, bool is_morton)
@@ -140,14 +163,15 @@ static void measure_mesh(const char *name, const struct kit_mesh *mesh)
     struct builder_statistics statistics;
     struct embree_tree low = embree_best(mesh, true), medium = embree_best(mesh, false);
 
-    run_open(&run, mesh, BUILDER_FAST, 1);
-    double seconds = build_seconds(&run, CLOCK_THREAD_CPUTIME_ID);
+    run_open(&run, mesh, BUILDER_FAST);
+    double seconds = best_of_one(build, &run);
     print_row(name, "fast: build", millions / seconds, millions / low.seconds, "Mprim/s",
               low.seconds / seconds, 0.8, false);
+    compare_threads(name, "fast: two threads", millions, build, &run, 0);
     run_close(&run);
 
-    run_open(&run, mesh, BUILDER_BALANCED, 1);
-    seconds = build_seconds(&run, CLOCK_THREAD_CPUTIME_ID);
+    run_open(&run, mesh, BUILDER_BALANCED);
+    seconds = best_of_one(build, &run);
     builder_measure(run.structure, &statistics);
     print_row(name, "balanced: build", millions / seconds, millions / medium.seconds, "Mprim/s",
               medium.seconds / seconds, 1, false);
@@ -160,22 +184,18 @@ static void measure_mesh(const char *name, const struct kit_mesh *mesh)
     print_row(name, "balanced: size, compacted", per_triangle, compacted / mesh->triangle_count,
               "bytes", (double)run.sizes.structure / compacted, 1.25, true);
     compare_rays(name, &run, mesh);
-    seconds = refit_seconds(&run);
+    seconds = best_of_one(refit, &run);
     print_row(name, "refit", millions / seconds, 20, "Mprim/s", millions / seconds / 20, 1, false);
-    double one = build_seconds(&run, CLOCK_MONOTONIC);
+    compare_threads(name, "balanced: two threads", millions, build, &run, 1.6);
+    compare_threads(name, "refit: two threads", millions, refit, &run, 0);
     run_close(&run);
 
-    run_open(&run, mesh, BUILDER_BALANCED, 2);
-    double two = build_seconds(&run, CLOCK_MONOTONIC);
-    print_row(name, "balanced: two threads", millions / two, millions / one, "Mprim/s", one / two,
-              1.6, false);
-    run_close(&run);
-
-    run_open(&run, mesh, BUILDER_HIGH, 1);
-    seconds = build_seconds(&run, CLOCK_THREAD_CPUTIME_ID);
+    run_open(&run, mesh, BUILDER_HIGH);
+    seconds = best_of_one(build, &run);
     builder_measure(run.structure, &statistics);
     printf("%-8s %-28s %9.2f Mprim/s, SAH cost %.2f\n", name, "high: build", millions / seconds,
            statistics.sah);
+    compare_threads(name, "high: two threads", millions, build, &run, 0);
     run_close(&run);
 }
 
