@@ -100,6 +100,8 @@ static bool precedes(const struct model *model, uint32_t first, uint32_t second)
 static struct content read_structure(const struct model *model, uint32_t structure, uint32_t batch)
 {
     const uint32_t count = model->write_count[structure];
+    if (model->host_writers[structure] != 0)
+        return not_known;
     if (count == 0)
         return (struct content){.state = NEVER_BUILT};
     for (uint32_t i = 1; i < count; i++)
@@ -212,4 +214,39 @@ void model_idle(struct model *model)
 void model_create(struct model *model, uint32_t structure)
 {
     model->write_count[structure] = 0;
+}
+
+/* ---- work of the host */
+
+uint32_t model_judge_work(struct model *model, const struct operation *operation)
+{
+    struct model_batch *batch = model_add_batch(model, QUEUES);
+    const uint32_t number = model->batch_count - 1;
+    batch->has_run = true;
+    batch->follows = batch->host;
+    if (operation->action == ACTION_HOST_UPDATE) {
+        const struct content source = read_structure(model, operation->src, number);
+        judge(model, &operation->asked, &source);
+    }
+    return number;
+}
+
+void model_begin_work(struct model *model, const struct operation *operation)
+{
+    model->host_writers[operation->dst]++;
+}
+
+void model_end_work(struct model *model, uint32_t batch, const struct operation *operation,
+                    bool fails)
+{
+    model->host_writers[operation->dst]--;
+    struct content content = not_known;
+    if (!fails && operation->action == ACTION_HOST_BUILD)
+        content = operation->asked;
+    else if (!fails && operation->action != ACTION_HOST_FILL)
+        content = read_structure(model, operation->src, batch);
+    if (content.state == NEVER_BUILT)
+        content = not_known;
+    write_structure(model, operation->dst, batch, &content);
+    model->host |= (uint64_t)1 << batch;
 }

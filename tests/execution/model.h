@@ -53,7 +53,8 @@ struct model {
         uint32_t batch;
     } writes[STRUCTURES][MODEL_WRITES];
     uint32_t write_count[STRUCTURES];
-    uint32_t findings[RULE_COUNT]; /* since they were last cleared */
+    uint32_t host_writers[STRUCTURES]; /* commands of the host that are writing it */
+    uint32_t findings[RULE_COUNT];     /* since they were last cleared */
 };
 
 void model_begin(struct model *model, uint32_t command_buffer);
@@ -64,6 +65,13 @@ struct model_batch *model_add_batch(struct model *model, uint32_t queue);
 void model_run(struct model *model);
 /* The batches of one queue that nothing holds back; false if there were none. */
 bool model_run_queue(struct model *model, uint32_t queue);
+
+/* Work of the host, one operation: judged when it begins; then carried out, or called off; then, if
+ * it was carried out, it ends. Returns its batch. */
+uint32_t model_judge_work(struct model *model, const struct operation *operation);
+void model_begin_work(struct model *model, const struct operation *operation);
+void model_end_work(struct model *model, uint32_t batch, const struct operation *operation,
+                    bool fails);
 
 /* The host has waited for all there is; nothing is held back. */
 void model_idle(struct model *model);

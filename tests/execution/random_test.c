@@ -1,104 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making up programs, valid ones save for their updates, step by step. */
-#include "random_test.h"
+#include "random_steps.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* splitmix64 (Steele, Lea and Flood 2014). */
-static uint64_t random_next(struct random_test *test)
-{
-    uint64_t z = test->random += 0x9e3779b97f4a7c15;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
-    z = (z ^ z >> 27) * 0x94d049bb133111eb;
-    return z ^ z >> 31;
-}
-
-static uint32_t below(struct random_test *test, uint32_t bound)
-{
-    return (uint32_t)(random_next(test) >> 32) % bound;
-}
-
-static bool chance(struct random_test *test, uint32_t percent)
-{
-    return below(test, 100) < percent;
-}
-
-/* ---- one step, and what came of it */
-
-static void print_program(const struct random_test *test)
-{
-    for (uint32_t i = 0; i < test->step_count; i++) {
-        const struct step *step = &test->steps[i];
-        printf("    %3u: action %d object %d dst %d src %d value %" PRIu64 "\n", i, step->action,
-               step->object, step->dst, step->src, step->value);
-    }
-}
-
-static void compare(struct random_test *test)
-{
-    const struct messages *messages = &test->world.messages;
-    uint32_t expected = 0;
-    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
-        if (test->model.findings[rule] == 0)
-            continue;
-        uint32_t found = 0;
-        for (enum build_command i = COMMAND_DEVICE; i <= COMMAND_INDIRECT; i++)
-            if (rule_infos[rule].vuid[i] != VUID_NONE)
-                found += messages_count(messages, vuid_texts[rule_infos[rule].vuid[i]].id, NULL);
-        expected += test->model.findings[rule];
-        if (found != test->model.findings[rule]) {
-            printf("%s: %u instead of %u\n", rule_infos[rule].name, found,
-                   test->model.findings[rule]);
-            test->failed = true;
-        }
-    }
-    if (expected != messages->count) {
-        printf("%u messages instead of %u\n", messages->count, expected);
-        test->failed = true;
-    }
-    test->findings += expected;
-    for (uint32_t i = 0; test->failed && i < messages_kept(messages); i++)
-        printf("    got %s\n        %.300s\n", messages->items[i].id, messages->items[i].text);
-}
-
-static void take_step(struct random_test *test, struct step step)
-{
-    if (test->step_count == STEPS_MAX)
-        abort();
-    test->steps[test->step_count++] = step;
-    machine_step(&test->machine, &step);
-}
-
-/* Ends a group of steps whose findings the model knows by now. */
-static void settle(struct random_test *test)
-{
-    if (test->failed)
-        return;
-    compare(test);
-    if (test->failed)
-        print_program(test);
-    messages_clear(&test->world.messages);
-    memset(test->model.findings, 0, sizeof(test->model.findings));
-}
-
 /* ---- recording */
-
-static struct shape random_shape(struct random_test *test)
-{
-    struct shape shape = shape_plain();
-    if (chance(test, 55))
-        return shape;
-    const struct difference *difference = &differences[below(test, DIFFERENCES)];
-    shape = chance(test, 50) ? difference->built : difference->asked;
-    if (chance(test, 20))
-        shape.max_vertex++;
-    if (chance(test, 20) && shape.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
-        shape.geometry_count = 1 + below(test, SHAPE_GEOMETRIES);
-    return shape;
-}
 
 static enum action random_action(struct random_test *test, bool is_primary)
 {
@@ -271,14 +180,6 @@ static void submit(struct random_test *test)
     settle(test);
 }
 
-static bool has_findings(const struct model *model)
-{
-    for (enum rule rule = 0; rule < RULE_COUNT; rule++)
-        if (model->findings[rule] != 0)
-            return true;
-    return false;
-}
-
 /* A submission that fails, or that the callback skips if there is a finding, is judged like others
  * and leaves everything as it was. */
 static void submit_in_vain(struct random_test *test)
@@ -320,6 +221,8 @@ static void submit_in_vain(struct random_test *test)
 /* Lets all batches go that are still held back, and waits for them. */
 static void idle(struct random_test *test)
 {
+    for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)
+        join(test, i);
     if (test->values[test->leader] < test->awaited) {
         struct model_batch *batch = model_add_batch(&test->model, test->leader);
         batch->signal_value = test->values[test->leader] = test->awaited;
@@ -381,8 +284,10 @@ void random_test_play(struct random_test *test)
     start(test);
     for (uint32_t i = 4 + below(test, 24); i > 0 && !test->failed; i--) {
         const uint32_t dice = below(test, 100);
-        if (dice < 45) {
+        if (dice < 35) {
             record(test);
+        } else if (dice < 55) {
+            work_on_host(test);
         } else if (dice < 90) {
             submit(test);
         } else if (dice < 93) {

@@ -19,7 +19,12 @@ struct random_test {
     uint32_t first_values[QUEUES]; /* when the program began */
     uint32_t awaited;              /* of the leader's timeline, by the other queue */
     int binary_signal[SEMAPHORES]; /* the batch that has signalled it; -1: none */
-    uint32_t leader;               /* the queue whose future signals the other may wait for */
+    struct {
+        struct operation operation;
+        uint32_t batch;
+        bool is_deferred, fails;
+    } works[DEFERRED_OPERATIONS + 1]; /* of the host, by the operation that they are deferred to */
+    uint32_t leader;                  /* the queue whose future signals the other may wait for */
     struct step steps[STEPS_MAX];
     uint32_t step_count;
     uint64_t findings, silent_programs;

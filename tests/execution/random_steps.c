@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Dice, steps, and the comparison with the model. */
+#include "random_steps.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* splitmix64 (Steele, Lea and Flood 2014). */
+static uint64_t random_next(struct random_test *test)
+{
+    uint64_t z = test->random += 0x9e3779b97f4a7c15;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
+    z = (z ^ z >> 27) * 0x94d049bb133111eb;
+    return z ^ z >> 31;
+}
+
+uint32_t below(struct random_test *test, uint32_t bound)
+{
+    return (uint32_t)(random_next(test) >> 32) % bound;
+}
+
+bool chance(struct random_test *test, uint32_t percent)
+{
+    return below(test, 100) < percent;
+}
+
+/* ---- one step, and what came of it */
+
+static void print_program(const struct random_test *test)
+{
+    for (uint32_t i = 0; i < test->step_count; i++) {
+        const struct step *step = &test->steps[i];
+        printf("    %3u: action %d object %d dst %d src %d value %" PRIu64 "\n", i, step->action,
+               step->object, step->dst, step->src, step->value);
+    }
+}
+
+static void compare(struct random_test *test)
+{
+    const struct messages *messages = &test->world.messages;
+    uint32_t expected = 0;
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        if (test->model.findings[rule] == 0)
+            continue;
+        uint32_t found = 0;
+        for (enum build_command i = COMMAND_DEVICE; i <= COMMAND_HOST; i++)
+            if (rule_infos[rule].vuid[i] != VUID_NONE)
+                found += messages_count(messages, vuid_texts[rule_infos[rule].vuid[i]].id, NULL);
+        expected += test->model.findings[rule];
+        if (found != test->model.findings[rule]) {
+            printf("%s: %u instead of %u\n", rule_infos[rule].name, found,
+                   test->model.findings[rule]);
+            test->failed = true;
+        }
+    }
+    if (expected != messages->count) {
+        printf("%u messages instead of %u\n", messages->count, expected);
+        test->failed = true;
+    }
+    test->findings += expected;
+    for (uint32_t i = 0; test->failed && i < messages_kept(messages); i++)
+        printf("    got %s\n        %.300s\n", messages->items[i].id, messages->items[i].text);
+}
+
+void take_step(struct random_test *test, struct step step)
+{
+    if (test->step_count == STEPS_MAX)
+        abort();
+    test->steps[test->step_count++] = step;
+    machine_step(&test->machine, &step);
+}
+
+void settle(struct random_test *test)
+{
+    if (test->failed)
+        return;
+    compare(test);
+    if (test->failed)
+        print_program(test);
+    messages_clear(&test->world.messages);
+    memset(test->model.findings, 0, sizeof(test->model.findings));
+}
+
+struct shape random_shape(struct random_test *test)
+{
+    struct shape shape = shape_plain();
+    if (chance(test, 55))
+        return shape;
+    const struct difference *difference = &differences[below(test, DIFFERENCES)];
+    shape = chance(test, 50) ? difference->built : difference->asked;
+    if (chance(test, 20))
+        shape.max_vertex++;
+    if (chance(test, 20) && shape.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        shape.geometry_count = 1 + below(test, SHAPE_GEOMETRIES);
+    return shape;
+}
+
+bool has_findings(const struct model *model)
+{
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++)
+        if (model->findings[rule] != 0)
+            return true;
+    return false;
+}
