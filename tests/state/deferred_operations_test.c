@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Deferred operations: work that ends once, with the result of its own operation; reused handles,
+ * and no memory. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "state/deferred_operations.h"
+
+struct work {
+    uint32_t ends;
+    VkResult result;
+};
+
+static VkDeferredOperationKHR handle(uintptr_t n)
+{
+    return (VkDeferredOperationKHR)n;
+}
+
+static void end(void *work, VkResult result)
+{
+    struct work *ended = work;
+    ended->ends++;
+    ended->result = result;
+}
+
+static struct deferred_operations *make(void)
+{
+    struct deferred_operations *operations;
+    assert_int_equal(deferred_operations_create(&operations, end), VK_SUCCESS);
+    deferred_operations_add(operations, handle(1));
+    return operations;
+}
+
+static void work_ends_when_its_operation_completes(void **unused)
+{
+    struct deferred_operations *operations = make();
+    struct work first = {0}, second = {0};
+    (void)unused;
+    assert_true(deferred_operations_defer(operations, handle(1), &first));
+    assert_ptr_equal(deferred_operations_work(operations, handle(1)), &first);
+    assert_true(deferred_operations_complete(operations, handle(1), &first, VK_SUCCESS));
+    assert_int_equal(first.ends, 1);
+    assert_int_equal(first.result, VK_SUCCESS);
+    assert_null(deferred_operations_work(operations, handle(1)));
+
+    /* Who asked before the second began has learned of the first. */
+    assert_true(deferred_operations_defer(operations, handle(1), &second));
+    assert_false(deferred_operations_complete(operations, handle(1), &first, VK_SUCCESS));
+    assert_false(deferred_operations_complete(operations, handle(1), NULL, VK_SUCCESS));
+    assert_int_equal(second.ends, 0);
+    assert_true(
+        deferred_operations_complete(operations, handle(1), &second, VK_ERROR_OUT_OF_HOST_MEMORY));
+    assert_int_equal(second.result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    deferred_operations_destroy(operations);
+    assert_int_equal(first.ends + second.ends, 2);
+}
+
+static void work_that_nobody_completed_is_not_known_to_have_succeeded(void **unused)
+{
+    struct deferred_operations *operations = make();
+    struct work works[4] = {{0}};
+    (void)unused;
+    deferred_operations_add(operations, handle(2));
+    deferred_operations_add(operations, handle(3));
+    assert_true(deferred_operations_defer(operations, handle(1), &works[0]));
+    assert_true(deferred_operations_defer(operations, handle(1), &works[1]));
+    assert_true(deferred_operations_defer(operations, handle(2), &works[2]));
+    assert_true(deferred_operations_defer(operations, handle(3), &works[3]));
+    assert_int_equal(works[0].ends, 1); /* as its operation has other work now */
+    deferred_operations_remove(operations, handle(1));
+    assert_int_equal(works[1].ends, 1);
+    deferred_operations_add(operations, handle(2)); /* the driver reuses the handle */
+    assert_int_equal(works[2].ends, 1);
+    assert_null(deferred_operations_work(operations, handle(2)));
+    deferred_operations_destroy(operations);
+    for (uint32_t i = 0; i < 4; i++) {
+        assert_int_equal(works[i].ends, 1);
+        assert_int_equal(works[i].result, VK_ERROR_UNKNOWN);
+    }
+}
+
+static void only_what_was_created_is_there(void **unused)
+{
+    struct deferred_operations *operations = make();
+    struct work work = {0};
+    (void)unused;
+    assert_int_equal(deferred_operations_has(operations, handle(1)), YES);
+    assert_int_equal(deferred_operations_has(operations, handle(2)), NO);
+    assert_false(deferred_operations_defer(operations, handle(2), &work));
+    assert_false(deferred_operations_complete(operations, handle(2), &work, VK_SUCCESS));
+    deferred_operations_remove(operations, handle(2));
+    deferred_operations_remove(operations, handle(1));
+    assert_int_equal(deferred_operations_has(operations, handle(1)), NO);
+    deferred_operations_destroy(operations);
+    deferred_operations_destroy(NULL);
+    assert_int_equal(work.ends, 0);
+}
+
+static void without_memory_nothing_is_known(void **unused)
+{
+    struct deferred_operations *operations = make();
+    (void)unused;
+    for (int i = 0; i < 2; i++) {
+        memory_fail_after(0);
+        deferred_operations_add(operations, handle(2));
+        assert_true(memory_fail_no_more());
+        assert_int_equal(deferred_operations_has(operations, handle(2)), UNKNOWN);
+        assert_int_equal(deferred_operations_has(operations, handle(1)), YES);
+    }
+    deferred_operations_destroy(operations);
+    memory_fail_after(0);
+    assert_int_equal(deferred_operations_create(&operations, end), VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_true(memory_fail_no_more());
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(work_ends_when_its_operation_completes),
+        cmocka_unit_test(work_that_nobody_completed_is_not_known_to_have_succeeded),
+        cmocka_unit_test(only_what_was_created_is_there),
+        cmocka_unit_test(without_memory_nothing_is_known),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
