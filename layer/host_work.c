@@ -2,10 +2,7 @@
 /* The course of the host's commands, and intercepts of the operations that they are deferred to. */
 #include "host_work.h"
 
-#include <stdlib.h>
-
 #include "intercepts.h"
-#include "submissions.h"
 
 struct host_work host_work_begin(struct layer_device *device)
 {
@@ -18,61 +15,32 @@ struct host_work host_work_begin(struct layer_device *device)
 /* Without a journal the work may write anything. */
 bool host_work_prepare(struct host_work *work, bool skip)
 {
-    struct layer_device *device = work->device;
-    work->submission = submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
-    if (work->submission) {
-        submission_add_batch(work->submission);
-        submission_add_work(work->submission, work->journal ? journal_share(work->journal) : NULL);
-        if (submission_prepare(work->submission)) {
-            work->submission = NULL;
-            skip = true;
-        }
-    }
-    if (skip) {
-        submission_finish(work->submission, VK_ERROR_VALIDATION_FAILED_EXT);
+    work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    if (!work->submission) {
         journal_release(work->journal);
-    } else if (work->submission && work->journal) {
-        submissions_begin_writing(device->submissions, work->journal);
+        return skip;
     }
-    return skip;
+    submission_add_batch(work->submission);
+    submission_add_work(work->submission, work->journal);
+    if (skip)
+        submission_set_skip(work->submission);
+    return submission_prepare(work->submission);
 }
 
-/* What work that fails has written isn't known. */
-static void end(struct host_work *work, VkResult result)
+void host_work_end(void *submission, VkResult result)
 {
-    if (result < VK_SUCCESS && work->journal)
-        journal_lose_contents(work->journal);
-    submission_finish_silently(work->submission, VK_SUCCESS);
-    journal_release(work->journal);
-}
-
-void host_work_end(void *work, VkResult result)
-{
-    end(work, result);
-    free(work);
-}
-
-static bool defer(const struct host_work *work, VkDeferredOperationKHR operation)
-{
-    struct host_work *deferred = malloc(sizeof(*deferred));
-    if (!deferred)
-        return false;
-    *deferred = *work;
-    if (deferred_operations_defer(work->device->deferred, operation, deferred))
-        return true;
-    free(deferred);
-    return false;
+    submission_finish_silently(submission, result);
 }
 
 /* Asks how an operation stands that has work. */
 static void look_after(struct layer_device *device, VkDeferredOperationKHR operation)
 {
-    const void *work = deferred_operations_work(device->deferred, operation);
-    if (!work)
+    uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
+    if (!ticket)
         return;
     VkResult result = device->vk.GetDeferredOperationResultKHR(device->handle, operation);
     if (result != VK_NOT_READY &&
-        deferred_operations_complete(device->deferred, operation, work, result))
+        deferred_operations_complete(device->deferred, operation, ticket, result))
         execution_order_run(device->order);
 }
 
@@ -80,12 +48,14 @@ static void look_after(struct layer_device *device, VkDeferredOperationKHR opera
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
 {
     struct layer_device *device = work->device;
-    if (result == VK_OPERATION_DEFERRED_KHR && work->submission && defer(work, operation)) {
-        look_after(device, operation);
+    if (!work->submission)
         return result;
-    }
-    end(work, result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
-    execution_order_run(device->order);
+    if (result == VK_OPERATION_DEFERRED_KHR &&
+        deferred_operations_defer(device->deferred, operation, work->submission))
+        look_after(device, operation);
+    else
+        submission_finish(work->submission,
+                          result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
     return result;
 }
 
@@ -121,10 +91,10 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice devi
                                                                    VkDeferredOperationKHR operation)
 {
     struct layer_device *state = layer_find_device(device);
-    const void *work = deferred_operations_work(state->deferred, operation);
+    uint64_t ticket = deferred_operations_ticket(state->deferred, operation);
     VkResult result = state->vk.GetDeferredOperationResultKHR(device, operation);
     if (result != VK_NOT_READY &&
-        deferred_operations_complete(state->deferred, operation, work, result))
+        deferred_operations_complete(state->deferred, operation, ticket, result))
         execution_order_run(state->order);
     return result;
 }

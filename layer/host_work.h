@@ -10,7 +10,7 @@
 
 struct host_work {
     struct layer_device *device;
-    struct journal *journal; /* NULL below level EXECUTION, and without memory */
+    struct journal *journal; /* NULL below level EXECUTION, and without memory; until prepared */
     struct submission *submission;
 };
 
@@ -25,7 +25,7 @@ bool host_work_prepare(struct host_work *work, bool skip);
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation,
                           VkResult result);
 
-/* For deferred_operations_create. */
-void host_work_end(void *work, VkResult result);
+/* For deferred_operations_create: ends the submission of work that was deferred. */
+void host_work_end(void *submission, VkResult result);
 
 #endif

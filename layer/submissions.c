@@ -24,10 +24,8 @@ struct submissions {
     struct news {
         uint64_t first_id;
         uint32_t count;
-        bool is_dead; /* else the host begins to write it */
     } * news;
     size_t news_count, news_capacity;
-    bool news_lost; /* for lack of memory */
 };
 
 VkResult submissions_create(struct layer_device *device, struct submissions **submissions)
@@ -64,29 +62,15 @@ static bool reserve_news(struct submissions *submissions)
     return true;
 }
 
-static void add_news(struct submissions *submissions, uint64_t first_id, uint32_t count,
-                     bool is_dead)
+/* Without memory nothing is lost: of what is dead nobody asks again, as ids are not used twice. */
+void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count)
 {
     if (!submissions || !first_id)
         return;
     pthread_mutex_lock(&submissions->news_lock);
     if (reserve_news(submissions))
-        submissions->news[submissions->news_count++] = (struct news){first_id, count, is_dead};
-    else if (!is_dead) /* of a dead one nobody asks again: ids are not used twice */
-        submissions->news_lost = true;
+        submissions->news[submissions->news_count++] = (struct news){first_id, count};
     pthread_mutex_unlock(&submissions->news_lock);
-}
-
-void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count)
-{
-    add_news(submissions, first_id, count, true);
-}
-
-void submissions_begin_writing(struct submissions *submissions, const struct journal *journal)
-{
-    struct journal_cursor cursor = journal_start(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        add_news(submissions, entry->dst_id, 1, false);
 }
 
 static void lose(struct submissions *submissions)
@@ -98,21 +82,14 @@ static void lose(struct submissions *submissions)
 
 static void take_news(struct submissions *submissions)
 {
-    bool noted = true;
     pthread_mutex_lock(&submissions->news_lock);
     for (size_t i = 0; i < submissions->news_count; i++) {
         const struct news *news = &submissions->news[i];
         for (uint32_t j = 0; j < news->count; j++)
-            if (news->is_dead)
-                build_states_remove(&submissions->live, news->first_id + j);
-            else
-                noted &= build_states_add_writer(&submissions->live, news->first_id + j);
+            build_states_remove(&submissions->live, news->first_id + j);
     }
     submissions->news_count = 0;
-    noted &= !submissions->news_lost;
     pthread_mutex_unlock(&submissions->news_lock);
-    if (!noted)
-        lose(submissions);
 }
 
 /* ---- one batch */
@@ -152,26 +129,28 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .follows = run->clock,
         .predecessors_known = run->predecessors_known,
         .never_is_certain = !submissions->device->facts.has_other_builders,
-        .unordered = !run->queue,
+        .unordered = run->work != WORK_OF_QUEUE,
         .locate = locate,
         .found = found,
         .user = batch,
     };
 }
 
-/* Work of the host is judged when it begins, if its turn has come by then, and applied when it has
- * ended. */
+/* Work of the host is judged before its call goes down, if its turn has come by then. */
 static void replay_work(struct replay *replay, const struct journal *journal,
                         const struct batch_run *run)
 {
-    if (run->moment.count)
-        replay_apply_work(replay, journal, run->checked);
-    else
+    if (run->work != WORK_BEGINS) {
+        replay_end_work(replay, journal, run->work == WORK_FAILS);
+        return;
+    }
+    if (!run->checked)
         replay_judge_work(replay, journal);
+    replay_begin_work(replay, journal);
 }
 
-/* Judges and applies a batch. A command buffer without a whole journal may have written anything.
- */
+/* Judges a batch and, save for a check of the host's work, applies it. A command buffer without a
+ * whole journal may have written anything. */
 static bool replay_batch(struct submissions *submissions, const struct batch_run *run,
                          struct build_undo *undo)
 {
@@ -190,9 +169,11 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
             lose(submissions);
             break;
         }
-        if (run->queue) {
+        if (run->work == WORK_OF_QUEUE) {
             replay_deaths(&replay, journal);
             replay_submitted(&replay, journal);
+        } else if (undo) {
+            replay_judge_work(&replay, journal);
         } else {
             replay_work(&replay, journal, run);
         }
@@ -236,7 +217,7 @@ static void drop(void *user)
 static void run_batch(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
-    bool is_done = run->checked && run->queue;
+    bool is_done = run->checked && run->work == WORK_OF_QUEUE;
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->lost)
         replay_batch(submissions, run, NULL);

@@ -5,7 +5,6 @@
 #define ASSAY_LAYER_SUBMISSIONS_H
 
 #include "state/execution_order.h"
-#include "state/journal.h"
 
 struct layer_device;
 struct submissions;
@@ -19,9 +18,5 @@ struct execution_hooks submissions_hooks(struct submissions *submissions);
 /* Structures or queries were destroyed: `count` of consecutive ids, as in struct accel_facts and
  * struct query_pool. */
 void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count);
-
-/* A command of the host begins to write the structures of its journal: until its work has ended,
- * nothing is known of them. */
-void submissions_begin_writing(struct submissions *submissions, const struct journal *journal);
 
 #endif

@@ -266,14 +266,21 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     }
 }
 
+static void judge_live(struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry)
+{
+    if (entry->kind == JOURNAL_UPDATE)
+        judge(replay, journal, entry, replay_read(replay, entry));
+    if (entry->kind == JOURNAL_USE_MICROMAP)
+        replay_submit_micromap(replay, journal, entry);
+}
+
 void replay_submitted(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_UPDATE && !entry->judged)
-            judge(replay, journal, entry, replay_read(replay, entry));
-        if (entry->kind == JOURNAL_USE_MICROMAP && !entry->judged)
-            replay_submit_micromap(replay, journal, entry);
+        if (!entry->judged)
+            judge_live(replay, journal, entry);
         write_entry(replay, journal, entry);
     }
 }
@@ -284,26 +291,54 @@ void replay_judge_work(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind == JOURNAL_UPDATE)
-            judge(replay, journal, entry, replay_read(replay, entry));
+        judge_live(replay, journal, entry);
 }
 
-static void end_writing(struct replay *replay, const struct journal *journal)
+/* Queries are read and reset at once. */
+static bool writes_a_structure(const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_BUILD:
+    case JOURNAL_UPDATE:
+    case JOURNAL_COPY:
+    case JOURNAL_COMPACT:
+    case JOURNAL_FILL:
+        return true;
+    case JOURNAL_USE_MICROMAP:
+    case JOURNAL_EXECUTE:
+    case JOURNAL_QUERY:
+    case JOURNAL_RESET_QUERIES:
+    case JOURNAL_ANSWER:
+        break;
+    }
+    return false;
+}
+
+void replay_begin_work(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (writes_a_structure(entry) && !build_states_add_writer(replay->states, entry->dst_id))
+            replay->out_of_memory = true;
+}
+
+static void remove_writers(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         struct build_state *state = build_states_find(replay->states, entry->dst_id);
-        if (state && state->host_writers)
+        if (writes_a_structure(entry) && state && state->host_writers)
             state->host_writers--;
     }
 }
 
-void replay_apply_work(struct replay *replay, const struct journal *journal, bool judged)
+void replay_end_work(struct replay *replay, const struct journal *journal, bool failed)
 {
-    end_writing(replay, journal);
-    if (!judged)
-        replay_judge_work(replay, journal);
+    remove_writers(replay, journal);
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        write_entry(replay, journal, entry);
+        if (!failed)
+            write_entry(replay, journal, entry);
+        else if (writes_a_structure(entry))
+            replay_write(replay, entry->dst_id, &built_unknown);
 }

@@ -47,7 +47,9 @@ void replay_submitted(struct replay *replay, const struct journal *journal);
 
 /* A command of the host, `unordered`: judges its updates; changes nothing. */
 void replay_judge_work(struct replay *replay, const struct journal *journal);
-/* It has ended: notes what it wrote. `judged`: see above. */
-void replay_apply_work(struct replay *replay, const struct journal *journal, bool judged);
+/* It begins: until it ends, nothing is known of what it writes. */
+void replay_begin_work(struct replay *replay, const struct journal *journal);
+/* It has ended: notes what it wrote, of which nothing is known if it has failed. */
+void replay_end_work(struct replay *replay, const struct journal *journal, bool failed);
 
 #endif

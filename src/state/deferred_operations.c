@@ -8,14 +8,16 @@
 #include "state/handle_table.h"
 
 struct operation {
-    void *work; /* NULL: none */
+    void *work;      /* NULL: none */
+    uint64_t ticket; /* of the work */
 };
 
-/* `lock` guards the table, its records, and `incomplete`. */
+/* `lock` guards all but `end`, which never changes. */
 struct deferred_operations {
     pthread_mutex_t lock;
     struct handle_table table;
     bool incomplete; /* an operation was lost for lack of memory */
+    uint64_t last_ticket;
     void (*end)(void *work, VkResult result);
 };
 
@@ -41,6 +43,7 @@ static void replace_work(struct deferred_operations *operations, struct operatio
 {
     void *before = operation->work;
     operation->work = work;
+    operation->ticket = work ? ++operations->last_ticket : 0;
     if (before)
         operations->end(before, result);
 }
@@ -110,22 +113,22 @@ bool deferred_operations_defer(struct deferred_operations *operations,
     return operation;
 }
 
-const void *deferred_operations_work(struct deferred_operations *operations,
-                                     VkDeferredOperationKHR handle)
+uint64_t deferred_operations_ticket(struct deferred_operations *operations,
+                                    VkDeferredOperationKHR handle)
 {
     pthread_mutex_lock(&operations->lock);
     const struct operation *operation = handle_table_find(&operations->table, key_of(handle));
-    const void *work = operation ? operation->work : NULL;
+    uint64_t ticket = operation ? operation->ticket : 0;
     pthread_mutex_unlock(&operations->lock);
-    return work;
+    return ticket;
 }
 
 bool deferred_operations_complete(struct deferred_operations *operations,
-                                  VkDeferredOperationKHR handle, const void *work, VkResult result)
+                                  VkDeferredOperationKHR handle, uint64_t ticket, VkResult result)
 {
     pthread_mutex_lock(&operations->lock);
     struct operation *operation = handle_table_find(&operations->table, key_of(handle));
-    bool had = work && operation && operation->work == work;
+    bool had = ticket && operation && operation->ticket == ticket;
     if (had)
         replace_work(operations, operation, NULL, result);
     pthread_mutex_unlock(&operations->lock);

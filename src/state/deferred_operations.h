@@ -34,12 +34,12 @@ enum tristate deferred_operations_has(struct deferred_operations *operations,
 bool deferred_operations_defer(struct deferred_operations *operations,
                                VkDeferredOperationKHR handle, void *work);
 
-/* The work that the operation has now; NULL: none. Only to be compared. */
-const void *deferred_operations_work(struct deferred_operations *operations,
-                                     VkDeferredOperationKHR handle);
-/* The operation has completed. Nothing happens unless it still has that work. Returns whether it
- * had. */
+/* A number, never used twice, of the work that the operation has now; 0: none. */
+uint64_t deferred_operations_ticket(struct deferred_operations *operations,
+                                    VkDeferredOperationKHR handle);
+/* The operation has completed. Nothing happens unless it still has the work of that number. Returns
+ * whether it had. */
 bool deferred_operations_complete(struct deferred_operations *operations,
-                                  VkDeferredOperationKHR handle, const void *work, VkResult result);
+                                  VkDeferredOperationKHR handle, uint64_t ticket, VkResult result);
 
 #endif

@@ -137,11 +137,21 @@ static void stop(struct submission *submission, enum submission_state state)
         submission->queue_record->in_flight = false;
 }
 
+/* Its second batch is its end. */
+static void add_end_of_work(struct submission *submission)
+{
+    submission_add_batch(submission);
+    if (submission->out_of_memory)
+        return;
+    submission->batches[1].first_commands = submission->batches[0].first_commands;
+    submission->batches[1].command_count = submission->batches[0].command_count;
+}
+
 /* Whatever begins from now on follows it, on the host and, as the host submits it, elsewhere. */
-static void end_host_work(struct submission *submission)
+static void end_work(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    struct order_batch *batch = &submission->batches[0];
+    struct order_batch *batch = &submission->batches[1];
     batch->moment = (struct moment){EXECUTION_HOST, ++order->host_count};
     execution_clock_add(&order->host, batch->moment);
     execution_order_append_run(order, batch);
@@ -156,7 +166,7 @@ static void succeed(struct submission *submission)
     submission->serial = ++order->last_serial;
     submission_publish(submission);
     if (submission->kind == SUBMIT_HOST_WORK)
-        end_host_work(submission);
+        end_work(submission);
     execution_order_release_held(order);
     if (order->held_count > EXECUTION_HELD_BATCHES)
         execution_order_lose_locked(order);
@@ -176,17 +186,30 @@ bool submission_prepare(struct submission *submission)
     struct execution_order *order = submission->order;
     if (!submission->batch_count)
         submission_add_batch(submission);
+    if (submission->kind == SUBMIT_HOST_WORK)
+        add_end_of_work(submission);
     pthread_mutex_lock(&order->lock);
     if (!order->lost)
         start(submission);
-    bool skip = submission->state == SUBMISSION_PREPARED && submission_check(submission);
+    bool is_prepared = submission->state == SUBMISSION_PREPARED;
+    bool skip = (is_prepared && submission_check(submission)) || submission->skip;
     if (skip) {
-        fail(submission);
+        if (is_prepared)
+            fail(submission);
         submission_unreference(submission);
+    } else if (is_prepared && submission->kind == SUBMIT_HOST_WORK) {
+        execution_order_append_run(order, &submission->batches[0]);
     }
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
     return skip;
+}
+
+static void fail_work(struct submission *submission)
+{
+    stop(submission, SUBMISSION_FAILED);
+    if (!submission->order->lost)
+        end_work(submission);
 }
 
 static void finish(struct submission *submission, VkResult result)
@@ -196,6 +219,8 @@ static void finish(struct submission *submission, VkResult result)
         execution_order_lose_locked(order);
     if (submission->state == SUBMISSION_PREPARED && result >= VK_SUCCESS)
         succeed(submission);
+    else if (submission->state == SUBMISSION_PREPARED && submission->kind == SUBMIT_HOST_WORK)
+        fail_work(submission);
     else if (submission->state == SUBMISSION_PREPARED)
         fail(submission);
     submission_unreference(submission);

@@ -13,9 +13,9 @@
  * application came to know that the earlier one is complete. A batch at the head of the list whose
  * call is under way blocks the list: from its check until its run, or its drop, nothing else runs.
  *
- * Work of the host may take long, and blocks nobody: it is put into the list, and gets its moment,
- * when it has ended. What it follows is what was known when it began; it may be checked then, but
- * is not dropped, since a check of it must not change anything.
+ * Work of the host may take long, and blocks nobody: it runs twice, when it has begun and when it
+ * has ended, which is its moment. What it follows is what was known when it began. A check of it
+ * must not change anything, so it is never dropped.
  *
  * One lock guards everything; it is held neither while a call goes down nor while a hook runs.
  * `check`, `run`, `drop` and `lost` are called by one thread at a time: one that finds another at
@@ -43,10 +43,19 @@ struct submitted_commands {
     void *captured;
 };
 
+/* What has become of work of the host. */
+enum work_phase {
+    WORK_OF_QUEUE, /* it isn't the host's */
+    WORK_BEGINS,
+    WORK_ENDS,
+    WORK_FAILS, /* it ends, too, and what it did isn't known */
+};
+
 /* A batch, when its turn has come. */
 struct batch_run {
-    VkQueue queue;                       /* VK_NULL_HANDLE: the host */
-    struct moment moment;                /* of work of the host only when it runs */
+    VkQueue queue; /* VK_NULL_HANDLE: the host */
+    enum work_phase work;
+    struct moment moment;                /* of work of the host when it ends */
     const struct execution_clock *clock; /* what it certainly follows */
     const struct submitted_commands *commands;
     uint32_t command_count;
@@ -109,13 +118,17 @@ void submission_add_work(struct submission *submission, void *captured);
 void submission_add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
                            enum semaphore_scope scope);
 
+/* Prepared, it is to be skipped whatever the checks say. */
+void submission_set_skip(struct submission *submission);
+
 /* Signalled when all of it has executed. */
 void submission_set_fence(struct submission *submission, VkFence fence);
 
 /* Before the call goes down. True: a check asks to skip the call, and the submission is over. */
 bool submission_prepare(struct submission *submission);
 
-/* After the call. Errors mean that nothing was submitted; but a lost device loses the order. */
+/* After the call. Errors mean that nothing was submitted, or that work of the host has failed; but
+ * a lost device loses the order. */
 void submission_finish(struct submission *submission, VkResult result);
 /* The same in two parts, for callers with a lock: no hook is called but `release`; and what has its
  * turn by now runs. */

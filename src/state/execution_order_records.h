@@ -77,7 +77,7 @@ struct submission {
     uint64_t serial;                  /* of the calls that succeeded; 0: not yet */
     uint32_t references; /* of the caller until it is finished, and one a batch held or to run */
     bool out_of_memory;
-    bool checked;
+    bool checked, skip;
     bool uncertain;              /* see start_submission */
     uint32_t ready_count;        /* batches, from the first, that nothing held back when prepared */
     struct execution_clock host; /* when prepared */

@@ -48,11 +48,22 @@ void submission_unreference(struct submission *submission)
     order->spare = submission;
 }
 
+static enum work_phase phase_of(const struct order_batch *batch)
+{
+    const struct submission *submission = batch->submission;
+    if (submission->kind != SUBMIT_HOST_WORK)
+        return WORK_OF_QUEUE;
+    if (batch == submission->batches)
+        return WORK_BEGINS;
+    return submission->state == SUBMISSION_FAILED ? WORK_FAILS : WORK_ENDS;
+}
+
 static struct batch_run describe(const struct order_batch *batch)
 {
     const struct submission *submission = batch->submission;
     return (struct batch_run){
         .queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE,
+        .work = phase_of(batch),
         .moment = batch->moment,
         .clock = &batch->clock,
         .commands = &submission->commands[batch->first_commands],
@@ -76,11 +87,18 @@ static void tell_lost(struct execution_order *order)
     order->busy = false;
 }
 
+/* Whether the batch runs only when its call has returned. */
+static bool is_under_way(const struct order_batch *batch)
+{
+    return batch->submission->state == SUBMISSION_PREPARED &&
+           batch->submission->kind != SUBMIT_HOST_WORK;
+}
+
 /* The first batch, unless its call is under way. */
 static struct order_batch *take_first(struct execution_order *order)
 {
     struct order_batch *batch = order->run_list;
-    if (!batch || batch->submission->state == SUBMISSION_PREPARED)
+    if (!batch || is_under_way(batch))
         return NULL;
     order->run_list = batch->next;
     if (!order->run_list)
@@ -128,7 +146,8 @@ bool submission_check(struct submission *submission)
     submission->checked = true;
     order->busy = true;
     pthread_mutex_unlock(&order->lock);
-    for (uint32_t i = 0; i < submission->ready_count; i++) {
+    uint32_t count = submission->kind == SUBMIT_HOST_WORK ? 1 : submission->ready_count;
+    for (uint32_t i = 0; i < count; i++) {
         struct batch_run description = describe(&submission->batches[i]);
         skip |= order->hooks.check(order->hooks.user, &description);
     }

@@ -99,15 +99,6 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
     chunk->items[chunk->head.count++] = *entry;
 }
 
-void journal_lose_contents(struct journal *journal)
-{
-    struct journal_cursor cursor = journal_start(journal);
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        release_entry(entry);
-        entry->kind = JOURNAL_FILL;
-    }
-}
-
 uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels)
 {
     if (!labels->count)

@@ -152,9 +152,6 @@ bool journal_is_shared(const struct journal *journal);
 /* Takes over the references of `entry->built`, or of `entry->secondary`. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
 
-/* The command of the host has failed: what it wrote isn't known. */
-void journal_lose_contents(struct journal *journal);
-
 /* Keeps the labels that are open, unless none are or they were kept lately. Returns what finds them
  * again; 0: none. */
 uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels);

@@ -15,6 +15,7 @@ static void start_over(struct submission *submission)
     submission->queue_record = NULL;
     submission->references = 1;
     submission->out_of_memory = submission->checked = submission->uncertain = false;
+    submission->skip = false;
     submission->ready_count = 0;
     submission->batch_count = submission->operation_count = submission->command_count = 0;
 }
@@ -146,6 +147,12 @@ void submission_add_work(struct submission *submission, void *captured)
 {
     if (submission)
         add_commands(submission, VK_NULL_HANDLE, captured);
+}
+
+void submission_set_skip(struct submission *submission)
+{
+    if (submission)
+        submission->skip = true;
 }
 
 void submission_set_fence(struct submission *submission, VkFence fence)

@@ -272,7 +272,7 @@ static void host_work_is_not_checked_before_others_have_run(void **unused)
     struct submission *call = PREPARE(&p, .queue = 1, .name = 10);
     struct submission *work = begin_work(&p, 90);
     submission_finish_silently(work, VK_SUCCESS);
-    assert_int_equal(p.run_count, 0);
+    assert_int_equal(p.run_count + p.begins, 0);
     submission_finish_silently(call, VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(p.drops, 1);
     assert_int_equal(p.run_count, 0);
@@ -293,12 +293,20 @@ static void host_work_that_fails_drops_nothing(void **unused)
     assert_int_equal(p.drops, 0);
     submission_finish(call, VK_SUCCESS);
     EXPECT_RUNS(&p, 10);
+    assert_int_equal(p.begins, 1);
+    assert_int_equal(p.failures, 1);
     assert_true(p.runs[0].checked);
     p.skip_name = 91;
     work = submission_begin(p.order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     call_add_batch(work, &(struct call){.name = 91});
     assert_true(submission_prepare(work));
+    work = submission_begin(p.order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    call_add_batch(work, &(struct call){.name = 92});
+    submission_set_skip(work);
+    assert_true(submission_prepare(work));
+    assert_int_equal(p.checks, 4);
     assert_int_equal(p.drops, 0);
+    assert_int_equal(p.begins, 1);
     EXPECT_RUNS(&p, 10);
     program_stop(&p);
 }

@@ -48,6 +48,11 @@ static void drop(void *user)
 static void run(void *user, const struct batch_run *batch)
 {
     struct program *program = user;
+    if (batch->work == WORK_BEGINS || batch->work == WORK_FAILS) {
+        program->begins += batch->work == WORK_BEGINS;
+        program->failures += batch->work == WORK_FAILS;
+        return;
+    }
     assert_true(program->run_count < PROGRAM_RUNS);
     struct heard *heard = &program->runs[program->run_count++];
     *heard = (struct heard){.command_count = batch->command_count,
