@@ -222,7 +222,7 @@ static void run_batch(void *user, const struct batch_run *run)
     if (!is_done && !submissions->lost)
         replay_batch(submissions, run, NULL);
     if (submissions->device->cpu)
-        cpu_overlay_run(submissions->device->cpu, run);
+        cpu_overlay_run(submissions->device, run);
 }
 
 static void lost(void *user)
@@ -230,7 +230,7 @@ static void lost(void *user)
     struct submissions *submissions = user;
     lose(submissions);
     if (submissions->device->cpu)
-        cpu_overlay_lose_order(submissions->device->cpu);
+        cpu_overlay_lose_order(submissions->device);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)

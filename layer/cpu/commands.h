@@ -66,6 +66,7 @@
     COMMAND(CmdResetQueryPool)                                                                     \
     COMMAND(CmdCopyQueryPoolResults)                                                               \
     COMMAND(DestroyBuffer)                                                                         \
+    COMMAND(EndCommandBuffer)                                                                      \
     COMMAND(CmdExecuteCommands)                                                                    \
     COMMAND(GetDeviceQueue)                                                                        \
     COMMAND(GetDeviceQueue2)                                                                       \

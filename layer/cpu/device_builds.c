@@ -3,9 +3,9 @@
  * command buffer; the trees are made when somebody asks for them. */
 #include <stdlib.h>
 
-#include "commands.h"
+#include "cpu/commands.h"
 #include "cpu/input.h"
-#include "recorder.h"
+#include "cpu/recorder.h"
 
 /* Memory that can't be read yet: what the builder will ask for is copied. */
 struct copied_memory {
@@ -13,6 +13,13 @@ struct copied_memory {
     struct cpu_recorded_build *build;
     bool to_the_end; /* of each buffer, for the ranges aren't known yet */
 };
+
+static void keep_snapshot(const struct cpu_recorder *recorder, struct cpu_recorded_build *build,
+                          const struct cpu_snapshot *snapshot)
+{
+    if (!cpu_recorded_build_add(build, snapshot))
+        cpu_recorder_lose(recorder);
+}
 
 static uint64_t copy(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
@@ -26,7 +33,7 @@ static uint64_t copy(void *context, uint64_t address, uint64_t size, const void 
     if (there && (memory->to_the_end || size <= there->size - (address - there->address)))
         return 0;
     if (cpu_recorder_copy(memory->recorder, address, size, &snapshot))
-        cpu_recorded_build_add(memory->build, &snapshot);
+        keep_snapshot(memory->recorder, memory->build, &snapshot);
     return 0;
 }
 
@@ -41,10 +48,12 @@ static void copy_inputs(struct cpu_recorder *recorder, struct cpu_recorded_build
         uint64_t size =
             (count - 1) * build->indirect_stride + sizeof(VkAccelerationStructureBuildRangeInfoKHR);
         if (count && cpu_recorder_copy(recorder, build->indirect_address, size, &ranges))
-            cpu_recorded_build_add(build, &ranges);
+            keep_snapshot(recorder, build, &ranges);
     }
     if (cpu_input_open(&build->parameters, &memory, &input) == VK_SUCCESS)
         cpu_input_close(&input);
+    else
+        cpu_recorder_lose(recorder);
 }
 
 static void add_item(const struct cpu_recorder *recorder, struct cpu_recorded_build *build)
@@ -57,7 +66,7 @@ static void add_item(const struct cpu_recorder *recorder, struct cpu_recorded_bu
         .src = (uint64_t)info->srcAccelerationStructure,
         .build = build,
     };
-    cpu_recording_add(recorder->recording, &item);
+    cpu_recorder_add(recorder, &item);
 }
 
 /* NULL where a parameter can't be read, or without memory: then nothing is built. */
@@ -67,9 +76,14 @@ copy_parameters(const struct cpu_recorder *recorder,
                 const VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
     struct cpu_recorded_build *build = calloc(1, sizeof(*build));
-    if (build && cpu_build_info_copy(&recorder->command_buffer->readable, info, ranges,
-                                     &build->parameters) == VK_SUCCESS)
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (build)
+        result = cpu_build_info_copy(&recorder->command_buffer->readable, info, ranges,
+                                     &build->parameters);
+    if (result == VK_SUCCESS)
         return build;
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
+        cpu_recorder_lose(recorder);
     free(build);
     return NULL;
 }

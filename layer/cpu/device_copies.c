@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: copies of command buffers, between structures and from and to memory. */
-#include "commands.h"
-#include "recorder.h"
+#include "cpu/commands.h"
+#include "cpu/recorder.h"
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
@@ -15,7 +15,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureKHR(
         .dst = (uint64_t)pInfo->dst,
         .src = (uint64_t)pInfo->src,
     };
-    cpu_recording_add(recorder.recording, &item);
+    cpu_recorder_add(&recorder, &item);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
@@ -25,7 +25,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
     struct cpu_item item = {.kind = CPU_ITEM_SERIALIZE, .src = (uint64_t)pInfo->src};
     if (cpu_recorder_begin(&recorder, commandBuffer) &&
         cpu_recorder_find(&recorder, pInfo->dst.deviceAddress, &item.target))
-        cpu_recording_add(recorder.recording, &item);
+        cpu_recorder_add(&recorder, &item);
 }
 
 /* What the serialized form of a structure of `size` bytes can take at most: the header, and a
@@ -47,6 +47,6 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMemoryToAccelerationStructureKHR(
         return;
     if (cpu_recorder_copy(&recorder, pInfo->src.deviceAddress, serialized_max(info.size),
                           &item.serialized))
-        cpu_recording_add(recorder.recording, &item);
+        cpu_recorder_add(&recorder, &item);
     cpu_recorder_end(&recorder);
 }

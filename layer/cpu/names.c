@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that name objects of any kind: the backend's are kept from the next layer, which would
  * take their handles for its own. */
-#include "commands.h"
-#include "overlay.h"
+#include "cpu/commands.h"
+#include "cpu/overlay.h"
 
 /* Numbers of VkObjectType; VkDebugReportObjectTypeEXT has the same ones. */
 static bool is_own(const struct cpu_overlay *overlay, uint32_t type)

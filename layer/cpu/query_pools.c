@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "commands.h"
-#include "recorder.h"
+#include "cpu/commands.h"
+#include "cpu/recorder.h"
 
 static bool is_own(const struct cpu_overlay *overlay, VkQueryPool pool)
 {
@@ -95,7 +95,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
                                   .count = queryCount};
     struct cpu_recorder recorder;
     if (cpu_recorder_begin(&recorder, commandBuffer))
-        cpu_recording_add(recorder.recording, &item);
+        cpu_recorder_add(&recorder, &item);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesKHR(
@@ -116,10 +116,12 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesKHR(
         !readable(&recorder.command_buffer->readable, pAccelerationStructures, size))
         return;
     item.structures = malloc(size);
-    if (!item.structures)
+    if (!item.structures) {
+        cpu_recorder_lose(&recorder);
         return;
+    }
     memcpy(item.structures, pAccelerationStructures, size);
-    cpu_recording_add(recorder.recording, &item);
+    cpu_recorder_add(&recorder, &item);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBuffer,
@@ -145,5 +147,5 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
     };
     struct cpu_recorder recorder;
     if (cpu_recorder_begin(&recorder, commandBuffer))
-        cpu_recording_add(recorder.recording, &item);
+        cpu_recorder_add(&recorder, &item);
 }

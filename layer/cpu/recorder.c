@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Works of command buffers, and snapshots recorded for them. */
-#include "recorder.h"
+#include "cpu/recorder.h"
 
-#include "staging.h"
+#include "cpu/commands.h"
+#include "cpu/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
@@ -28,15 +29,39 @@ bool cpu_recorder_begin(struct cpu_recorder *recorder, VkCommandBuffer handle)
     struct layer_device *device = layer_find_device(handle);
     *recorder = (struct cpu_recorder){.device = device, .handle = handle};
     recorder->command_buffer = command_buffers_find(device->command_buffers, handle);
-    struct journal *journal = recorder->command_buffer ? recorder->command_buffer->journal : NULL;
-    if (!journal)
+    if (!recorder->command_buffer)
         return false;
-    if (!journal->work) {
+    struct journal *journal = recorder->command_buffer->journal;
+    if (journal && !journal->work) {
         journal->work = cpu_recording_create(free_chunk, device->cpu->staging);
         journal->release_work = release_work;
     }
-    recorder->recording = journal->work;
+    recorder->recording = journal ? journal->work : NULL;
+    if (!recorder->recording)
+        cpu_recorder_lose(recorder);
     return recorder->recording;
+}
+
+void cpu_recorder_lose(const struct cpu_recorder *recorder)
+{
+    recorder->command_buffer->work_lost = true;
+}
+
+void cpu_recorder_add(const struct cpu_recorder *recorder, const struct cpu_item *item)
+{
+    if (!cpu_recording_add(recorder->recording, item))
+        cpu_recorder_lose(recorder);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffer)
+{
+    const struct layer_device *device = layer_find_device(commandBuffer);
+    const struct command_buffer *command_buffer =
+        command_buffers_find(device->command_buffers, commandBuffer);
+    VkResult result = device->cpu->next.EndCommandBuffer(commandBuffer);
+    return result == VK_SUCCESS && command_buffer && command_buffer->work_lost
+               ? VK_ERROR_OUT_OF_HOST_MEMORY
+               : result;
 }
 
 void cpu_recorder_end(const struct cpu_recorder *recorder)
@@ -85,8 +110,10 @@ bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t
     size = size < source.size ? size : source.size;
     uint64_t room = (size + SNAPSHOT_ALIGNMENT - 1) / SNAPSHOT_ALIGNMENT * SNAPSHOT_ALIGNMENT;
     struct cpu_staging_chunk *chunk = chunk_with_room(recorder, room);
-    if (!chunk)
+    if (!chunk) {
+        cpu_recorder_lose(recorder);
         return false;
+    }
     *snapshot = (struct cpu_snapshot){.address = address,
                                       .size = size,
                                       .chunk = recorder->recording->chunk_count - 1,

@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_CPU_RECORDER_H
 #define ASSAY_LAYER_CPU_RECORDER_H
 
+#include "cpu/overlay.h"
 #include "cpu/recording.h"
-#include "overlay.h"
 
 struct cpu_recorder {
     struct layer_device *device;
@@ -15,8 +15,13 @@ struct cpu_recorder {
     bool has_copied;
 };
 
-/* False where nothing can be recorded: the command buffer isn't known, or there is no memory. */
+/* False where nothing can be recorded: the command buffer isn't known, or there is no memory. Of
+ * the latter vkEndCommandBuffer tells, here and below. */
 bool cpu_recorder_begin(struct cpu_recorder *recorder, VkCommandBuffer handle);
+
+/* Takes over what the item points to. */
+void cpu_recorder_add(const struct cpu_recorder *recorder, const struct cpu_item *item);
+void cpu_recorder_lose(const struct cpu_recorder *recorder);
 /* Makes the copies visible to the host. */
 void cpu_recorder_end(const struct cpu_recorder *recorder);
 

@@ -7,10 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "commands.h"
+#include "cpu/commands.h"
 #include "cpu/playback.h"
-#include "staging.h"
-#include "submits.h"
+#include "cpu/staging.h"
+#include "cpu/submits.h"
 
 /* One copy on its way. */
 struct transfer {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Staging memory: chunks of a buffer and an allocation each, mapped as long as they live. */
-#include "staging.h"
+#include "cpu/staging.h"
 
 #include <pthread.h>
 #include <stdlib.h>

@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_CPU_STAGING_H
 #define ASSAY_LAYER_CPU_STAGING_H
 
+#include "cpu/overlay.h"
 #include "cpu/recording.h"
-#include "overlay.h"
 
 struct cpu_staging_chunk {
     struct cpu_chunk chunk; /* first */

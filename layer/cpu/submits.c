@@ -4,10 +4,10 @@
  * it, so that whoever sees that one signalled finds the other so. */
 #include <stdlib.h>
 
-#include "commands.h"
-#include "recorder.h"
+#include "cpu/commands.h"
+#include "cpu/recorder.h"
+#include "cpu/submits.h"
 #include "submit_infos.h"
-#include "submits.h"
 
 /* ---- tickets */
 
@@ -266,24 +266,36 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdExecuteCommands(VkCommandBuffer commandBuffer,
             continue;
         const struct cpu_item item = {.kind = CPU_ITEM_EXECUTE,
                                       .secondary = cpu_recording_share(recording)};
-        cpu_recording_add(recorder.recording, &item);
+        cpu_recorder_add(&recorder, &item);
     }
     device->cpu->next.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }
 
 /* ---- turns */
 
-void cpu_overlay_run(struct cpu_overlay *overlay, const struct batch_run *run)
+static void warn_of_losses(const struct layer_device *device)
 {
+    if (cpu_playback_take_lost(device->cpu->playback))
+        reporter_warn(
+            device->instance->reporter,
+            "assay_validation.backend = cpu had no memory for what a submission builds or "
+            "writes: structures and buffers may be without it.");
+}
+
+void cpu_overlay_run(const struct layer_device *device, const struct batch_run *run)
+{
+    struct cpu_overlay *overlay = device->cpu;
     for (uint32_t i = 0; i < run->command_count; i++) {
         const struct journal *journal = run->commands[i].captured;
         if (journal && journal->work)
             cpu_playback_run(overlay->playback, journal->work, run->moment);
     }
+    warn_of_losses(device);
 }
 
-void cpu_overlay_lose_order(struct cpu_overlay *overlay)
+void cpu_overlay_lose_order(const struct layer_device *device)
 {
-    atomic_store(&overlay->order_lost, true);
-    cpu_playback_run_all(overlay->playback);
+    atomic_store(&device->cpu->order_lost, true);
+    cpu_playback_run_all(device->cpu->playback);
+    warn_of_losses(device);
 }

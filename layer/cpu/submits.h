@@ -4,13 +4,13 @@
 #ifndef ASSAY_LAYER_CPU_SUBMITS_H
 #define ASSAY_LAYER_CPU_SUBMITS_H
 
-#include "overlay.h"
+#include "cpu/overlay.h"
 #include "state/execution_order.h"
 
 /* A batch's turn in execution order. */
-void cpu_overlay_run(struct cpu_overlay *overlay, const struct batch_run *run);
+void cpu_overlay_run(const struct layer_device *device, const struct batch_run *run);
 /* From now on submissions take their turns as they are made. */
-void cpu_overlay_lose_order(struct cpu_overlay *overlay);
+void cpu_overlay_lose_order(const struct layer_device *device);
 
 /* The host has seen something complete, or is about to submit: writes the results of complete
  * submissions to their buffers. */

@@ -30,6 +30,7 @@ static void release(void *context)
 }
 
 static VkResult make_build(void *context, struct cpu_tree *tree);
+static VkResult make_compaction(void *context, struct cpu_tree *tree);
 
 /* Returns one reference to a tree that `make` makes; what `late` holds is taken over. */
 static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *tree),
@@ -41,6 +42,8 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
         .release = release,
         .context = own,
         .start = make == make_build ? late->source : NULL,
+        .is_top_level =
+            late->has_pins || (make == make_compaction && cpu_tree_is_top_level(late->source)),
     };
     struct cpu_tree *tree = own ? cpu_tree_create_late(&recording) : NULL;
     if (tree) {
@@ -60,6 +63,14 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
 
 /* ---- builds */
 
+static VkResult make_by_build(const struct late *late, const struct cpu_making *making,
+                              struct cpu_tree *tree)
+{
+    VkResult result = cpu_make_by_build(making, tree);
+    bool is_whole = !late->has_pins || !late->pins.out_of_memory;
+    return result == VK_SUCCESS && !is_whole ? VK_ERROR_OUT_OF_HOST_MEMORY : result;
+}
+
 static VkResult make_from_memory(struct late *late, const struct cpu_memory *memory,
                                  struct cpu_tree *tree)
 {
@@ -75,13 +86,13 @@ static VkResult make_from_memory(struct late *late, const struct cpu_memory *mem
     if (late->source && !making.source)
         return VK_ERROR_VALIDATION_FAILED;
     if (!late->build->is_indirect)
-        return cpu_make_by_build(&making, tree);
+        return make_by_build(late, &making, tree);
 
     parameters.ranges = calloc(parameters.info.geometryCount + 1u, sizeof(*parameters.ranges));
     if (!parameters.ranges)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cpu_recorded_build_read_ranges(late->build, memory, parameters.ranges);
-    VkResult result = cpu_make_by_build(&making, tree);
+    VkResult result = make_by_build(late, &making, tree);
     free(parameters.ranges);
     return result;
 }

@@ -34,6 +34,11 @@ static struct pin *add(struct cpu_pins *pins, uint64_t reference)
         return NULL;
     }
     pin->tree = cpu_structures_tree(pins->structures, reference);
+    /* No instance may have a top level; held by one that waits to be made, it might hold itself. */
+    if (pin->tree && cpu_tree_is_top_level(pin->tree)) {
+        cpu_tree_release(pin->tree);
+        pin->tree = NULL;
+    }
     return pin;
 }
 

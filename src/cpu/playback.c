@@ -23,6 +23,7 @@ struct result {
 
 struct cpu_playback {
     struct cpu_device *device;
+    atomic_uint lost;
     pthread_mutex_t turns;    /* held while items are carried out, so that turns don't mix */
     pthread_mutex_t delivery; /* held while results are written; neither is taken under it */
     pthread_mutex_t lock;     /* guards both lists; no other is taken under it */
@@ -86,17 +87,13 @@ static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structur
     return cpu_structures_tree(playback->device->structures, structure);
 }
 
-/* The new tree of a structure of `size_max` bytes, or NULL. */
+/* The new tree of a structure of `size_max` bytes; takes the source's reference. NULL without
+ * memory. */
 static struct cpu_tree *make_tree(struct cpu_playback *playback, struct cpu_execution *execution,
-                                  const struct cpu_item *item, uint64_t size_max)
+                                  const struct cpu_item *item, struct cpu_tree *source,
+                                  uint64_t size_max)
 {
     struct cpu_device *device = playback->device;
-    struct cpu_tree *source = NULL;
-    if (item->kind != CPU_ITEM_BUILD && item->kind != CPU_ITEM_DESERIALIZE) {
-        source = tree_of(playback, item->src);
-        if (!source)
-            return NULL;
-    }
     switch (item->kind) {
     case CPU_ITEM_BUILD:
     case CPU_ITEM_UPDATE:
@@ -113,9 +110,19 @@ static struct cpu_tree *make_tree(struct cpu_playback *playback, struct cpu_exec
 static void change_structure(struct cpu_playback *playback, struct cpu_execution *execution,
                              const struct cpu_item *item)
 {
+    bool has_source = item->kind != CPU_ITEM_BUILD && item->kind != CPU_ITEM_DESERIALIZE;
+    struct cpu_tree *source = has_source ? tree_of(playback, item->src) : NULL, *tree = NULL;
     struct cpu_structure_info info;
-    if (cpu_structures_find(playback->device->structures, item->dst, &info))
-        set_tree(playback, item->dst, make_tree(playback, execution, item, info.size));
+    if (!cpu_structures_find(playback->device->structures, item->dst, &info)) {
+        cpu_tree_release(source);
+        return;
+    }
+    if (source || !has_source) {
+        tree = make_tree(playback, execution, item, source, info.size);
+        if (!tree)
+            atomic_fetch_add(&playback->lost, 1);
+    }
+    set_tree(playback, item->dst, tree);
 }
 
 static void write_queries(struct cpu_playback *playback, struct cpu_execution *execution,
@@ -131,8 +138,11 @@ static void add_result(struct cpu_playback *playback, struct cpu_execution *exec
                        const struct cpu_item *item, struct moment moment)
 {
     struct result *result = calloc(1, sizeof(*result));
-    if (!result)
+    if (!result) {
+        atomic_fetch_add(&playback->lost, 1);
         return;
+    }
+    VkResult copied = VK_SUCCESS;
     result->ticket = cpu_ticket_share(execution->ticket);
     result->moment = moment;
     result->target = item->target;
@@ -142,8 +152,10 @@ static void add_result(struct cpu_playback *playback, struct cpu_execution *exec
     if (item->kind == CPU_ITEM_SERIALIZE)
         result->tree = tree_of(playback, item->src);
     else
-        cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first, item->count,
-                             &result->pool);
+        copied = cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first,
+                                      item->count, &result->pool);
+    if (copied != VK_SUCCESS)
+        atomic_fetch_add(&playback->lost, 1);
     pthread_mutex_lock(&playback->lock);
     *playback->results_last = result;
     playback->results_last = &result->next;
@@ -182,6 +194,11 @@ static void play(struct cpu_playback *playback, struct cpu_execution *execution,
 }
 
 /* ---- turns */
+
+uint32_t cpu_playback_take_lost(struct cpu_playback *playback)
+{
+    return atomic_exchange(&playback->lost, 0);
+}
 
 void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *execution)
 {

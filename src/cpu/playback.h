@@ -19,6 +19,9 @@ void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
 
 /* Takes the reference. */
 void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *execution);
+/* How many structures and results were lost for lack of memory since the last call. */
+uint32_t cpu_playback_take_lost(struct cpu_playback *playback);
+
 /* The turn of the first expected execution of a recording, in a batch that executes at `moment`; of
  * all, where the order is lost. */
 void cpu_playback_run(struct cpu_playback *playback, const struct cpu_recording *recording,

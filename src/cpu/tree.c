@@ -15,6 +15,7 @@ struct cpu_tree {
     /* of trees that are made late; the lock guards the work, and `bytes` as long as it waits */
     pthread_mutex_t lock;
     atomic_bool is_waiting;
+    bool is_top_level; /* for as long */
     struct cpu_tree_work work; /* make is NULL once it has run */
 };
 
@@ -33,6 +34,7 @@ struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work)
     struct cpu_tree *tree = cpu_tree_create();
     if (tree) {
         atomic_init(&tree->is_waiting, true);
+        tree->is_top_level = work->is_top_level;
         tree->work = *work;
     }
     return tree;
@@ -101,4 +103,12 @@ struct cpu_tree *cpu_tree_start(struct cpu_tree *tree)
         return tree;
     cpu_tree_release(tree);
     return start;
+}
+
+bool cpu_tree_is_top_level(const struct cpu_tree *tree)
+{
+    if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
+        return tree->is_top_level;
+    return tree->bytes &&
+           builder_type(tree->bytes) == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
 }

@@ -8,6 +8,7 @@
 #ifndef ASSAY_CPU_TREE_H
 #define ASSAY_CPU_TREE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
@@ -21,6 +22,7 @@ struct cpu_tree_work {
     void (*release)(void *context);
     void *context;
     struct cpu_tree *start; /* of an update: the tree whose shape it keeps, held by the work */
+    bool is_top_level;      /* false where that shows only when it is made */
 };
 
 /* Return one reference; NULL without memory, and then the work stays with the caller. The first is
@@ -36,6 +38,9 @@ void cpu_tree_release(struct cpu_tree *tree);          /* NULL: nothing */
  * one.
  */
 struct cpu_tree *cpu_tree_start(struct cpu_tree *tree);
+
+/* As far as it is known; takes no lock. */
+bool cpu_tree_is_top_level(const struct cpu_tree *tree);
 
 /* For the one that makes it: `size` bytes, aligned for the builder; NULL without memory. */
 void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size);

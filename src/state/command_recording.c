@@ -25,6 +25,7 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     validity_release(command_buffer->validity);
     command_buffer->validity = NULL;
     command_buffer->knows = false;
+    command_buffer->work_lost = false;
     build_states_release(&command_buffer->known);
     renew_journal(command_buffer);
     command_buffer->readable = (struct readable_cache){0};

@@ -29,9 +29,13 @@
     COMMAND(CmdBuildMicromapsEXT)                                                                  \
     COMMAND(CmdCopyAccelerationStructureKHR)                                                       \
     COMMAND(CmdCopyAccelerationStructureNV)                                                        \
+    COMMAND(CmdCopyAccelerationStructureToMemoryKHR)                                               \
+    COMMAND(CmdCopyMemoryToAccelerationStructureKHR)                                               \
+    COMMAND(CmdCopyQueryPoolResults)                                                               \
     COMMAND(CmdEndDebugUtilsLabelEXT)                                                              \
     COMMAND(CmdExecuteCommands)                                                                    \
     COMMAND(CmdInsertDebugUtilsLabelEXT)                                                           \
+    COMMAND(CmdResetQueryPool)                                                                     \
     COMMAND(CmdWriteAccelerationStructuresPropertiesKHR)                                           \
     COMMAND(CopyAccelerationStructureKHR)                                                          \
     COMMAND(CopyAccelerationStructureToMemoryKHR)                                                  \
@@ -41,6 +45,7 @@
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(CreateCommandPool)                                                                     \
     COMMAND(CreateDeferredOperationKHR)                                                            \
+    COMMAND(CreateFence)                                                                           \
     COMMAND(CreateMicromapEXT)                                                                     \
     COMMAND(CreatePrivateDataSlot)                                                                 \
     COMMAND(CreateQueryPool)                                                                       \
@@ -52,6 +57,7 @@
     COMMAND(DestroyCommandPool)                                                                    \
     COMMAND(DestroyDeferredOperationKHR)                                                           \
     COMMAND(DestroyDevice)                                                                         \
+    COMMAND(DestroyFence)                                                                          \
     COMMAND(DestroyMicromapEXT)                                                                    \
     COMMAND(DestroyPrivateDataSlot)                                                                \
     COMMAND(DestroyQueryPool)                                                                      \
@@ -69,9 +75,11 @@
     COMMAND(QueueBindSparse)                                                                       \
     COMMAND(QueueSubmit)                                                                           \
     COMMAND(ResetCommandPool)                                                                      \
+    COMMAND(ResetFences)                                                                           \
     COMMAND(ResetQueryPool)                                                                        \
     COMMAND(SetDebugUtilsObjectNameEXT)                                                            \
     COMMAND(SetPrivateData)                                                                        \
+    COMMAND(WaitForFences)                                                                         \
     COMMAND(WriteAccelerationStructuresPropertiesKHR)
 
 struct commands {
