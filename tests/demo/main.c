@@ -4,8 +4,10 @@
 #include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
+#include "compare.h"
 #include "fail.h"
 #include "findings.h"
 #include "gpu.h"
@@ -14,6 +16,7 @@
 #include "picture.h"
 #include "render.h"
 #include "scene.h"
+#include "trace.h"
 
 #define WIDTH 960
 #define HEIGHT 540
@@ -23,10 +26,14 @@ static const char usage[] =
     "Build and draw a scene with ray queries under " GPU_LAYER
     ",\n"
     "then repeat its builds with planted mistakes. Exit status 0 only if the layer finds\n"
-    "nothing in the scene and every mistake.\n"
+    "nothing in the scene and every mistake, and the pictures agree.\n"
     "\n"
     "  --mesh MESH      a file that assimp reads (default: the bunny of glmark2-data)\n"
-    "  --out-dir DIR    where scene.png goes (default: build/demo)\n"
+    "  --backend cpu    build with the layer's own reference, which needs no ray tracing of the\n"
+    "                   driver's; trace the picture with it (scene-cpu.png), and show how far it "
+    "is\n"
+    "                   from a scene.png that is there (scene-difference.png)\n"
+    "  --out-dir DIR    where pictures go (default: build/demo)\n"
     "  --no-picture     don't draw, and do without ray queries\n"
     "  --help           print this and exit\n";
 
@@ -34,20 +41,31 @@ struct options {
     const char *mesh;
     const char *out_dir;
     bool picture;
+    bool by_layer; /* backend cpu */
 };
+
+/* Whether it is the layer's own. */
+static bool main_backend(const char *name)
+{
+    if (strcmp(name, "driver") != 0 && strcmp(name, "cpu") != 0)
+        demo_fail("--backend is driver or cpu, not %s", name);
+    setenv("VK_ASSAY_VALIDATION_BACKEND", name, 1);
+    return strcmp(name, "cpu") == 0;
+}
 
 static struct options main_options(int argc, char **argv)
 {
     static const struct option known[] = {
-        {"help", no_argument, NULL, 'h'},
-        {"mesh", required_argument, NULL, 'm'},
-        {"no-picture", no_argument, NULL, 'n'},
-        {"out-dir", required_argument, NULL, 'o'},
-        {0},
+        {"backend", required_argument, NULL, 'b'}, {"help", no_argument, NULL, 'h'},
+        {"mesh", required_argument, NULL, 'm'},    {"no-picture", no_argument, NULL, 'n'},
+        {"out-dir", required_argument, NULL, 'o'}, {0},
     };
-    struct options options = {"/usr/share/glmark2/models/bunny.obj", "build/demo", true};
+    struct options options = {"/usr/share/glmark2/models/bunny.obj", "build/demo", true, false};
     for (int option; (option = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         switch (option) {
+        case 'b':
+            options.by_layer = main_backend(optarg);
+            break;
         case 'h':
             fputs(usage, stdout);
             exit(EXIT_SUCCESS);
@@ -80,15 +98,43 @@ static double main_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static void main_draw(struct gpu *gpu, const struct scene *scene, const char *out_dir)
+/* Rounding may tip a few rays that graze an edge: one pixel of a thousand may differ visibly. */
+static bool main_is_close(const struct comparison *comparison)
+{
+    return comparison->visible <= WIDTH * HEIGHT / 1000;
+}
+
+/* Whether the picture is that of scene.png, if there is one. */
+static bool main_compare(const uint32_t *pixels, const char *out_dir)
+{
+    bool is_close = true;
+    uint32_t *other = demo_alloc((size_t)WIDTH * HEIGHT, sizeof(*other));
+    if (picture_read(out_dir, "scene.png", WIDTH, HEIGHT, other)) {
+        const struct comparison found = compare_pictures(pixels, other, other, WIDTH * HEIGHT);
+        picture_write(out_dir, "scene-difference.png", WIDTH, HEIGHT, other);
+        is_close = main_is_close(&found);
+        printf(
+            "difference: %s/scene-difference.png (%u of %u pixels, by at most %u of 255; %u by "
+            "more than %d%s)\n",
+            out_dir, found.differing, WIDTH * HEIGHT, found.largest, found.visible, COMPARE_VISIBLE,
+            is_close ? "" : ": too many");
+    }
+    free(other);
+    return is_close;
+}
+
+static bool main_draw(struct gpu *gpu, const struct scene *scene, const struct options *options)
 {
     const double start = main_seconds();
+    const char *name = options->by_layer ? "scene-cpu.png" : "scene.png";
     uint32_t *pixels = demo_alloc((size_t)WIDTH * HEIGHT, sizeof(*pixels));
-    render_scene(gpu, scene, WIDTH, HEIGHT, pixels);
-    picture_write(out_dir, "scene.png", WIDTH, HEIGHT, pixels);
-    free(pixels);
-    printf("picture: %s/scene.png (%d x %d, %.1f s)\n", out_dir, WIDTH, HEIGHT,
+    (options->by_layer ? trace_scene : render_scene)(gpu, scene, WIDTH, HEIGHT, pixels);
+    picture_write(options->out_dir, name, WIDTH, HEIGHT, pixels);
+    printf("picture: %s/%s (%d x %d, %.1f s)\n", options->out_dir, name, WIDTH, HEIGHT,
            main_seconds() - start);
+    const bool is_good = !options->by_layer || main_compare(pixels, options->out_dir);
+    free(pixels);
+    return is_good;
 }
 
 static void main_build(struct scene *scene, struct gpu *gpu, const char *path)
@@ -114,11 +160,11 @@ int main(int argc, char **argv)
     struct findings findings = {0};
     struct gpu gpu;
     struct scene scene;
-    gpu_open(&gpu, &findings, options.picture);
-    printf("device: %s, under %s\n", gpu.properties.deviceName, GPU_LAYER);
+    gpu_open(&gpu, &findings, options.picture && !options.by_layer);
+    printf("device: %s, under %s%s\n", gpu.properties.deviceName, GPU_LAYER,
+           options.by_layer ? ", which builds" : "");
     main_build(&scene, &gpu, options.mesh);
-    if (options.picture)
-        main_draw(&gpu, &scene, options.out_dir);
+    const bool is_good = !options.picture || main_draw(&gpu, &scene, &options);
     printf("findings: %u\n", findings.clean_count);
 
     const struct mistakes_score score = mistakes_run(&gpu, &scene, &findings);
@@ -129,6 +175,6 @@ int main(int argc, char **argv)
            score.caught, score.planted);
     if (fflush(stdout) || ferror(stdout))
         demo_fail("the output could not be written");
-    const bool passed = findings.clean_count == 0 && score.caught == score.planted;
+    const bool passed = is_good && findings.clean_count == 0 && score.caught == score.planted;
     return passed ? EXIT_SUCCESS : EXIT_FAILURE;
 }

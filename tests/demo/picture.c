@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes a picture as PNG. */
+/* Writes and reads PNG files. */
 #include <errno.h>
 #include <png.h>
 #include <stdio.h>
@@ -24,12 +24,17 @@ static void picture_make_folder(const char *folder)
     mkdir(part, 0777);
 }
 
+static void picture_path(const char *folder, const char *name, char path[PATH_SIZE])
+{
+    if (snprintf(path, PATH_SIZE, "%s/%s", folder, name) >= PATH_SIZE)
+        demo_fail("the path of the folder for the picture is too long");
+}
+
 void picture_write(const char *folder, const char *name, uint32_t width, uint32_t height,
                    const uint32_t *pixels)
 {
     char path[PATH_SIZE];
-    if ((size_t)snprintf(path, sizeof(path), "%s/%s", folder, name) >= sizeof(path))
-        demo_fail("the path of the folder for the picture is too long");
+    picture_path(folder, name, path);
     picture_make_folder(folder);
     FILE *file = fopen(path, "wb");
     if (!file)
@@ -47,4 +52,19 @@ void picture_write(const char *folder, const char *name, uint32_t width, uint32_
         demo_fail("picture %s: %s", path, image.message);
     if (closed)
         demo_fail("picture %s: %s", path, strerror(errno));
+}
+
+bool picture_read(const char *folder, const char *name, uint32_t width, uint32_t height,
+                  uint32_t *pixels)
+{
+    char path[PATH_SIZE];
+    picture_path(folder, name, path);
+    png_image image = {.version = PNG_IMAGE_VERSION};
+    if (!png_image_begin_read_from_file(&image, path))
+        return false;
+    image.format = PNG_FORMAT_RGBA;
+    const bool is_read = image.width == width && image.height == height &&
+                         png_image_finish_read(&image, NULL, pixels, 0, NULL);
+    png_image_free(&image);
+    return is_read;
 }

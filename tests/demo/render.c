@@ -8,7 +8,6 @@
 
 #define BINDING_COUNT 5 /* the TLAS, then buffers */
 #define GROUP_SIZE 8
-#define GRID 3 /* samples a pixel, squared */
 
 /* As in scene.comp. */
 struct push {
@@ -185,7 +184,7 @@ void render_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, ui
                         .width = width,
                         .height = height,
                         .vertex_count = scene->vertex_count,
-                        .grid = GRID,
+                        .grid = RENDER_GRID,
                     });
     memcpy(pixels, render.pixels.data, size);
 

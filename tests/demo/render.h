@@ -6,6 +6,8 @@
 #include "gpu.h"
 #include "scene.h"
 
+#define RENDER_GRID 3 /* samples a pixel, squared */
+
 /* Fill pixels[width * height] with RGBA bytes, the top row first. */
 void render_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, uint32_t height,
                   uint32_t *pixels);
