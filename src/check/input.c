@@ -165,6 +165,14 @@ bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct 
                               instances->data.deviceAddress, 8);
 }
 
+/* Nearly always no address has such a status: that is to cost little. */
+static bool may_have_input(const struct geometry_view *geometry, enum address_status status)
+{
+    return geometry->vertex.status == status || geometry->index_data.status == status ||
+           geometry->transform.status == status || geometry->data.status == status ||
+           geometry->chained;
+}
+
 /* The first address of that status, of the geometry itself or in what extensions chain to it. 03808
  * speaks for transformData that is nowhere. */
 static bool find_input(const struct geometry_view *geometry, enum address_status status,
@@ -172,6 +180,8 @@ static bool find_input(const struct geometry_view *geometry, enum address_status
 {
     struct input inputs[INPUTS];
     const struct chained_inputs *chained = geometry->chained;
+    if (!may_have_input(geometry, status))
+        return false;
     list_inputs(geometry, inputs);
     for (int i = 0; i < INPUTS; i++)
         if (inputs[i].facts->status == status &&
