@@ -8,6 +8,7 @@
 #include "cpu/commands.h"
 #include "cpu/offer.h"
 #include "cpu/staging.h"
+#include "cpu/submits.h"
 
 /* ---- instances */
 
@@ -99,6 +100,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     if (!overlay)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     pthread_mutex_init(&overlay->queue_lock, NULL);
+    pthread_mutex_init(&overlay->tickets_lock, NULL);
     device->cpu = overlay;
     if (cpu_device_create(uuid, &overlay->device) != VK_SUCCESS ||
         cpu_playback_create(overlay->device, &overlay->playback) != VK_SUCCESS ||
@@ -118,9 +120,11 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
         return;
     cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
+    cpu_tickets_release(overlay, true);
     cpu_staging_destroy(overlay->staging);
     handle_table_release(&overlay->queue_families);
     pthread_mutex_destroy(&overlay->queue_lock);
+    pthread_mutex_destroy(&overlay->tickets_lock);
     free(overlay);
 }
 

@@ -26,6 +26,7 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
                            const VkAllocationCallbacks *allocator, VkDevice *handle);
 
 struct cpu_staging;
+struct fence_ticket;
 
 /* layer_device.cpu; NULL on backend driver, and for a device that enables nothing of the backend's.
  */
@@ -39,6 +40,8 @@ struct cpu_overlay {
     _Atomic bool order_lost;
     pthread_mutex_t queue_lock;         /* held while a queue is used, and guards: */
     struct handle_table queue_families; /* of queues, as pointers to their names */
+    pthread_mutex_t tickets_lock;       /* guards: */
+    struct fence_ticket *unfinished;    /* that nobody needs, but the device still uses */
     /* extensions that the application has enabled, and that are the backend's */
     bool acceleration_structure, deferred_host_operations;
 };

@@ -16,6 +16,8 @@ struct fence_ticket {
     const struct layer_device *device;
     VkFence fence;
     VkQueue queue;
+    bool is_submitted;         /* the fence is, or was */
+    struct fence_ticket *next; /* of the overlay's unfinished ones */
 };
 
 static VkResult wait_for_fence(struct cpu_ticket *ticket, uint64_t nanoseconds)
@@ -25,11 +27,49 @@ static VkResult wait_for_fence(struct cpu_ticket *ticket, uint64_t nanoseconds)
                                                 nanoseconds);
 }
 
+static void destroy_ticket(struct fence_ticket *own)
+{
+    own->device->cpu->next.DestroyFence(own->device->handle, own->fence, NULL);
+    free(own);
+}
+
+/* The fence may not be destroyed while the device uses it. */
+static bool is_finished(const struct fence_ticket *own)
+{
+    return !own->is_submitted ||
+           own->device->cpu->next.GetFenceStatus(own->device->handle, own->fence) != VK_NOT_READY;
+}
+
+static void keep_unfinished(struct cpu_overlay *overlay, struct fence_ticket *own)
+{
+    pthread_mutex_lock(&overlay->tickets_lock);
+    own->next = overlay->unfinished;
+    overlay->unfinished = own;
+    pthread_mutex_unlock(&overlay->tickets_lock);
+}
+
 static void free_ticket(struct cpu_ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
-    own->device->cpu->next.DestroyFence(own->device->handle, own->fence, NULL);
-    free(own);
+    if (is_finished(own))
+        destroy_ticket(own);
+    else
+        keep_unfinished(own->device->cpu, own);
+}
+
+void cpu_tickets_release(struct cpu_overlay *overlay, bool all)
+{
+    pthread_mutex_lock(&overlay->tickets_lock);
+    struct fence_ticket *own = overlay->unfinished, *next;
+    overlay->unfinished = NULL;
+    pthread_mutex_unlock(&overlay->tickets_lock);
+    for (; own; own = next) {
+        next = own->next;
+        if (all || is_finished(own))
+            destroy_ticket(own);
+        else
+            keep_unfinished(overlay, own);
+    }
 }
 
 VkQueue cpu_ticket_queue(const struct cpu_ticket *ticket)
@@ -40,6 +80,7 @@ VkQueue cpu_ticket_queue(const struct cpu_ticket *ticket)
 static struct cpu_ticket *create_ticket(const struct layer_device *device, VkQueue queue)
 {
     const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    cpu_tickets_release(device->cpu, false);
     struct fence_ticket *own = calloc(1, sizeof(*own));
     if (!own)
         return NULL;
@@ -121,8 +162,9 @@ static VkResult give_up(struct submit *submit, VkResult result)
 static VkResult submit_fences(const struct submit *submit, VkFence fence)
 {
     const VkuDeviceDispatchTable *next = &submit->device->cpu->next;
-    VkFence own = ((struct fence_ticket *)submit->ticket)->fence;
-    VkResult result = next->QueueSubmit(submit->queue, 0, NULL, own);
+    struct fence_ticket *own = (struct fence_ticket *)submit->ticket;
+    VkResult result = next->QueueSubmit(submit->queue, 0, NULL, own->fence);
+    own->is_submitted = result == VK_SUCCESS;
     if (result == VK_SUCCESS && fence)
         result = next->QueueSubmit(submit->queue, 0, NULL, fence);
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;

@@ -21,6 +21,9 @@ static inline void cpu_deliver(struct layer_device *device)
         cpu_overlay_deliver(device);
 }
 
+/* Frees what is left of tickets of which the device is done; `all` before it is destroyed. */
+void cpu_tickets_release(struct cpu_overlay *overlay, bool all);
+
 /* The queue of the submission that a ticket is for. */
 VkQueue cpu_ticket_queue(const struct cpu_ticket *ticket);
 /* False where the queue isn't known. */

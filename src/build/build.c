@@ -114,7 +114,7 @@ static void build_tree(struct build_state *state)
     tree_emit(state);
 }
 
-/* All that is neither header, record nor node; geometries are filled in later. */
+/* All that is neither header, record nor node. */
 static void clear_gaps(struct structure_header *header)
 {
     uint8_t *bytes = (uint8_t *)header;
@@ -131,6 +131,11 @@ static void write_header(struct build_state *state)
                       structure_node_capacity(state->kind, primitives));
     state->header->flags = input->flags;
     clear_gaps(state->header);
+    struct structure_geometry *geometries = structure_geometries(state->header);
+    for (uint32_t i = 0; i < input->geometry_count; i++) {
+        geometries[i].flags = input->geometries[i].flags;
+        geometries[i].primitive_count = state->sources[i].count;
+    }
 }
 
 static enum builder_result run_build(struct build_state *state, struct builder_report *report)

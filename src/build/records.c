@@ -91,11 +91,6 @@ static void write_records(void *context, uint32_t begin, uint32_t end)
 
 void tree_write_records(struct build_state *state)
 {
-    struct structure_geometry *geometries = structure_geometries(state->header);
-    for (uint32_t i = 0; i < state->input->geometry_count; i++) {
-        geometries[i].flags = state->input->geometries[i].flags;
-        geometries[i].primitive_count = state->sources[i].count;
-    }
     workers_each(&state->workers, state->ref_count, RECORD_CHUNK, write_records, state);
     state->header->record_count = state->ref_count;
 }

@@ -147,6 +147,31 @@ static void test_several_geometries(void **state)
     assert_null(kit_build(&input, NULL));
 }
 
+/* What is inactive in the source stays so in the update. */
+static void test_update_without_active_primitives(void **state)
+{
+    (void)state;
+    const VkAccelerationStructureInstanceKHR nowhere[2] = {{.mask = 0xff}, {.mask = 0xff}};
+    const float corners[9] = {NAN, 0, 0, 1, 0, 0, 0, 1, 0};
+    struct kit_input inputs[2];
+    kit_input_instances(&inputs[0], nowhere, 2);
+    kit_input_triangles(&inputs[1], corners, 1);
+    for (int i = 0; i < 2; i++) {
+        struct builder_input *input = &inputs[i].input;
+        struct builder_sizes sizes;
+        input->flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+        void *source = kit_build(input, NULL);
+        assert_non_null(source);
+        assert_int_equal(builder_get_sizes(input, NULL, &sizes), BUILDER_OK);
+        void *scratch = kit_allocate(sizes.update_scratch);
+        assert_int_equal(builder_refit(input, source, source, builder_size(source), scratch,
+                                       sizes.update_scratch, NULL),
+                         BUILDER_OK);
+        free(scratch);
+        free(source);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -154,6 +179,7 @@ int main(void)
         cmocka_unit_test(test_all_halves),
         cmocka_unit_test(test_index_types),
         cmocka_unit_test(test_several_geometries),
+        cmocka_unit_test(test_update_without_active_primitives),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -74,8 +74,11 @@ static const char *enter_world(const struct play *play, struct world *world)
                           world->setup.level != setup.level ||
                           world->setup.enable != setup.enable ||
                           world->setup.muted != setup.muted || play->program->needs & NEEDS_LOSS;
-    if (!play->platform->is_null && play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST))
+    if (!play->platform->is_null &&
+        play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST | NEEDS_DRIVER))
         return "needs the null driver";
+    if (play->platform->is_cpu && play->program->needs & NEEDS_DRIVER)
+        return "needs a driver that looks at nothing";
     if (world->device == VK_NULL_HANDLE || is_other) {
         world_close(world);
         const char *missing = world_open(world, play->platform, &setup);

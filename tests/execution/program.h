@@ -201,6 +201,9 @@ enum needs {
     NEEDS_LOSS = 1 << 6,       /* of the device */
     NEEDS_SUBMIT2_KHR = 1 << 7,
     NEEDS_EXTENSIONS = 1 << 8, /* those that add inputs; and dense data where boxes are */
+    /* A driver that does what it is told, fails when it is told to, and looks at nothing. Backend
+     * cpu refuses what it can't carry out. */
+    NEEDS_DRIVER = 1 << 9,
 };
 
 struct program {

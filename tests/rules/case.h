@@ -66,6 +66,9 @@ struct test_case {
     const struct setup *setup;
     const struct setup *twin_setup; /* where the setup itself is what breaks the rule */
     bool needs_null_driver;
+    /* The twin, or the mutation of a silent case, breaks no rule that there is, but may lead to
+     * what backend cpu can't build from: then the host's call fails. */
+    bool may_fail_on_cpu;
     bool keep_arrays; /* not to be repeated with ppGeometries */
     bool forwards;    /* the callback lets the call pass; null driver only */
 

@@ -34,21 +34,24 @@ const char *platform_open(struct platform *platform, const char *name)
 {
     const char *reason;
 
-    *platform = (struct platform){.name = name};
-    if (strcmp(name, "null") == 0) {
+    *platform = (struct platform){.name = name, .is_cpu = strncmp(name, "cpu_", 4) == 0};
+    const char *driver = platform->is_cpu ? name + 4 : name;
+    if (strcmp(driver, "null") == 0) {
         reason = null_driver_open(platform);
-    } else if (strcmp(name, "lavapipe") == 0) {
+    } else if (strcmp(driver, "lavapipe") == 0) {
         reason = lavapipe_find();
-    } else if (strcmp(name, "environment") == 0) {
+    } else if (strcmp(driver, "environment") == 0) {
         reason = getenv("VK_DRIVER_FILES") != NULL ? NULL : "VK_DRIVER_FILES is not set";
     } else {
-        fprintf(stderr, "unknown platform '%s': null, lavapipe or environment\n", name);
+        fprintf(stderr, "platform '%s' is none of " PLATFORM_NAMES "\n", name);
         exit(2);
     }
     if (reason != NULL)
         return reason;
+    if (platform->is_cpu)
+        setenv("VK_ASSAY_VALIDATION_BACKEND", "cpu", 1);
 
-    setenv("VK_LAYER_PATH", LAYER_FOLDER, strcmp(name, "environment") != 0);
+    setenv("VK_LAYER_PATH", LAYER_FOLDER, strcmp(driver, "environment") != 0);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");

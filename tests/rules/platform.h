@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the cases run on: the installed loader, with the layer of this build tree, over the null
  * driver, over lavapipe, or over a driver that the environment names; its VK_LAYER_PATH, too, stays
- * as it is. */
+ * as it is. Builds are carried out by the driver, or, where "cpu_" is before its name, by the
+ * layer.
+ */
 #ifndef RULES_PLATFORM_H
 #define RULES_PLATFORM_H
 
@@ -16,9 +18,12 @@
 struct platform {
     const char *name;
     bool is_null; /* the null driver, which can be configured and asked for call counts */
+    bool is_cpu;  /* the layer's backend is cpu; the null driver then has no ray tracing */
     struct null_driver_api null_driver;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
 };
+
+#define PLATFORM_NAMES "[cpu_](null|lavapipe|environment)"
 
 /* Opens the loader and sets the environment for it. Returns NULL, or why the platform cannot be
  * used here. A name that is none ends the program. */

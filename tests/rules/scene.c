@@ -179,7 +179,9 @@ VkDeviceSize scene_scratch_size(const struct scene *scene, uint32_t build)
 
 VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build)
 {
-    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    if (size == 0)
+        size = 256; /* what no build can be of has no size on backend cpu */
     scene->dst_buffers[build] = scene_buffer(scene, size, ACCEL_USAGE);
     return scene_accel_in(scene, &scene->dst_buffers[build], 0, size, scene->infos[build].type);
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "device_features.h"
+#include "registry.h"
 
 void expect_success(VkResult result, const char *what)
 {
@@ -178,9 +179,13 @@ const char *world_open(struct world *world, const struct platform *platform,
     world->setup = *setup;
     world->messages.answer = VK_FALSE;
     messages_clear(&world->messages);
+    if (setup->configure != NULL && platform->is_cpu)
+        return "its limits and queue families are those of the backend";
     if (platform->is_null) {
         struct null_driver_config config = platform->null_driver.default_config();
         features_configure(&config, setup);
+        for (size_t i = 0; platform->is_cpu && i < registry_ray_tracing_count; i++)
+            null_driver_hide_extension(&config, registry_ray_tracing[i]);
         if (setup->configure != NULL)
             setup->configure(&config);
         platform->null_driver.configure(&config);
