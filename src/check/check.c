@@ -95,8 +95,9 @@ static void add_piece(void *user, const struct memory_span *piece)
 }
 
 /* Adds `size` bytes at the beginning of `span`; of a sparse buffer, the pieces that they lie in. */
-static void add_range(struct collection *collection, const struct memory_span *span,
-                      VkDeviceSize size, bool in_pieces, VkBuffer buffer, VkDeviceSize offset)
+static inline void add_range(struct collection *collection, const struct memory_span *span,
+                             VkDeviceSize size, bool in_pieces, VkBuffer buffer,
+                             VkDeviceSize offset)
 {
     if (in_pieces) {
         resources_find_pieces(collection->context->resources, buffer, offset, offset + size,
