@@ -11,6 +11,8 @@
 struct build_call {
     struct cpu_device *device;
     struct cpu_host_memory memory;
+    struct builder_team team; /* those who join; open where the call is deferred */
+    bool is_deferred;
     uint32_t count;
     struct cpu_build_info builds[]; /* zeros where one is not copied yet */
 };
@@ -30,6 +32,7 @@ static VkResult make_tree(struct build_call *call, const struct cpu_build_info *
         .source = source,
         .size_max = size_max,
         .scratch = build->info.scratchData.hostAddress,
+        .team = call->is_deferred ? &call->team : NULL,
     };
     VkResult result = cpu_make_by_build(&making, tree);
     if (pins.out_of_memory)
@@ -75,9 +78,21 @@ static VkResult run(void *context, uint32_t part)
 
 /* ---- the call */
 
+static void help(void *context)
+{
+    builder_team_help(&((struct build_call *)context)->team);
+}
+
+static void finish(void *context)
+{
+    builder_team_close(&((struct build_call *)context)->team);
+}
+
 static void release(void *context)
 {
     struct build_call *call = context;
+    if (call->is_deferred)
+        builder_team_destroy(&call->team);
     for (uint32_t i = 0; i < call->count; i++)
         cpu_build_info_release(&call->builds[i]);
     cpu_host_memory_release(&call->memory);
@@ -99,11 +114,52 @@ static VkResult copy_parameters(struct build_call *call,
     return VK_SUCCESS;
 }
 
+/* Primitives that are work enough for another thread. */
+enum { WORTH_A_THREAD = 16384 };
+
+/* Threads that are of use to all builds at once. */
+static uint32_t concurrency(const struct build_call *call)
+{
+    uint64_t threads = 0;
+    for (uint32_t i = 0; i < call->count; i++) {
+        uint64_t primitives = 0;
+        for (uint32_t j = 0; j < call->builds[i].info.geometryCount; j++)
+            primitives += call->builds[i].ranges[j].primitiveCount;
+        threads += 1 + primitives / WORTH_A_THREAD;
+    }
+    return threads < UINT32_MAX ? (uint32_t)threads : UINT32_MAX;
+}
+
+static VkResult do_now(struct build_call *call)
+{
+    const struct cpu_work work = {
+        .part_count = call->count, .run = run, .release = release, .context = call};
+    return cpu_work_do(&work);
+}
+
+static VkResult defer(struct build_call *call, uint64_t operation)
+{
+    const struct cpu_work work = {
+        .part_count = call->count,
+        .concurrency = concurrency(call),
+        .run = run,
+        .help = help,
+        .finish = finish,
+        .release = release,
+        .context = call,
+    };
+    call->is_deferred = true;
+    builder_team_open(&call->team);
+    return cpu_deferred_start(call->device->deferred, operation, &work);
+}
+
 VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t count,
                         const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                         const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
 {
     struct readable_cache cache = {0};
+    if (count == 0)
+        return operation ? VK_OPERATION_NOT_DEFERRED_KHR : VK_SUCCESS;
     if (!readable(&cache, infos, sizeof(*infos) * (size_t)count) ||
         !readable(&cache, ranges, sizeof(*ranges) * (size_t)count))
         return VK_ERROR_VALIDATION_FAILED;
@@ -119,12 +175,5 @@ VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t 
         release(call);
         return result;
     }
-    const struct cpu_work work = {
-        .part_count = count,
-        .concurrency = count,
-        .run = run,
-        .release = release,
-        .context = call,
-    };
-    return operation ? cpu_deferred_start(device->deferred, operation, &work) : cpu_work_do(&work);
+    return operation ? defer(call, operation) : do_now(call);
 }

@@ -61,6 +61,7 @@ VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tre
     struct sizes sizes;
     VkResult result = cpu_input_open(making->build, &making->memory, &input);
     input.input.resolver = making->resolver;
+    input.input.team = making->team;
     if (result == VK_SUCCESS)
         result = find_sizes(making, &input.input, &sizes);
     if (result == VK_SUCCESS) {

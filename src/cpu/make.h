@@ -20,9 +20,10 @@ struct cpu_making {
     const struct cpu_build_info *build;
     struct cpu_memory memory;
     struct builder_resolver resolver;
-    const void *source; /* of an update */
-    uint64_t size_max;  /* of the tree */
-    void *scratch;      /* the application's, on the host; or NULL */
+    const void *source;        /* of an update */
+    uint64_t size_max;         /* of the tree */
+    void *scratch;             /* the application's, on the host; or NULL */
+    struct builder_team *team; /* threads that may take part; or NULL */
 };
 
 /* Allocates and writes the bytes of `tree`. */

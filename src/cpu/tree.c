@@ -15,7 +15,7 @@ struct cpu_tree {
     /* of trees that are made late; the lock guards the work, and `bytes` as long as it waits */
     pthread_mutex_t lock;
     atomic_bool is_waiting;
-    bool is_top_level; /* for as long */
+    bool is_top_level;         /* for as long */
     struct cpu_tree_work work; /* make is NULL once it has run */
 };
 
@@ -109,6 +109,5 @@ bool cpu_tree_is_top_level(const struct cpu_tree *tree)
 {
     if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
         return tree->is_top_level;
-    return tree->bytes &&
-           builder_type(tree->bytes) == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    return tree->bytes && builder_type(tree->bytes) == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
 }

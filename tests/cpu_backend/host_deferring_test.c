@@ -243,6 +243,10 @@ static void test_destroyed(void **state)
     destroy_operation(operation);
 
     operation = create_operation();
+    assert_int_equal(stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, 0,
+                                                             many->infos, many->ranges),
+                     VK_OPERATION_NOT_DEFERRED_KHR);
+    assert_int_equal(stage.vk.DeferredOperationJoinKHR(stage.device, operation), VK_SUCCESS);
     stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS, many->infos,
                                             many->ranges);
     stage_destroy(&stage, &many->structures[0]);
