@@ -67,6 +67,11 @@
     COMMAND(CmdCopyQueryPoolResults)                                                               \
     COMMAND(DestroyBuffer)                                                                         \
     COMMAND(EndCommandBuffer)                                                                      \
+    COMMAND(CmdBindPipeline)                                                                       \
+    COMMAND(CmdBindShadersEXT)                                                                     \
+    COMMAND(CmdPushConstants)                                                                      \
+    COMMAND(CmdPushConstants2)                                                                     \
+    COMMAND(CmdPushConstants2KHR)                                                                  \
     COMMAND(CmdExecuteCommands)                                                                    \
     COMMAND(GetDeviceQueue)                                                                        \
     COMMAND(GetDeviceQueue2)                                                                       \

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "cpu/commands.h"
+#include "cpu/gather.h"
 #include "cpu/input.h"
 #include "cpu/recorder.h"
 
@@ -37,6 +38,28 @@ static uint64_t copy(void *context, uint64_t address, uint64_t size, const void 
     return 0;
 }
 
+/* What an array of pointers points to; of an indirect build, whose offset and count aren't known
+ * yet, all that the snapshot has. */
+static void gather_instances(struct cpu_recorder *recorder, struct cpu_recorded_build *build)
+{
+    const struct cpu_build_info *parameters = &build->parameters;
+    if (parameters->info.geometryCount != 1 ||
+        parameters->geometries[0].geometryType != VK_GEOMETRY_TYPE_INSTANCES_KHR ||
+        !parameters->geometries[0].geometry.instances.arrayOfPointers)
+        return;
+    const struct cpu_snapshot *addresses =
+        cpu_snapshot_find(build->snapshots, build->snapshot_count,
+                          parameters->geometries[0].geometry.instances.data.deviceAddress);
+    uint32_t count = addresses ? (uint32_t)(addresses->size / sizeof(uint64_t)) : 0;
+    struct cpu_gathering gathering = {.count = count};
+    if (!count ||
+        !cpu_recorder_gather(recorder, addresses, count, sizeof(VkAccelerationStructureInstanceKHR),
+                             &gathering.elements))
+        return;
+    gathering.addresses = *addresses;
+    build->gathering = gathering;
+}
+
 static void copy_inputs(struct cpu_recorder *recorder, struct cpu_recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
@@ -54,6 +77,7 @@ static void copy_inputs(struct cpu_recorder *recorder, struct cpu_recorded_build
         cpu_input_close(&input);
     else
         cpu_recorder_lose(recorder);
+    gather_instances(recorder, build);
 }
 
 static void add_item(const struct cpu_recorder *recorder, struct cpu_recorded_build *build)

@@ -25,6 +25,7 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
                            const VkDeviceCreateInfo *create_info,
                            const VkAllocationCallbacks *allocator, VkDevice *handle);
 
+struct cpu_gather;
 struct cpu_staging;
 struct fence_ticket;
 
@@ -34,6 +35,7 @@ struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
     struct cpu_staging *staging;
+    struct cpu_gather *gather;
     VkuDeviceDispatchTable next;
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     /* Submissions take their turns as they are made, for their order isn't known any more. */

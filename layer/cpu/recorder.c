@@ -101,6 +101,21 @@ static struct cpu_staging_chunk *chunk_with_room(const struct cpu_recorder *reco
     return chunk && cpu_recording_add_chunk(recording, &chunk->chunk) ? chunk : NULL;
 }
 
+bool cpu_recorder_reserve(struct cpu_recorder *recorder, uint64_t size,
+                          struct cpu_snapshot *snapshot)
+{
+    uint64_t room = (size + SNAPSHOT_ALIGNMENT - 1) / SNAPSHOT_ALIGNMENT * SNAPSHOT_ALIGNMENT;
+    struct cpu_staging_chunk *chunk = chunk_with_room(recorder, room);
+    if (!chunk) {
+        cpu_recorder_lose(recorder);
+        return false;
+    }
+    *snapshot = (struct cpu_snapshot){
+        .size = size, .chunk = recorder->recording->chunk_count - 1, .offset = chunk->chunk.used};
+    chunk->chunk.used += room;
+    return true;
+}
+
 bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t size,
                        struct cpu_snapshot *snapshot)
 {
@@ -108,20 +123,14 @@ bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t
     if (!size || !cpu_recorder_find(recorder, address, &source))
         return false;
     size = size < source.size ? size : source.size;
-    uint64_t room = (size + SNAPSHOT_ALIGNMENT - 1) / SNAPSHOT_ALIGNMENT * SNAPSHOT_ALIGNMENT;
-    struct cpu_staging_chunk *chunk = chunk_with_room(recorder, room);
-    if (!chunk) {
-        cpu_recorder_lose(recorder);
+    if (!cpu_recorder_reserve(recorder, size, snapshot))
         return false;
-    }
-    *snapshot = (struct cpu_snapshot){.address = address,
-                                      .size = size,
-                                      .chunk = recorder->recording->chunk_count - 1,
-                                      .offset = chunk->chunk.used};
-    const VkBufferCopy region = {source.offset, chunk->chunk.used, size};
+    snapshot->address = address;
+    const struct cpu_staging_chunk *chunk =
+        (const struct cpu_staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    const VkBufferCopy region = {source.offset, snapshot->offset, size};
     recorder->device->cpu->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer, 1,
                                               &region);
-    chunk->chunk.used += room;
     recorder->has_copied = true;
     cpu_count(&recorder->device->cpu->device->counters.bytes_snapshot, size);
     return true;

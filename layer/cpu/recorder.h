@@ -33,6 +33,10 @@ struct cpu_recording *cpu_recording_of(const struct layer_device *device, VkComm
 bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t size,
                        struct cpu_snapshot *snapshot);
 
+/* Makes room for `size` bytes in the recording's chunks, of no address yet. */
+bool cpu_recorder_reserve(struct cpu_recorder *recorder, uint64_t size,
+                          struct cpu_snapshot *snapshot);
+
 /* The buffer at an address, from there to its end; false where there is none. */
 bool cpu_recorder_find(const struct cpu_recorder *recorder, uint64_t address,
                        struct cpu_target *target);

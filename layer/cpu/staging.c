@@ -61,13 +61,29 @@ static uint32_t memory_type(const struct layer_device *device, uint32_t allowed)
     return UINT32_MAX;
 }
 
+static VkDeviceAddress address_of(const struct layer_device *device, VkBuffer buffer)
+{
+    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = buffer};
+    PFN_vkGetBufferDeviceAddress get = next->GetBufferDeviceAddress
+                                           ? next->GetBufferDeviceAddress
+                                           : next->GetBufferDeviceAddressKHR;
+    return get(device->handle, &info);
+}
+
 static VkResult allocate(const struct layer_device *device, struct cpu_staging_chunk *chunk)
 {
     const VkuDeviceDispatchTable *next = &device->cpu->next;
     VkMemoryRequirements requirements;
     next->GetBufferMemoryRequirements(device->handle, chunk->buffer, &requirements);
-    VkMemoryAllocateInfo allocate_info = {
+    const VkMemoryAllocateFlagsInfo flags = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
+    const VkMemoryAllocateInfo allocate_info = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+        .pNext = &flags,
         .allocationSize = requirements.size,
         .memoryTypeIndex = memory_type(device, requirements.memoryTypeBits),
     };
@@ -79,6 +95,8 @@ static VkResult allocate(const struct layer_device *device, struct cpu_staging_c
     if (result == VK_SUCCESS)
         result = next->MapMemory(device->handle, chunk->memory, 0, VK_WHOLE_SIZE, 0,
                                  (void **)&chunk->chunk.bytes);
+    if (result == VK_SUCCESS)
+        chunk->address = address_of(device, chunk->buffer);
     return result;
 }
 
@@ -90,7 +108,8 @@ static struct cpu_staging_chunk *create_chunk(const struct layer_device *device,
     const VkBufferCreateInfo create_info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size,
-        .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+        .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
     chunk->chunk.size = size;
     if (device->cpu->next.CreateBuffer(device->handle, &create_info, NULL, &chunk->buffer) ==

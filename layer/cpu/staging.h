@@ -11,6 +11,7 @@ struct cpu_staging_chunk {
     struct cpu_chunk chunk; /* first */
     VkBuffer buffer;
     VkDeviceMemory memory;
+    VkDeviceAddress address;
     struct cpu_staging_chunk *next;
 };
 

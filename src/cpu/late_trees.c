@@ -105,11 +105,18 @@ static VkResult make_build(void *context, struct cpu_tree *tree)
     if (result != VK_SUCCESS)
         return result;
     pthread_rwlock_rdlock(&execution->lock);
-    struct cpu_snapshot_memory snapshots = {late->build->snapshots, late->build->snapshot_count,
-                                            execution->bases};
-    struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
-    result =
-        execution->is_lost ? VK_ERROR_OUT_OF_HOST_MEMORY : make_from_memory(late, &memory, tree);
+    struct cpu_snapshot_memory snapshots = {
+        .snapshots = late->build->snapshots,
+        .count = late->build->snapshot_count,
+        .bases = execution->bases,
+        .gathering = &late->build->gathering,
+    };
+    result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (!execution->is_lost && cpu_snapshot_memory_open(&snapshots)) {
+        struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
+        result = make_from_memory(late, &memory, tree);
+        cpu_snapshot_memory_close(&snapshots);
+    }
     pthread_rwlock_unlock(&execution->lock);
     return result;
 }
@@ -155,7 +162,8 @@ static VkResult make_deserialization(void *context, struct cpu_tree *tree)
     if (result != VK_SUCCESS)
         return result;
     pthread_rwlock_rdlock(&execution->lock);
-    struct cpu_snapshot_memory snapshots = {&late->serialized, 1, execution->bases};
+    struct cpu_snapshot_memory snapshots = {
+        .snapshots = &late->serialized, .count = 1, .bases = execution->bases};
     struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
     result = execution->is_lost
                  ? VK_ERROR_OUT_OF_HOST_MEMORY

@@ -89,16 +89,61 @@ const struct cpu_snapshot *cpu_snapshot_find(const struct cpu_snapshot *snapshot
     return found;
 }
 
+static unsigned char *bytes_of(const struct cpu_snapshot_memory *memory,
+                               const struct cpu_snapshot *snapshot)
+{
+    return memory->bases[snapshot->chunk] + snapshot->offset;
+}
+
+/* Of the same address there may be several, all alike. Null pointers have no element. */
+bool cpu_snapshot_memory_open(struct cpu_snapshot_memory *memory)
+{
+    const struct cpu_gathering *gathering = memory->gathering;
+    memory->gathered = (struct handle_table){0};
+    if (!gathering || !gathering->count)
+        return true;
+    uint64_t element_size = gathering->elements.size / gathering->count;
+    for (uint32_t i = 0; i < gathering->count; i++) {
+        uint64_t address;
+        memcpy(&address, bytes_of(memory, &gathering->addresses) + 8ull * i, sizeof(address));
+        if (address &&
+            !handle_table_set(&memory->gathered, address,
+                              bytes_of(memory, &gathering->elements) + i * element_size)) {
+            cpu_snapshot_memory_close(memory);
+            return false;
+        }
+    }
+    return true;
+}
+
+void cpu_snapshot_memory_close(struct cpu_snapshot_memory *memory)
+{
+    handle_table_release(&memory->gathered);
+}
+
+/* A null pointer is gathered like any other that leads nowhere: as zeros. */
+static uint64_t find_gathered(const struct cpu_snapshot_memory *memory, uint64_t address,
+                              uint64_t size, const void **bytes)
+{
+    static const VkAccelerationStructureInstanceKHR nothing;
+    const struct cpu_gathering *gathering = memory->gathering;
+    *bytes = NULL;
+    if (!gathering || !gathering->count)
+        return 0;
+    *bytes = address ? handle_table_find(&memory->gathered, address) : &nothing;
+    uint64_t there = *bytes ? gathering->elements.size / gathering->count : 0;
+    return size < there ? size : there;
+}
+
 static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
     const struct cpu_snapshot_memory *memory = context;
     const struct cpu_snapshot *snapshot =
         cpu_snapshot_find(memory->snapshots, memory->count, address);
-    *bytes = NULL;
     if (!snapshot)
-        return 0;
+        return find_gathered(memory, address, size, bytes);
     uint64_t skipped = address - snapshot->address;
-    *bytes = memory->bases[snapshot->chunk] + snapshot->offset + skipped;
+    *bytes = bytes_of(memory, snapshot) + skipped;
     return size < snapshot->size - skipped ? size : snapshot->size - skipped;
 }
 

@@ -6,12 +6,20 @@
 
 #include "cpu/build_info.h"
 #include "cpu/memory.h"
+#include "state/handle_table.h"
 
 /* Bytes of a chunk (recording.h) that hold those of [address, address + size). */
 struct cpu_snapshot {
     uint64_t address, size;
     uint32_t chunk;
     uint64_t offset;
+};
+
+/* What an array of pointers points to: `count` elements, one behind the other, of the addresses in
+ * a snapshot. */
+struct cpu_gathering {
+    struct cpu_snapshot addresses, elements;
+    uint32_t count;
 };
 
 /* Of addresses and offsets of its own: see cpu_recorded_build_normalize(). */
@@ -22,6 +30,7 @@ struct cpu_recorded_build {
     uint64_t indirect_address, indirect_stride;
     struct cpu_snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
+    struct cpu_gathering gathering; /* count 0: none; of a TLAS, which has one geometry */
 };
 
 /* Adds the offsets of ranges to the addresses, so that what the build reads of each array begins at
@@ -49,7 +58,11 @@ struct cpu_snapshot_memory {
     const struct cpu_snapshot *snapshots;
     uint32_t count;
     unsigned char *const *bases;
+    const struct cpu_gathering *gathering; /* or NULL */
+    struct handle_table gathered;          /* from addresses to elements; made by: */
 };
+bool cpu_snapshot_memory_open(struct cpu_snapshot_memory *memory); /* false without memory */
+void cpu_snapshot_memory_close(struct cpu_snapshot_memory *memory);
 struct cpu_memory cpu_snapshot_memory_of(struct cpu_snapshot_memory *memory);
 
 #endif

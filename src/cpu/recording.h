@@ -57,8 +57,21 @@ struct cpu_item {
     struct cpu_recording *secondary;
 };
 
+enum { CPU_CONSTANT_WORDS = 64 };
+
+/* What the application has bound and pushed last, which dispatches of the backend's own disturb.
+ * Null handles: nothing. */
+struct cpu_compute_state {
+    VkPipeline pipeline;
+    VkShaderEXT shader;
+    VkPipelineLayout layout; /* of the constants */
+    uint32_t constants[CPU_CONSTANT_WORDS];
+    VkShaderStageFlags stages[CPU_CONSTANT_WORDS]; /* that each was pushed for; 0: it was not */
+};
+
 struct cpu_recording {
     atomic_uint references;
+    struct cpu_compute_state compute;
     struct cpu_item *first, **last;
     struct cpu_chunk **chunks;
     uint32_t chunk_count, chunk_capacity;

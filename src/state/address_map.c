@@ -257,3 +257,14 @@ void address_map_release(struct address_map *map)
     free(map->firsts);
     *map = (struct address_map){0};
 }
+
+void address_map_each(const struct address_map *map,
+                      void (*visit)(uint64_t begin, uint64_t end, void *record, void *context),
+                      void *context)
+{
+    for (size_t c = 0; c < map->chunk_count; c++) {
+        const struct address_chunk *chunk = map->chunks[c];
+        for (size_t i = 0; i < chunk->count; i++)
+            visit(chunk->begins[i], chunk->entries[i].end, chunk->entries[i].record, context);
+    }
+}

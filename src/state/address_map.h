@@ -47,6 +47,13 @@ void address_map_visit(const struct address_map *map, struct address_position po
 void address_map_find(const struct address_map *map, uint64_t address,
                       void (*visit)(void *record, void *context), void *context);
 
+/* Calls `visit` for every range, in ascending order of where they begin; it must not change the
+ * map.
+ */
+void address_map_each(const struct address_map *map,
+                      void (*visit)(uint64_t begin, uint64_t end, void *record, void *context),
+                      void *context);
+
 void address_map_release(struct address_map *map);
 
 #endif

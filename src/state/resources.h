@@ -107,6 +107,11 @@ void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDevic
                            VkDeviceSize end,
                            void (*visit)(void *user, const struct memory_span *piece), void *user);
 
+/* Where device addresses lead to bound memory: ranges that don't touch each other, in ascending
+ * order; without those of sparse buffers. Takes the lock itself; `visit` must not call back. */
+void resources_find_ranges(struct resources *resources,
+                           void (*visit)(void *user, uint64_t begin, uint64_t end), void *user);
+
 /* How many records have died so far; while it stays, all that was found alive still is. */
 uint64_t resources_deaths(struct resources *resources);
 

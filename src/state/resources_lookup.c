@@ -280,3 +280,41 @@ void resources_find_all(struct resources *resources, const struct resource_query
                              queries[i].address_facts);
     resources_end_reading(resources, token);
 }
+
+/* ---- all addresses */
+
+struct range_union {
+    void (*visit)(void *user, uint64_t begin, uint64_t end);
+    void *user;
+    uint64_t begin, end; /* of what was joined so far; equal: nothing */
+};
+
+static void end_range(const struct range_union *joined)
+{
+    if (joined->end > joined->begin)
+        joined->visit(joined->user, joined->begin, joined->end);
+}
+
+static void join_range(uint64_t begin, uint64_t end, void *record, void *context)
+{
+    const struct buffer_record *buffer = record;
+    struct range_union *joined = context;
+    if (buffer->where.status != ADDRESS_IN_BUFFER || buffer->where.is_sparse)
+        return;
+    if (begin > joined->end) {
+        end_range(joined);
+        joined->begin = begin;
+    }
+    if (end > joined->end)
+        joined->end = end;
+}
+
+void resources_find_ranges(struct resources *resources,
+                           void (*visit)(void *user, uint64_t begin, uint64_t end), void *user)
+{
+    struct range_union joined = {.visit = visit, .user = user};
+    unsigned token = resources_begin_reading(resources);
+    address_map_each(&resources->addresses, join_range, &joined);
+    end_range(&joined);
+    resources_end_reading(resources, token);
+}

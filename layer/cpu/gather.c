@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Gathering by a compute shader, and the state of the command buffer that it disturbs. */
+#include "cpu/gather.h"
+
+#include <stdlib.h>
+
+#include "cpu/compute_state.h"
+#include "cpu/staging.h"
+
+static const uint32_t code[] = {
+#include "gather_comp.h"
+};
+
+/* As the shader has them. */
+struct constants {
+    uint64_t addresses, ranges, target;
+    uint32_t count, range_count, words;
+};
+
+enum { GROUP = 64, GROUPS_MAX = 65535 };
+
+struct cpu_gather {
+    const struct layer_device *device;
+    pthread_mutex_t lock; /* held while the rest is made */
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
+};
+
+VkResult cpu_gather_create(const struct layer_device *device, struct cpu_gather **gather)
+{
+    *gather = calloc(1, sizeof(**gather));
+    if (!*gather)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    (*gather)->device = device;
+    pthread_mutex_init(&(*gather)->lock, NULL);
+    return VK_SUCCESS;
+}
+
+void cpu_gather_destroy(struct cpu_gather *gather)
+{
+    if (!gather)
+        return;
+    const VkuDeviceDispatchTable *next = &gather->device->cpu->next;
+    if (gather->layout)
+        next->DestroyPipelineLayout(gather->device->handle, gather->layout, NULL);
+    if (gather->pipeline)
+        next->DestroyPipeline(gather->device->handle, gather->pipeline, NULL);
+    pthread_mutex_destroy(&gather->lock);
+    free(gather);
+}
+
+static VkResult create_layout(const struct layer_device *device, VkPipelineLayout *layout)
+{
+    const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                                       .size = sizeof(struct constants)};
+    const VkPipelineLayoutCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+        .pushConstantRangeCount = 1,
+        .pPushConstantRanges = &range,
+    };
+    return device->cpu->next.CreatePipelineLayout(device->handle, &info, NULL, layout);
+}
+
+static VkResult create_pipeline(const struct layer_device *device, VkPipelineLayout layout,
+                                VkPipeline *pipeline)
+{
+    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    const VkShaderModuleCreateInfo module_info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+        .codeSize = sizeof(code),
+        .pCode = code,
+    };
+    VkShaderModule module;
+    VkResult result = next->CreateShaderModule(device->handle, &module_info, NULL, &module);
+    if (result != VK_SUCCESS)
+        return result;
+    const VkComputePipelineCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module,
+                  .pName = "main"},
+        .layout = layout,
+    };
+    result = next->CreateComputePipelines(device->handle, VK_NULL_HANDLE, 1, &info, NULL, pipeline);
+    next->DestroyShaderModule(device->handle, module, NULL);
+    return result;
+}
+
+static bool make(struct cpu_gather *gather)
+{
+    const struct layer_device *device = gather->device;
+    pthread_mutex_lock(&gather->lock);
+    VkResult result = VK_SUCCESS;
+    if (!gather->layout)
+        result = create_layout(device, &gather->layout);
+    if (result == VK_SUCCESS && !gather->pipeline)
+        result = create_pipeline(device, gather->layout, &gather->pipeline);
+    pthread_mutex_unlock(&gather->lock);
+    return result == VK_SUCCESS;
+}
+
+/* ---- where the shader may read */
+
+struct ranges {
+    uint64_t (*at)[2];
+    uint32_t count, capacity;
+};
+
+static void add_range(void *user, uint64_t begin, uint64_t end)
+{
+    struct ranges *ranges = user;
+    if (ranges->count < ranges->capacity) {
+        ranges->at[ranges->count][0] = begin;
+        ranges->at[ranges->count][1] = end;
+    }
+    ranges->count++;
+}
+
+static uint64_t address_of(const struct cpu_recorder *recorder, const struct cpu_snapshot *snapshot)
+{
+    const struct cpu_staging_chunk *chunk =
+        (const struct cpu_staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    return chunk->address + snapshot->offset;
+}
+
+/* The ranges as they are while the command is recorded. */
+static bool list_ranges(struct cpu_recorder *recorder, struct cpu_snapshot *list, uint32_t *count)
+{
+    struct resources *resources = recorder->device->resources;
+    struct ranges ranges = {0};
+    resources_find_ranges(resources, add_range, &ranges);
+    uint32_t room = ranges.count;
+    if (!cpu_recorder_reserve(recorder, (room + 1ull) * sizeof(*ranges.at), list))
+        return false;
+    unsigned char *bytes = recorder->recording->chunks[list->chunk]->bytes + list->offset;
+    ranges = (struct ranges){.at = (void *)bytes, .capacity = room};
+    resources_find_ranges(resources, add_range, &ranges);
+    *count = ranges.count < room ? ranges.count : room;
+    return true;
+}
+
+/* ---- the command */
+
+static void barrier(const struct cpu_recorder *recorder, VkPipelineStageFlags from,
+                    VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags read)
+{
+    const VkMemoryBarrier memory = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = written, .dstAccessMask = read};
+    recorder->device->cpu->next.CmdPipelineBarrier(recorder->handle, from, to, 0, 1, &memory, 0,
+                                                   NULL, 0, NULL);
+}
+
+static void dispatch(const struct cpu_recorder *recorder, const struct constants *constants)
+{
+    const VkuDeviceDispatchTable *next = &recorder->device->cpu->next;
+    const struct cpu_gather *gather = recorder->device->cpu->gather;
+    next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, gather->pipeline);
+    next->CmdPushConstants(recorder->handle, gather->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                           sizeof(*constants), constants);
+    next->CmdDispatch(recorder->handle, (constants->count + GROUP - 1) / GROUP, 1, 1);
+    cpu_compute_state_restore(recorder);
+}
+
+bool cpu_recorder_gather(struct cpu_recorder *recorder, const struct cpu_snapshot *addresses,
+                         uint32_t count, uint32_t size, struct cpu_snapshot *gathered)
+{
+    struct cpu_snapshot ranges;
+    uint32_t range_count;
+    if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->cpu->gather) ||
+        !list_ranges(recorder, &ranges, &range_count) ||
+        !cpu_recorder_reserve(recorder, (uint64_t)count * size, gathered)) {
+        cpu_recorder_lose(recorder);
+        return false;
+    }
+    const struct constants constants = {
+        .addresses = address_of(recorder, addresses),
+        .ranges = address_of(recorder, &ranges),
+        .target = address_of(recorder, gathered),
+        .count = count,
+        .range_count = range_count,
+        .words = size / 4,
+    };
+    barrier(recorder, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+    dispatch(recorder, &constants);
+    barrier(recorder, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+            VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+    return true;
+}

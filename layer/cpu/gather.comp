@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies what an array of device addresses points to, element by element, as a build would read it.
+// An address that leads out of all ranges of memory gives zeros: an instance that is inactive.
+#version 460
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(local_size_x = 64) in;
+
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Addresses
+{
+    uvec2 at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Ranges
+{
+    uvec4 at[]; // begin and end
+};
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Source
+{
+    uint at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Target
+{
+    uint at[];
+};
+
+layout(push_constant) uniform Constants
+{
+    uvec2 addresses, ranges, target;
+    uint count, range_count;
+    uint words; // of an element
+};
+
+bool is_at_most(uvec2 a, uvec2 b)
+{
+    return a.y < b.y || (a.y == b.y && a.x <= b.x);
+}
+
+uvec2 plus(uvec2 a, uint bytes)
+{
+    uint carry;
+    uint low = uaddCarry(a.x, bytes, carry);
+    return uvec2(low, a.y + carry);
+}
+
+// Whether all of an element lies in one range; they are in ascending order, and apart.
+bool is_readable(uvec2 address)
+{
+    Ranges sorted = Ranges(ranges);
+    uint low = 0, high = range_count;
+    while (low < high) {
+        uint middle = (low + high) / 2;
+        if (is_at_most(sorted.at[middle].xy, address))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 && (address.x & 3) == 0 &&
+           is_at_most(plus(address, words * 4), sorted.at[low - 1].zw);
+}
+
+void main()
+{
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count)
+        return;
+    uvec2 address = Addresses(addresses).at[i];
+    bool readable = is_readable(address);
+    for (uint word = 0; word < words; word++)
+        Target(target).at[i * words + word] = readable ? Source(address).at[word] : 0;
+}

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Arrays of pointers in builds of command buffers on backend cpu, through the loader: instances are
+ * gathered at that point of the command buffer, and what the application has bound stays bound. */
+#include "device_stage.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static struct device_stage device;
+static struct stage *const stage = &device.stage;
+
+static const uint32_t fill_code[] = {
+#include "fill_comp.h"
+};
+
+#define expect(call) assert_int_equal(call, VK_SUCCESS)
+
+static void expect_silence(void)
+{
+    for (uint32_t i = 0; i < messages_kept(&stage->kit.messages); i++)
+        print_error("%s: %s\n", stage->kit.messages.items[i].id, stage->kit.messages.items[i].text);
+    assert_int_equal(stage->kit.messages.count, 0);
+}
+
+/* ---- four pointers to instances that lie apart: the second, null, the first, and a wild one */
+
+enum { COUNT = 4, APART = 128 };
+
+struct scene {
+    struct stage_build triangles, pairs;
+    struct stage_structure blas, tlas;
+    struct device_build build;
+    struct device_buffer instances, pointers;
+};
+
+static void open_scene(struct scene *scene)
+{
+    stage_triangles(&scene->triangles, 1, 0);
+    scene->blas = stage_create_for(stage, &scene->triangles);
+    expect(
+        stage_build(stage, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle, VK_NULL_HANDLE));
+    const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
+    stage_instances(&scene->pairs, blases, 2, 0);
+    scene->pairs.range.primitiveCount = COUNT;
+    scene->tlas = stage_create_for(stage, &scene->pairs);
+    device_build_create(&device, &scene->pairs, 1, &scene->build);
+    scene->instances = device_buffer_create(&device, COUNT * APART);
+    scene->pointers = device_buffer_create(&device, COUNT * sizeof(uint64_t));
+    const VkAccelerationStructureInstanceKHR *from = scene->pairs.data;
+    const uint64_t pointers[COUNT] = {scene->instances.address + APART, 0,
+                                      scene->instances.address + 2 * APART, 0x123450};
+    memcpy((char *)scene->instances.bytes + 2 * APART, &from[0], sizeof(from[0]));
+    memcpy((char *)scene->instances.bytes + APART, &from[1], sizeof(from[1]));
+    memcpy(scene->pointers.bytes, pointers, sizeof(pointers));
+    scene->build.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    scene->build.geometry.geometry.instances.data.deviceAddress = scene->pointers.address;
+}
+
+static void close_scene(struct scene *scene)
+{
+    device_buffer_destroy(&device, &scene->instances);
+    device_buffer_destroy(&device, &scene->pointers);
+    device_build_destroy(&device, &scene->build);
+    stage_destroy(stage, &scene->blas);
+    stage_destroy(stage, &scene->tlas);
+    stage_free(&scene->triangles);
+    stage_free(&scene->pairs);
+}
+
+static void expect_instances(const struct scene *scene)
+{
+    const AssayHit upper = stage_trace(stage, scene->tlas.handle, 2.25f, 0.25f);
+    const AssayHit lower = stage_trace(stage, scene->tlas.handle, 0.25f, 0.25f);
+    assert_true(upper.isHit && lower.isHit);
+    assert_int_equal(upper.instance, 0);
+    assert_int_equal(upper.customIndex, 101);
+    assert_int_equal(lower.instance, 2);
+    assert_int_equal(lower.customIndex, 100);
+}
+
+/* ---- tests */
+
+static void test_gathered(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene);
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
+    device_finish(&device, commands);
+    memset(scene.instances.bytes, 0, COUNT * APART); /* too late to matter */
+    expect_instances(&scene);
+    /* Content tells of the null pointer and the wild one, where it is asked. */
+    messages_clear(&stage->kit.messages);
+    close_scene(&scene);
+    expect_silence();
+}
+
+static void test_gathered_by_indirect_build(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene);
+    struct device_buffer range = device_buffer_create(&device, 64);
+    const VkAccelerationStructureBuildRangeInfoKHR two = {.primitiveCount = 2,
+                                                          .primitiveOffset = 2 * sizeof(uint64_t)};
+    const uint32_t stride = sizeof(two), most = COUNT;
+    const uint32_t *const maxima = &most;
+    memcpy(range.bytes, &two, sizeof(two));
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    scene.build.info.dstAccelerationStructure = scene.tlas.handle;
+    stage->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.build.info,
+                                                        &range.address, &stride, &maxima);
+    device_finish(&device, commands);
+    const AssayHit lower = stage_trace(stage, scene.tlas.handle, 0.25f, 0.25f);
+    assert_true(lower.isHit);
+    assert_int_equal(lower.instance, 0);
+    assert_int_equal(lower.customIndex, 100);
+    assert_false(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    messages_clear(&stage->kit.messages);
+    device_buffer_destroy(&device, &range);
+    close_scene(&scene);
+    expect_silence();
+}
+
+/* ---- a pipeline of the application's own */
+
+struct constants {
+    VkDeviceAddress target;
+    uint32_t value;
+};
+
+enum { CONSTANTS_AT = 16 };
+
+struct fill {
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
+};
+
+static struct fill create_fill(void)
+{
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    struct fill fill;
+    const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                                       .offset = CONSTANTS_AT,
+                                       .size = sizeof(struct constants)};
+    const VkPipelineLayoutCreateInfo layout = {
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+        .pushConstantRangeCount = 1,
+        .pPushConstantRanges = &range,
+    };
+    const VkShaderModuleCreateInfo code = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+        .codeSize = sizeof(fill_code),
+        .pCode = fill_code,
+    };
+    VkShaderModule module;
+    expect(vk->CreatePipelineLayout(stage->device, &layout, NULL, &fill.layout));
+    expect(vk->CreateShaderModule(stage->device, &code, NULL, &module));
+    const VkComputePipelineCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module,
+                  .pName = "main"},
+        .layout = fill.layout,
+    };
+    expect(
+        vk->CreateComputePipelines(stage->device, VK_NULL_HANDLE, 1, &info, NULL, &fill.pipeline));
+    vk->DestroyShaderModule(stage->device, module, NULL);
+    return fill;
+}
+
+static void test_bound_state_stays(void **state)
+{
+    (void)state;
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    struct scene scene;
+    open_scene(&scene);
+    const struct fill fill = create_fill();
+    struct device_buffer target = device_buffer_create(&device, 4);
+    const struct constants constants = {target.address, 0xabcdef};
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
+    vk->CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
+                         sizeof(constants), &constants);
+    device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
+    vk->CmdDispatch(commands, 1, 1, 1);
+    device_finish(&device, commands);
+    assert_int_equal(*(uint32_t *)target.bytes, constants.value);
+    expect_instances(&scene);
+    messages_clear(&stage->kit.messages);
+    vk->DestroyPipeline(stage->device, fill.pipeline, NULL);
+    vk->DestroyPipelineLayout(stage->device, fill.layout, NULL);
+    device_buffer_destroy(&device, &target);
+    close_scene(&scene);
+    expect_silence();
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_gathered),
+        cmocka_unit_test(test_gathered_by_indirect_build),
+        cmocka_unit_test(test_bound_state_stays),
+    };
+    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_stage_close(&device);
+    return failed;
+}
