@@ -70,7 +70,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetDeviceAccelerationStructureCompatibilityKHR(
     VkAccelerationStructureCompatibilityKHR *pCompatibility)
 {
     const struct builder_uuids *uuids = &device_of(device)->uuids;
-    bool is_same = memcmp(pVersionInfo->pVersionData, uuids, sizeof(*uuids)) == 0;
+    struct readable_cache cache = {0};
+    bool is_same = readable(&cache, pVersionInfo->pVersionData, sizeof(*uuids)) &&
+                   memcmp(pVersionInfo->pVersionData, uuids, sizeof(*uuids)) == 0;
     *pCompatibility = is_same ? VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR
                               : VK_ACCELERATION_STRUCTURE_COMPATIBILITY_INCOMPATIBLE_KHR;
 }

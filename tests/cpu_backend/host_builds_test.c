@@ -69,6 +69,54 @@ static void test_update(void **state)
     expect_silence();
 }
 
+static AssayAnswer enter_half_way(void *data, uint32_t ray, AssayHit *candidate)
+{
+    (void)ray;
+    *(uint32_t *)data += 1;
+    candidate->t += candidate->primitive == 1 ? 0.5f : 50; /* behind what was accepted: ignored */
+    return ASSAY_ANSWER_ACCEPT;
+}
+
+/* Boxes are hit where the ray enters, unless the application says where. */
+static void test_boxes(void **state)
+{
+    (void)state;
+    static const VkAabbPositionsKHR boxes[] = {{3, 0, 0, 4, 1, 1}, {1, 0, 0, 2, 1, 1}};
+    struct stage_build build;
+    stage_triangles(&build, 2, 0);
+    build.geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
+    build.geometry.geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+        .data.hostAddress = boxes,
+        .stride = sizeof(boxes[0])};
+    struct stage_structure blas = stage_create_for(&stage, &build);
+    expect(stage_build(&stage, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
+    AssayHit hit = stage_trace(&stage, blas.handle, 0.5f, 0.5f);
+    assert_true(hit.isHit && hit.isAabb);
+    assert_int_equal(hit.primitive, 1);
+    assert_float_equal(hit.t, 2, 0);
+
+    const AssayRay ray = {.origin = {-1, 0.5f, 0.5f}, .direction = {1, 0, 0}, .tMax = 10};
+    uint32_t asked = 0;
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)blas.handle,
+                                 .accuracy = ASSAY_ACCURACY_ROBUST,
+                                 .rayCount = 1,
+                                 .raySize = sizeof(ray),
+                                 .hitSize = sizeof(hit),
+                                 .rays = &ray,
+                                 .hits = &hit,
+                                 .candidate = enter_half_way,
+                                 .userData = &asked};
+    expect(stage.trace_rays(stage.device, &info));
+    assert_true(hit.isHit);
+    assert_int_equal(hit.primitive, 1);
+    assert_float_equal(hit.t, 2.5, 0);
+    assert_true(asked >= 1);
+    stage_destroy(&stage, &blas);
+    stage_free(&build);
+    expect_silence();
+}
+
 /* ---- counters: paired scenes, one thing apart */
 
 static AssayCounters minus(AssayCounters after, AssayCounters before)
@@ -217,9 +265,10 @@ static void test_trace_candidates(void **state)
 static int run(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_build_and_trace), cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_update),          cmocka_unit_test(test_counters),
-        cmocka_unit_test(test_trace_arguments), cmocka_unit_test(test_trace_candidates),
+        cmocka_unit_test(test_build_and_trace),  cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_update),           cmocka_unit_test(test_boxes),
+        cmocka_unit_test(test_counters),         cmocka_unit_test(test_trace_arguments),
+        cmocka_unit_test(test_trace_candidates),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

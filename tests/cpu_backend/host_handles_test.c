@@ -122,10 +122,38 @@ static void test_private_data(void **state)
     expect_silence();
 }
 
+/* The layer's own commands are those of backend cpu, where acceleration structures are enabled. */
+static void expect_own_commands(const struct kit_setup *setup, bool has_extensions, bool expected)
+{
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
+    struct kit kit;
+    VkDevice device;
+    VkuDeviceDispatchTable vk;
+    kit_open(&kit, &stage.platform, setup);
+    expect(kit_create_device(&kit, NULL, extensions, has_extensions ? 2 : 0, &device, &vk));
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(kit.get_device_proc_addr(device, names[i]) != NULL, expected);
+    vk.DestroyDevice(device, NULL);
+    kit_close(&kit);
+}
+
+static void test_own_commands(void **state)
+{
+    (void)state;
+    expect_own_commands(&(struct kit_setup){.backend = "cpu"}, true, true);
+    expect_own_commands(&(struct kit_setup){.backend = "cpu"}, false, false);
+    expect_own_commands(&(struct kit_setup){.backend = "driver", .driver_traces = true}, true,
+                        false);
+    expect_own_commands(&(struct kit_setup){.backend = "driver"}, false, false);
+}
+
 static int run(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_addresses),
+        cmocka_unit_test(test_own_commands),
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_private_data),
     };
