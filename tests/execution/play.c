@@ -87,6 +87,9 @@ static const char *enter_world(const struct play *play, struct world *world)
     }
     if (!play->platform->is_null && play->command == COMMAND_NV && play->difference != NULL)
         return "needs the null driver";
+    if (!play->platform->is_null && !play->is_twin &&
+        program_has(play->program, ACTION_REPORTS_LATE))
+        return "a bad update would execute";
     if (play->command == COMMAND_INDIRECT && !world->has_indirect)
         return "no accelerationStructureIndirectBuild";
     if ((play->command == COMMAND_HOST || play->program->needs & NEEDS_HOST) && !world->has_host)

@@ -150,6 +150,7 @@ static void build_a_tlas_into_a_blas(struct scene *scene)
     const VkAccelerationStructureNV blas = scene->nv.dst;
     scene_nv_use_instances(scene);
     scene->nv.dst = blas;
+    scene_nv_give_large_scratch(scene);
 }
 
 static void build_more_instances(struct scene *scene)
@@ -181,6 +182,7 @@ static void build_boxes_into_triangles(struct scene *scene)
     const VkAccelerationStructureNV dst = scene->nv.dst;
     scene_nv_use_boxes(scene);
     scene->nv.dst = dst;
+    scene_nv_give_large_scratch(scene);
 }
 
 /* An unindexed build has no indices, whatever dst was created for. */

@@ -9,6 +9,7 @@ static VkAccelerationStructureNV built_with(struct scene *scene,
 {
     const VkBuildAccelerationStructureFlagsNV own = scene->nv.info.flags;
     scene->nv.info.flags = flags;
+    scene_nv_give_large_scratch(scene);
     const VkAccelerationStructureNV source = scene_nv_accel(scene);
     scene_nv_build(scene, source);
     scene->nv.info.flags = own;

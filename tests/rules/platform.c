@@ -30,6 +30,18 @@ static const char *lavapipe_find(void)
     return reason;
 }
 
+/* A driver may not bear to be loaded and unloaded as often as worlds open and close (NVIDIA's fails
+ * after some twenty times), so one instance holds it for as long as the program lives. */
+static void hold_driver(const struct platform *platform)
+{
+    static VkInstance instance;
+    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
+    const PFN_vkCreateInstance create =
+        (PFN_vkCreateInstance)platform->get_instance_proc_addr(NULL, "vkCreateInstance");
+    if (create != NULL)
+        create(&info, NULL, &instance);
+}
+
 const char *platform_open(struct platform *platform, const char *name)
 {
     const char *reason;
@@ -61,6 +73,9 @@ const char *platform_open(struct platform *platform, const char *name)
         return "there is no libvulkan.so.1";
     platform->get_instance_proc_addr =
         (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
-    return platform->get_instance_proc_addr == NULL ? "libvulkan.so.1 lacks vkGetInstanceProcAddr"
-                                                    : NULL;
+    if (platform->get_instance_proc_addr == NULL)
+        return "libvulkan.so.1 lacks vkGetInstanceProcAddr";
+    if (strcmp(name, "environment") == 0)
+        hold_driver(platform);
+    return NULL;
 }

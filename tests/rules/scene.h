@@ -235,8 +235,10 @@ void scene_nv_use_boxes(struct scene *scene);
 void scene_nv_use_instances(struct scene *scene);
 void scene_nv_use_update(struct scene *scene);
 
-/* Gives the call a dst, and scratch for building and updating, that fit the info as it stands. */
+/* Gives the call a dst, and scratch for building and updating, that fit the info as it stands; and
+ * scratch that fits any. */
 void scene_nv_give_objects(struct scene *scene);
+void scene_nv_give_large_scratch(struct scene *scene);
 
 /* A structure for the info as it stands, not bound; its memory requirements; and binding it, to
  * memory of its own or of the caller's. */

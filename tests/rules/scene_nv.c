@@ -94,6 +94,12 @@ void scene_nv_give_objects(struct scene *scene)
     nv->scratch = nv->scratch_buffer.handle;
 }
 
+void scene_nv_give_large_scratch(struct scene *scene)
+{
+    scene->nv.scratch_buffer = scene_buffer(scene, 1 << 16, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    scene->nv.scratch = scene->nv.scratch_buffer.handle;
+}
+
 /* ---- geometries ---- */
 
 static struct test_buffer copy_of(struct scene *scene, const struct test_buffer *input)
