@@ -25,47 +25,49 @@ static float rounded_up(double x)
  * pad, 2^-20 of that sum, is far wider: it also covers that traversal rounds rays into object space
  * (to 2^-24 at accuracy robust, to less than 2^-50 at exact), for matrices whose condition is below
  * 2^4 at robust and 2^30 at exact; slab_of_world() pads for the part that grows with the origin. */
-struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void *blas)
+struct box bounds_of_matrices(double low[3][4], double high[3][4], const void *blas)
 {
     const struct structure_header *header = blas;
     bool is_empty = !header || header->record_count == 0;
     struct box box = box_empty();
     for (int row = 0; row < 3; row++) {
-        const float *m = transform->matrix[row];
-        double low = m[3], high = m[3], magnitude = fabs((double)m[3]);
+        double least = low[row][3], greatest = high[row][3];
+        double magnitude = fmax(fabs(least), fabs(greatest));
         for (int column = 0; column < 3 && !is_empty; column++) {
-            double a = scaled(m[column], header->lower[column]);
-            double b = scaled(m[column], header->upper[column]);
-            low += a < b ? a : b;
-            high += a < b ? b : a;
-            magnitude += fmax(fabs(a), fabs(b));
+            double a = scaled(low[row][column], header->lower[column]);
+            double b = scaled(low[row][column], header->upper[column]);
+            double c = scaled(high[row][column], header->lower[column]);
+            double d = scaled(high[row][column], header->upper[column]);
+            least += fmin(fmin(a, b), fmin(c, d));
+            greatest += fmax(fmax(a, b), fmax(c, d));
+            magnitude += fmax(fmax(fabs(a), fabs(b)), fmax(fabs(c), fabs(d)));
         }
         double pad = is_empty || isinf(magnitude) ? 0 : magnitude * 0x1p-20;
-        box.lower[row] = isnan(low) ? -INFINITY : rounded_down(low - pad);
-        box.upper[row] = isnan(high) ? INFINITY : rounded_up(high + pad);
+        box.lower[row] = isnan(least) ? -INFINITY : rounded_down(least - pad);
+        box.upper[row] = isnan(greatest) ? INFINITY : rounded_up(greatest + pad);
     }
     return box;
+}
+
+struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void *blas)
+{
+    double elements[3][4];
+    for (int i = 0; i < 12; i++)
+        elements[i / 4][i % 4] = transform->matrix[i / 4][i % 4];
+    return bounds_of_matrices(elements, elements, blas);
 }
 
 static struct box record_bounds(const struct structure_header *header,
                                 const struct builder_resolver *resolver, uint32_t index)
 {
-    void *records = structure_records(header);
-    switch ((enum structure_kind)header->kind) {
-    case STRUCTURE_TRIANGLES:
-        return bounds_of_triangle((const struct triangle_record *)records + index);
-    case STRUCTURE_AABBS: {
-        const struct aabb_record *record = (const struct aabb_record *)records + index;
-        return (struct box){bounds_point(record->lower), bounds_point(record->upper)};
+    const uint8_t *records = structure_records(header);
+    const void *record = records + (uint64_t)index * structure_record_size(header->kind);
+    const void *blas = NULL;
+    if (structure_is_top(header->kind)) {
+        const struct instance_record *instance = record;
+        blas = resolver->find(resolver->context, instance->instance.accelerationStructureReference);
     }
-    case STRUCTURE_INSTANCES: {
-        const struct instance_record *record = (const struct instance_record *)records + index;
-        const void *blas =
-            resolver->find(resolver->context, record->instance.accelerationStructureReference);
-        return bounds_of_instance(&record->instance.transform, blas);
-    }
-    }
-    return box_empty();
+    return bounds_of_record(header->kind, record, blas);
 }
 
 static float least_of(float4 v)

@@ -3,6 +3,7 @@
 #ifndef ASSAY_BUILD_BOUNDS_H
 #define ASSAY_BUILD_BOUNDS_H
 
+#include "build/motion.h"
 #include "build/structure.h"
 #include "build/vector.h"
 #include "build/workers.h"
@@ -25,6 +26,36 @@ static inline struct box bounds_of_triangle(const struct triangle_record *record
 /* World bounds of an instance, wide enough for every point of its structure and for the rounding of
  * rays that traversal takes into its space; a point where the structure is empty. */
 struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void *blas);
+/* The same for all matrices whose elements are from `low` to `high`. */
+struct box bounds_of_matrices(double low[3][4], double high[3][4], const void *blas);
+
+/* `blas` is that of an instance, and may be NULL. */
+static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const void *record,
+                                                 const void *blas)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return bounds_of_triangle(record);
+    case STRUCTURE_AABBS: {
+        const struct aabb_record *aabb = record;
+        return (struct box){bounds_point(aabb->lower), bounds_point(aabb->upper)};
+    }
+    case STRUCTURE_INSTANCES: {
+        const struct instance_record *instance = record;
+        return bounds_of_instance(&instance->instance.transform, blas);
+    }
+    case STRUCTURE_MOTION_TRIANGLES: {
+        const struct motion_triangle_record *moving = record;
+        struct box box = bounds_of_triangle(&moving->at[0]);
+        struct box then = bounds_of_triangle(&moving->at[1]);
+        box_add(&box, then.lower, then.upper);
+        return box;
+    }
+    case STRUCTURE_MOTION_INSTANCES:
+        return motion_bounds(record, blas);
+    }
+    return box_empty();
+}
 
 /* Bounds of all nodes and of the root from the records. For instances, `resolver` finds their
  * structures; those that it doesn't find count as empty. */

@@ -59,6 +59,10 @@ struct builder_triangles {
     uint64_t vertex_stride;
     const void *vertices, *indices, *transforms;
     uint64_t vertices_size, indices_size, transforms_size;
+    /* VkAccelerationStructureGeometryMotionTrianglesDataNV, in builds with motion: positions at
+     * time 1, laid out as the others; NULL: it doesn't move. */
+    const void *motion_vertices;
+    uint64_t motion_vertices_size;
 };
 
 /* VkAccelerationStructureGeometryAabbsDataKHR */
@@ -67,7 +71,8 @@ struct builder_aabbs {
     uint64_t size, stride;
 };
 
-/* VkAccelerationStructureGeometryInstancesDataKHR */
+/* VkAccelerationStructureGeometryInstancesDataKHR; of VkAccelerationStructureMotionInstanceNV, 160
+ * bytes apart, in builds with motion, where pointers have their type in the low 4 bits. */
 struct builder_instances {
     const void *data;
     uint64_t size;
@@ -102,8 +107,9 @@ void builder_team_close(struct builder_team *team);
 void builder_team_destroy(struct builder_team *team); /* once nobody helps */
 
 struct builder_input {
-    VkAccelerationStructureTypeKHR type; /* bottom or top */
-    VkBuildAccelerationStructureFlagsKHR flags;
+    VkAccelerationStructureTypeKHR type;        /* bottom or top */
+    VkBuildAccelerationStructureFlagsKHR flags; /* VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV: a
+                                                   structure of primitives that may move */
     enum builder_quality quality;
     uint32_t threads;          /* 0 and 1: the caller's alone; no other is started */
     struct builder_team *team; /* NULL: none; else `threads` is ignored */
@@ -127,7 +133,8 @@ struct builder_report {
     struct builder_place first_out_of_range;
     uint64_t unresolved; /* instances whose reference the resolver doesn't know; left out */
     struct builder_place first_unresolved;
-    uint64_t singular; /* instances whose 3x3 matrix has determinant 0, exactly: never hit */
+    uint64_t
+        singular; /* instances whose 3x3 matrix (at time 0) has determinant 0: never hit then */
     struct builder_place first_singular;
 };
 

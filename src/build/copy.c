@@ -64,7 +64,7 @@ enum builder_result builder_compact(const void *source, void *target, uint64_t t
 uint64_t builder_reference_count(const void *structure)
 {
     const struct structure_header *header = structure;
-    return header->kind == STRUCTURE_INSTANCES ? header->record_count : 0;
+    return structure_is_top(header->kind) ? header->record_count : 0;
 }
 
 uint64_t builder_serialized_size(const void *structure)
@@ -87,9 +87,9 @@ enum builder_result builder_serialize(const void *structure, const struct builde
     memcpy(header.compatibility, uuids->compatibility, sizeof(header.compatibility));
     memcpy(bytes, &header, sizeof(header));
     uint8_t *to = (uint8_t *)bytes + sizeof(header);
-    const struct instance_record *records = structure_records(structure);
     for (uint64_t i = 0; i < header.reference_count; i++) {
-        memcpy(to, &records[i].instance.accelerationStructureReference, sizeof(uint64_t));
+        const struct instance_record *record = structure_instance(structure, i);
+        memcpy(to, &record->instance.accelerationStructureReference, sizeof(uint64_t));
         to += sizeof(uint64_t);
     }
     memcpy(to, structure, header.deserialized_size);
@@ -128,9 +128,10 @@ enum builder_result builder_deserialize(const void *bytes, uint64_t size,
         builder_size(structure) != header.structure_size ||
         builder_reference_count(structure) != header.reference_count)
         return BUILDER_INCOMPATIBLE;
-    struct instance_record *records = structure_records(structure);
-    for (uint64_t i = 0; i < header.reference_count; i++)
-        memcpy(&records[i].instance.accelerationStructureReference,
-               references + i * sizeof(uint64_t), sizeof(uint64_t));
+    for (uint64_t i = 0; i < header.reference_count; i++) {
+        struct instance_record *record = structure_instance(structure, i);
+        memcpy(&record->instance.accelerationStructureReference, references + i * sizeof(uint64_t),
+               sizeof(uint64_t));
+    }
     return BUILDER_OK;
 }

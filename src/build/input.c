@@ -27,15 +27,16 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
         type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
     if (is_top != (type == VK_GEOMETRY_TYPE_INSTANCES_KHR))
         return BUILDER_UNKNOWN_FORMAT;
+    bool has_motion = input->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     switch (type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        *kind = STRUCTURE_TRIANGLES;
+        *kind = has_motion ? STRUCTURE_MOTION_TRIANGLES : STRUCTURE_TRIANGLES;
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         *kind = STRUCTURE_AABBS;
         break;
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
-        *kind = STRUCTURE_INSTANCES;
+        *kind = has_motion ? STRUCTURE_MOTION_INSTANCES : STRUCTURE_INSTANCES;
         break;
     default:
         return BUILDER_UNKNOWN_FORMAT;
@@ -49,10 +50,11 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
 enum builder_result input_open(const struct builder_input *input, struct source *sources,
                                struct builder_report *report)
 {
+    bool has_motion = input->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     uint32_t first = 0;
     for (uint32_t i = 0; i < input->geometry_count; i++) {
         sources[i].first = first;
-        if (!source_open(&sources[i], &input->geometries[i], &input->ranges[i])) {
+        if (!source_open(&sources[i], has_motion, &input->geometries[i], &input->ranges[i])) {
             report->out_of_range = 1;
             report->first_out_of_range = (struct builder_place){i, 0};
             return BUILDER_INPUT_OUT_OF_RANGE;

@@ -6,8 +6,8 @@
 VkAccelerationStructureTypeKHR builder_type(const void *structure)
 {
     const struct structure_header *header = structure;
-    return header->kind == STRUCTURE_INSTANCES ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
-                                               : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+    return structure_is_top(header->kind) ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                          : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
 }
 
 bool builder_bounds(const void *structure, float lower[3], float upper[3])

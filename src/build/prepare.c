@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reads every primitive once: which are active, and their bounds. */
 #include "build/bounds.h"
+#include "build/records.h"
 #include "build/report.h"
 #include "build/tree.h"
 
@@ -15,51 +16,6 @@ uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive)
             high = middle;
     }
     return low;
-}
-
-static enum source_state read_instance(const struct build_state *state, const struct source *source,
-                                       uint32_t primitive, struct box *box,
-                                       struct instance_record *record)
-{
-    const struct builder_input *input = state->input;
-    enum source_state found = source_instance(source, primitive, &input->memory, record);
-    if (found != SOURCE_ACTIVE)
-        return found;
-    const void *blas = input->resolver.find(input->resolver.context,
-                                            record->instance.accelerationStructureReference);
-    if (!blas)
-        return SOURCE_UNRESOLVED;
-    *box = bounds_of_instance(&record->instance.transform, blas);
-    return SOURCE_ACTIVE;
-}
-
-static enum source_state read_bounds(const struct build_state *state, const struct source *source,
-                                     uint32_t primitive, struct box *box, bool *is_singular)
-{
-    switch (state->kind) {
-    case STRUCTURE_TRIANGLES: {
-        struct triangle_record record;
-        enum source_state found = source_triangle(source, primitive, &record);
-        if (found == SOURCE_ACTIVE)
-            *box = bounds_of_triangle(&record);
-        return found;
-    }
-    case STRUCTURE_AABBS: {
-        struct aabb_record record;
-        enum source_state found = source_aabb(source, primitive, &record);
-        if (found == SOURCE_ACTIVE)
-            *box = (struct box){bounds_point(record.lower), bounds_point(record.upper)};
-        return found;
-    }
-    case STRUCTURE_INSTANCES: {
-        struct instance_record record;
-        enum source_state found = read_instance(state, source, primitive, box, &record);
-        if (found == SOURCE_ACTIVE)
-            *is_singular = builder_determinant_sign(&record.instance.transform) == 0;
-        return found;
-    }
-    }
-    return SOURCE_INACTIVE;
 }
 
 /* Finite bounds in lanes 0 to 2, the primitive's number in lane 3. Bounds without a number (of a
@@ -84,8 +40,9 @@ struct findings {
 };
 
 /* Refs of [begin, end) to the place of the first, without gaps; returns their count. */
-static uint32_t prepare_refs(const struct build_state *state, uint32_t begin, uint32_t end,
-                             struct findings *findings)
+static ALWAYS_INLINE uint32_t prepare_kind(const struct build_state *state,
+                                           enum structure_kind kind, uint32_t begin, uint32_t end,
+                                           struct findings *findings)
 {
     struct primitive_ref *to = state->refs + begin;
     uint32_t geometry = tree_geometry_of(state, begin);
@@ -94,16 +51,19 @@ static uint32_t prepare_refs(const struct build_state *state, uint32_t begin, ui
             geometry++;
         const struct source *source = &state->sources[geometry];
         struct builder_place place = {geometry, number - source->first};
-        struct box box = box_empty();
-        bool is_singular = false;
-        enum source_state found = read_bounds(state, source, place.primitive, &box, &is_singular);
+        union any_record record;
+        const void *blas;
+        enum source_state found =
+            record_resolve(state->input, kind, source, place.primitive, &record, &blas);
         if (found != SOURCE_ACTIVE) {
             report_state(&findings->report, found, place);
             continue;
         }
         findings->report.active++;
-        if (is_singular)
+        if (structure_is_top(kind) &&
+            builder_determinant_sign(&record.instance.instance.transform) == 0)
             report_place(&findings->report.singular, &findings->report.first_singular, place);
+        struct box box = bounds_of_record(kind, &record, blas);
         struct primitive_ref ref = make_ref(box, number, &findings->has_clamped);
         float4 center = ref.lower + ref.upper;
         box_add(&findings->bounds, ref.lower, ref.upper);
@@ -111,6 +71,14 @@ static uint32_t prepare_refs(const struct build_state *state, uint32_t begin, ui
         *to++ = ref;
     }
     return (uint32_t)(to - state->refs) - begin;
+}
+
+static uint32_t prepare_refs(const struct build_state *state, uint32_t begin, uint32_t end,
+                             struct findings *findings)
+{
+    if (state->kind == STRUCTURE_TRIANGLES) /* much the most frequent */
+        return prepare_kind(state, STRUCTURE_TRIANGLES, begin, end, findings);
+    return prepare_kind(state, state->kind, begin, end, findings);
 }
 
 struct prepare_job {

@@ -26,47 +26,13 @@ static inline uint32_t number_at(const struct build_state *state, uint64_t index
     return state->has_bounds ? ref_primitive(&state->refs[index]) : state->pairs[index].index;
 }
 
-static void write_record(struct build_state *state, uint32_t index)
-{
-    uint32_t number = number_at(state, index);
-    uint32_t geometry = tree_geometry_of(state, number);
-    const struct source *source = &state->sources[geometry];
-    uint32_t primitive = number - source->first;
-    void *records = structure_records(state->header);
-    switch (state->kind) {
-    case STRUCTURE_TRIANGLES: {
-        struct triangle_record *record = (struct triangle_record *)records + index;
-        source_triangle(source, primitive, record);
-        record->geometry = geometry;
-        record->primitive = primitive;
-        record->spare = 0;
-        break;
-    }
-    case STRUCTURE_AABBS: {
-        struct aabb_record *record = (struct aabb_record *)records + index;
-        source_aabb(source, primitive, record);
-        record->geometry = geometry;
-        record->primitive = primitive;
-        break;
-    }
-    case STRUCTURE_INSTANCES: {
-        struct instance_record *record = (struct instance_record *)records + index;
-        source_instance(source, primitive, &state->input->memory, record);
-        record_invert(&record->instance.transform, record->inverse);
-        record->primitive = primitive;
-        record->spare = 0;
-        break;
-    }
-    }
-}
-
 /* How many records ahead indices and vertices are asked for. */
 #define AHEAD_INDICES 32
 #define AHEAD_VERTICES 16
 
 static void prefetch(const struct build_state *state, uint64_t index)
 {
-    if (state->kind != STRUCTURE_TRIANGLES)
+    if (!structure_has_triangles(state->kind))
         return;
     if (index + AHEAD_INDICES < state->ref_count) {
         uint32_t number = number_at(state, index + AHEAD_INDICES);
@@ -80,13 +46,29 @@ static void prefetch(const struct build_state *state, uint64_t index)
     }
 }
 
+/* Each was read before and found active. */
+static ALWAYS_INLINE void write_kind(const struct build_state *state, enum structure_kind kind,
+                                     uint32_t begin, uint32_t end)
+{
+    uint64_t size = structure_record_size(kind);
+    uint8_t *records = structure_records(state->header);
+    for (uint32_t i = begin; i < end; i++) {
+        union any_record *record = (void *)(records + i * size);
+        prefetch(state, i);
+        uint32_t number = number_at(state, i), geometry = tree_geometry_of(state, number);
+        struct builder_place place = {geometry, number - state->sources[geometry].first};
+        record_read(state->input, kind, &state->sources[geometry], place.primitive, record);
+        record_finish(kind, place, record);
+    }
+}
+
 static void write_records(void *context, uint32_t begin, uint32_t end)
 {
-    struct build_state *state = context;
-    for (uint32_t i = begin; i < end; i++) {
-        prefetch(state, i);
-        write_record(state, i);
-    }
+    const struct build_state *state = context;
+    if (state->kind == STRUCTURE_TRIANGLES) /* much the most frequent */
+        write_kind(state, STRUCTURE_TRIANGLES, begin, end);
+    else
+        write_kind(state, state->kind, begin, end);
 }
 
 void tree_write_records(struct build_state *state)

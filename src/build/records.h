@@ -1,13 +1,93 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records of instances: what traversal needs to go into their space. */
+/* Records: a primitive's data as traversal wants it. */
 #ifndef ASSAY_BUILD_RECORDS_H
 #define ASSAY_BUILD_RECORDS_H
 
-#include "build/structure.h"
+#include "build/motion.h"
+#include "build/source.h"
+#include "build/vector.h"
 
 #define RECORD_CHUNK 4096u /* that a thread writes at once */
 
+union any_record {
+    struct triangle_record triangle;
+    struct aabb_record aabb;
+    struct instance_record instance;
+    struct motion_triangle_record motion_triangle;
+    struct motion_instance_record motion_instance;
+};
+
 /* All 0 where the matrix is singular. */
 void record_invert(const VkTransformMatrixKHR *transform, double inverse[9]);
+
+/* Inline, so that loops over records of one kind, where they know it, don't ask for each. */
+
+/* What the application's memory says: positions or the instance. */
+static ALWAYS_INLINE enum source_state record_read(const struct builder_input *input,
+                                                   enum structure_kind kind,
+                                                   const struct source *source, uint32_t primitive,
+                                                   union any_record *record)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return source_triangle(source, primitive, &record->triangle);
+    case STRUCTURE_AABBS:
+        return source_aabb(source, primitive, &record->aabb);
+    case STRUCTURE_INSTANCES:
+        return source_instance(source, primitive, &input->memory, &record->instance);
+    case STRUCTURE_MOTION_TRIANGLES:
+        return source_motion_triangle(source, primitive, &record->motion_triangle);
+    case STRUCTURE_MOTION_INSTANCES:
+        return source_motion_instance(source, primitive, &input->memory, &record->motion_instance);
+    }
+    return SOURCE_INACTIVE;
+}
+
+/* And what an instance of it refers to: SOURCE_UNRESOLVED where that isn't known. */
+static ALWAYS_INLINE enum source_state record_resolve(const struct builder_input *input,
+                                                      enum structure_kind kind,
+                                                      const struct source *source,
+                                                      uint32_t primitive, union any_record *record,
+                                                      const void **blas)
+{
+    const struct builder_resolver *resolver = &input->resolver;
+    enum source_state found = record_read(input, kind, source, primitive, record);
+    *blas = NULL;
+    if (found != SOURCE_ACTIVE || !structure_is_top(kind))
+        return found;
+    *blas =
+        resolver->find(resolver->context, record->instance.instance.accelerationStructureReference);
+    return *blas ? SOURCE_ACTIVE : SOURCE_UNRESOLVED;
+}
+
+/* The rest of a record that was read: the numbers, and an instance's inverse. */
+static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder_place place,
+                                        union any_record *record)
+{
+    switch (kind) {
+    case STRUCTURE_MOTION_TRIANGLES:
+        record->motion_triangle.at[1].geometry = place.geometry;
+        record->motion_triangle.at[1].primitive = place.primitive;
+        record->motion_triangle.at[1].spare = 0;
+        /* fall through */
+    case STRUCTURE_TRIANGLES:
+        record->triangle.geometry = place.geometry;
+        record->triangle.primitive = place.primitive;
+        record->triangle.spare = 0;
+        return;
+    case STRUCTURE_AABBS:
+        record->aabb.geometry = place.geometry;
+        record->aabb.primitive = place.primitive;
+        return;
+    case STRUCTURE_MOTION_INSTANCES:
+        motion_instance_at(&record->motion_instance, 0, &record->instance);
+        /* fall through */
+    case STRUCTURE_INSTANCES:
+        record_invert(&record->instance.instance.transform, record->instance.inverse);
+        record->instance.primitive = place.primitive;
+        record->instance.spare = 0;
+        return;
+    }
+}
 
 #endif

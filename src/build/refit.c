@@ -26,20 +26,6 @@ static bool shape_is_same(const struct builder_input *input, const struct struct
 #define AHEAD_INDICES 32
 #define AHEAD_VERTICES 16
 
-static void prefetch(const struct structure_header *header, const struct source *sources,
-                     uint32_t index, uint32_t end)
-{
-    const struct triangle_record *records = structure_records(header);
-    if (index + AHEAD_INDICES < end) {
-        const struct triangle_record *record = &records[index + AHEAD_INDICES];
-        source_prefetch_indices(&sources[record->geometry], record->primitive);
-    }
-    if (index + AHEAD_VERTICES < end) {
-        const struct triangle_record *record = &records[index + AHEAD_VERTICES];
-        source_prefetch_vertices(&sources[record->geometry], record->primitive);
-    }
-}
-
 struct refit {
     const struct builder_input *input;
     struct structure_header *header;
@@ -48,60 +34,52 @@ struct refit {
     pthread_mutex_t lock;
 };
 
+/* Where a record was built from. */
+static struct builder_place place_of(enum structure_kind kind, const void *record)
+{
+    const struct instance_record *instance = record;
+    const struct triangle_record *other = record; /* all others have numbers where triangles do */
+    return structure_is_top(kind) ? (struct builder_place){0, instance->primitive}
+                                  : (struct builder_place){other->geometry, other->primitive};
+}
+
+static void prefetch(const struct refit *refit, enum structure_kind kind, const uint8_t *record,
+                     uint32_t left)
+{
+    uint64_t size = structure_record_size(kind);
+    if (!structure_has_triangles(kind))
+        return;
+    if (left > AHEAD_INDICES) {
+        const struct triangle_record *ahead = (const void *)(record + AHEAD_INDICES * size);
+        source_prefetch_indices(&refit->sources[ahead->geometry], ahead->primitive);
+    }
+    if (left > AHEAD_VERTICES) {
+        const struct triangle_record *ahead = (const void *)(record + AHEAD_VERTICES * size);
+        source_prefetch_vertices(&refit->sources[ahead->geometry], ahead->primitive);
+    }
+}
+
 /* A primitive that isn't active any more, or can't be read, keeps what it had. */
-static void refit_triangles(const struct refit *refit, uint32_t begin, uint32_t end,
-                            struct builder_report *report)
+static ALWAYS_INLINE void refit_kind(const struct refit *refit, enum structure_kind kind,
+                                     uint32_t begin, uint32_t end, struct builder_report *report)
 {
-    struct triangle_record *records = structure_records(refit->header);
-    for (uint32_t i = begin; i < end; i++) {
-        prefetch(refit->header, refit->sources, i, end);
-        struct triangle_record *record = &records[i], fresh = *record;
-        enum source_state found =
-            source_triangle(&refit->sources[record->geometry], record->primitive, &fresh);
-        if (found == SOURCE_ACTIVE)
-            *record = fresh;
-        else
-            report_state(report, found,
-                         (struct builder_place){record->geometry, record->primitive});
-    }
-}
-
-static void refit_aabbs(const struct refit *refit, uint32_t begin, uint32_t end,
-                        struct builder_report *report)
-{
-    struct aabb_record *records = structure_records(refit->header);
-    for (uint32_t i = begin; i < end; i++) {
-        struct aabb_record *record = &records[i], fresh = *record;
-        enum source_state found =
-            source_aabb(&refit->sources[record->geometry], record->primitive, &fresh);
-        if (found == SOURCE_ACTIVE)
-            *record = fresh;
-        else
-            report_state(report, found,
-                         (struct builder_place){record->geometry, record->primitive});
-    }
-}
-
-static void refit_instances(const struct refit *refit, uint32_t begin, uint32_t end,
-                            struct builder_report *report)
-{
-    const struct builder_resolver *resolver = &refit->input->resolver;
-    struct instance_record *records = structure_records(refit->header);
-    for (uint32_t i = begin; i < end; i++) {
-        struct instance_record *record = &records[i], fresh = *record;
-        enum source_state found =
-            source_instance(refit->sources, record->primitive, &refit->input->memory, &fresh);
-        struct builder_place place = {0, record->primitive};
-        uint64_t reference = fresh.instance.accelerationStructureReference;
-        if (found == SOURCE_ACTIVE && !resolver->find(resolver->context, reference))
-            found = SOURCE_UNRESOLVED;
+    uint64_t size = structure_record_size(kind);
+    uint8_t *record = (uint8_t *)structure_records(refit->header) + begin * size;
+    for (uint32_t i = begin; i < end; i++, record += size) {
+        prefetch(refit, kind, record, end - i);
+        struct builder_place place = place_of(kind, record);
+        union any_record fresh;
+        const void *blas;
+        enum source_state found = record_resolve(
+            refit->input, kind, &refit->sources[place.geometry], place.primitive, &fresh, &blas);
         if (found != SOURCE_ACTIVE) {
             report_state(report, found, place);
             continue;
         }
-        record_invert(&fresh.instance.transform, fresh.inverse);
-        *record = fresh;
-        if (builder_determinant_sign(&fresh.instance.transform) == 0)
+        record_finish(kind, place, &fresh);
+        memcpy(record, &fresh, size);
+        if (structure_is_top(kind) &&
+            builder_determinant_sign(&fresh.instance.instance.transform) == 0)
             report_place(&report->singular, &report->first_singular, place);
     }
 }
@@ -110,17 +88,11 @@ static void refit_records(void *context, uint32_t begin, uint32_t end)
 {
     struct refit *refit = context;
     struct builder_report report = {0};
-    switch ((enum structure_kind)refit->header->kind) {
-    case STRUCTURE_TRIANGLES:
-        refit_triangles(refit, begin, end, &report);
-        break;
-    case STRUCTURE_AABBS:
-        refit_aabbs(refit, begin, end, &report);
-        break;
-    case STRUCTURE_INSTANCES:
-        refit_instances(refit, begin, end, &report);
-        break;
-    }
+    enum structure_kind kind = refit->header->kind;
+    if (kind == STRUCTURE_TRIANGLES) /* much the most frequent */
+        refit_kind(refit, STRUCTURE_TRIANGLES, begin, end, &report);
+    else
+        refit_kind(refit, kind, begin, end, &report);
     pthread_mutex_lock(&refit->lock);
     report_merge(refit->report, &report);
     pthread_mutex_unlock(&refit->lock);

@@ -60,18 +60,23 @@ static bool open_triangles(struct source *source, const struct builder_triangles
     }
     if (source->count == 0)
         return true;
-    if (vertex_offset > triangles->vertices_size)
+    uint64_t size = triangles->vertices_size;
+    bool is_moving = source->has_motion && triangles->motion_vertices;
+    if (is_moving && triangles->motion_vertices_size < size)
+        size = triangles->motion_vertices_size;
+    if (vertex_offset > size)
         return false;
-    uint64_t readable =
-        elements_in(triangles->vertices_size - vertex_offset, source->format->size, source->stride);
+    uint64_t readable = elements_in(size - vertex_offset, source->format->size, source->stride);
     /* The product is within vertices_size where any vertex from the first on is readable. */
     uint64_t first = range->firstVertex;
     uint64_t limit = readable > first ? readable - first : 0;
     if (limit > (uint64_t)triangles->max_vertex + 1)
         limit = (uint64_t)triangles->max_vertex + 1;
     source->index_limit = limit;
-    source->vertices = (const uint8_t *)triangles->vertices + vertex_offset +
-                       (limit > 0 ? source->stride * first : 0);
+    uint64_t to_first = vertex_offset + (limit > 0 ? source->stride * first : 0);
+    source->vertices = (const uint8_t *)triangles->vertices + to_first;
+    if (is_moving)
+        source->motion_vertices = (const uint8_t *)triangles->motion_vertices + to_first;
     source->is_plain = source->index_size == 4 && !source->has_transform &&
                        source->format->format == VK_FORMAT_R32G32B32_SFLOAT;
     return true;
@@ -90,11 +95,29 @@ static bool open_array(struct source *source, const void *data, uint64_t size, u
     return true;
 }
 
-bool source_open(struct source *source, const struct builder_geometry *geometry,
+/* "VkAccelerationStructureGeometryInstancesDataKHR": those that may move are 160 bytes apart. */
+#define MOTION_INSTANCE_STRIDE 160
+
+static bool open_instances(struct source *source, const struct builder_instances *instances,
+                           const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    uint64_t element = sizeof(VkAccelerationStructureInstanceKHR), stride = element;
+    if (source->has_motion) {
+        element = sizeof(VkAccelerationStructureMotionInstanceNV);
+        stride = MOTION_INSTANCE_STRIDE;
+    }
+    if (instances->array_of_pointers)
+        element = stride = sizeof(uint64_t);
+    source->is_pointer_array = instances->array_of_pointers;
+    return open_array(source, instances->data, instances->size, element, stride, range);
+}
+
+bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,
                  const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
     uint32_t first = source->first;
-    *source = (struct source){.first = first, .count = range->primitiveCount};
+    *source =
+        (struct source){.first = first, .count = range->primitiveCount, .has_motion = has_motion};
     switch (geometry->type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         return open_transform(source, &geometry->triangles, range->transformOffset) &&
@@ -102,14 +125,8 @@ bool source_open(struct source *source, const struct builder_geometry *geometry,
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         return open_array(source, geometry->aabbs.data, geometry->aabbs.size,
                           sizeof(VkAabbPositionsKHR), geometry->aabbs.stride, range);
-    case VK_GEOMETRY_TYPE_INSTANCES_KHR: {
-        const struct builder_instances *instances = &geometry->instances;
-        source->is_pointer_array = instances->array_of_pointers;
-        uint64_t element = instances->array_of_pointers
-                               ? sizeof(uint64_t)
-                               : sizeof(VkAccelerationStructureInstanceKHR);
-        return open_array(source, instances->data, instances->size, element, element, range);
-    }
+    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
+        return open_instances(source, &geometry->instances, range);
     default:
         return false;
     }
@@ -208,6 +225,20 @@ enum source_state source_triangle(const struct source *source, uint32_t primitiv
     return state;
 }
 
+enum source_state source_motion_triangle(const struct source *source, uint32_t primitive,
+                                         struct motion_triangle_record *record)
+{
+    enum source_state found = source_triangle(source, primitive, &record->at[0]);
+    if (found != SOURCE_ACTIVE)
+        return found;
+    record->at[1] = record->at[0];
+    if (!source->motion_vertices)
+        return SOURCE_ACTIVE;
+    struct source then = *source;
+    then.vertices = source->motion_vertices;
+    return source_triangle(&then, primitive, &record->at[1]);
+}
+
 /* Only what read_plain() reads; an index out of range asks for nothing. */
 void source_prefetch_vertices(const struct source *source, uint32_t primitive)
 {
@@ -238,6 +269,14 @@ enum source_state source_aabb(const struct source *source, uint32_t primitive,
     return SOURCE_ACTIVE;
 }
 
+/* From an address in the data; where nobody translates, those are host pointers. */
+static const void *find_instance(const struct builder_memory *memory, uint64_t address,
+                                 uint64_t size)
+{
+    return memory->read ? memory->read(memory->context, address, size)
+                        : (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
+}
+
 enum source_state source_instance(const struct source *source, uint32_t primitive,
                                   const struct builder_memory *memory,
                                   struct instance_record *record)
@@ -246,12 +285,56 @@ enum source_state source_instance(const struct source *source, uint32_t primitiv
     if (source->is_pointer_array) {
         uint64_t address;
         memcpy(&address, from, sizeof(address));
-        /* Where nobody translates, the entries are host pointers. */
-        from = memory->read ? memory->read(memory->context, address, sizeof(record->instance))
-                            : (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
+        from = find_instance(memory, address, sizeof(record->instance));
         if (!from)
             return SOURCE_OUT_OF_RANGE;
     }
     memcpy(&record->instance, from, sizeof(record->instance));
     return record->instance.accelerationStructureReference == 0 ? SOURCE_INACTIVE : SOURCE_ACTIVE;
+}
+
+/* What all types of instances have after their transforms: 16 bytes. */
+#define AFTER_TRANSFORM (sizeof(VkAccelerationStructureInstanceKHR) - sizeof(VkTransformMatrixKHR))
+
+static uint64_t motion_size(uint32_t type)
+{
+    switch (type) {
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
+        return sizeof(VkAccelerationStructureInstanceKHR);
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
+        return sizeof(VkAccelerationStructureMatrixMotionInstanceNV);
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
+        return sizeof(VkAccelerationStructureSRTMotionInstanceNV);
+    default:
+        return 0;
+    }
+}
+
+/* An address's low 4 bits are the type of what lies there; in an array it comes before. */
+enum source_state source_motion_instance(const struct source *source, uint32_t primitive,
+                                         const struct builder_memory *memory,
+                                         struct motion_instance_record *record)
+{
+    const uint8_t *from = source->data + source->stride * primitive;
+    *record = (struct motion_instance_record){.type = 0};
+    if (source->is_pointer_array) {
+        uint64_t address;
+        memcpy(&address, from, sizeof(address));
+        record->type = address & 0xf;
+        from = find_instance(memory, address & ~(uint64_t)0xf, motion_size(record->type));
+    } else {
+        memcpy(&record->type, from, sizeof(record->type));
+        from += offsetof(VkAccelerationStructureMotionInstanceNV, data);
+    }
+    uint64_t size = motion_size(record->type);
+    if (!from || size == 0)
+        return SOURCE_OUT_OF_RANGE;
+    VkAccelerationStructureInstanceKHR *instance = &record->base.instance;
+    memcpy((uint8_t *)instance + sizeof(instance->transform), from + size - AFTER_TRANSFORM,
+           AFTER_TRANSFORM);
+    if (record->type == VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)
+        memcpy(&instance->transform, from, sizeof(instance->transform));
+    else
+        memcpy(&record->at, from, size - AFTER_TRANSFORM);
+    return instance->accelerationStructureReference == 0 ? SOURCE_INACTIVE : SOURCE_ACTIVE;
 }

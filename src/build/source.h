@@ -26,20 +26,25 @@ struct source {
     uint64_t stride;         /* of vertices, AABBs or instances */
     uint64_t index_limit;    /* indices below it may be read */
     uint32_t index_size;
+    const uint8_t
+        *motion_vertices;         /* at time 1, of index 0 and as readable as `vertices`; or NULL */
     bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
     VkTransformMatrixKHR transform;
     /* AABBs and instances */
     const uint8_t *data;
-    bool is_pointer_array;
+    bool is_pointer_array, has_motion;
 };
 
 /* False where the range itself leads out of the data. `geometry` is of the structure's kind and of
  * a known format. */
-bool source_open(struct source *source, const struct builder_geometry *geometry,
+bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,
                  const VkAccelerationStructureBuildRangeInfoKHR *range);
 
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record);
+/* Inactive where it is so at either time. */
+enum source_state source_motion_triangle(const struct source *source, uint32_t primitive,
+                                         struct motion_triangle_record *record);
 /* Asks for the memory of a triangle that is read soon: its indices, later its vertices. Records
  * come in the tree's order, in which caches find neither. */
 static inline void source_prefetch_indices(const struct source *source, uint32_t primitive)
@@ -54,5 +59,8 @@ enum source_state source_aabb(const struct source *source, uint32_t primitive,
 enum source_state source_instance(const struct source *source, uint32_t primitive,
                                   const struct builder_memory *memory,
                                   struct instance_record *record);
+enum source_state source_motion_instance(const struct source *source, uint32_t primitive,
+                                         const struct builder_memory *memory,
+                                         struct motion_instance_record *record);
 
 #endif

@@ -2,37 +2,27 @@
 /* Layout of structures, and the check of those that come from elsewhere. */
 #include "build/structure.h"
 
-uint64_t structure_record_size(enum structure_kind kind)
+struct instance_record *structure_instance(const struct structure_header *header, uint64_t index)
 {
-    switch (kind) {
-    case STRUCTURE_TRIANGLES:
-        return sizeof(struct triangle_record);
-    case STRUCTURE_AABBS:
-        return sizeof(struct aabb_record);
-    case STRUCTURE_INSTANCES:
-        return sizeof(struct instance_record);
-    }
-    return 0;
+    uint8_t *records = structure_records(header);
+    return (void *)(records + index * structure_record_size(header->kind));
 }
 
 uint32_t structure_leaf_limit(enum structure_kind kind)
 {
-    return kind == STRUCTURE_INSTANCES ? 1 : LEAF_RECORDS;
+    return structure_is_top(kind) ? 1 : LEAF_RECORDS;
 }
 
 /* At most 1.25 times what the fewest nodes would make of the whole: see the head of structure.h.
  * Instances have a leaf each, and so n/3 to 2n/3 nodes. */
 uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records)
 {
-    switch (kind) {
-    case STRUCTURE_TRIANGLES:
-        return (uint32_t)((uint64_t)records * 28 / 100) + (records != 0);
-    case STRUCTURE_AABBS:
-        return (uint32_t)((uint64_t)records * 27 / 100) + (records != 0);
-    case STRUCTURE_INSTANCES:
-        return (uint32_t)((uint64_t)records * 2 / 3) + (records != 0);
-    }
-    return 0;
+    uint64_t nodes = (uint64_t)records * 28 / 100;
+    if (kind == STRUCTURE_AABBS)
+        nodes = (uint64_t)records * 27 / 100;
+    if (structure_is_top(kind))
+        nodes = (uint64_t)records * 2 / 3;
+    return (uint32_t)nodes + (records != 0);
 }
 
 static uint64_t aligned(uint64_t size)
@@ -63,7 +53,7 @@ void structure_lay_out(struct structure_header *header, enum structure_kind kind
 static bool layout_is_sound(const struct structure_header *header, uint64_t size)
 {
     if (size < sizeof(*header) || header->magic != STRUCTURE_MAGIC ||
-        header->version != STRUCTURE_VERSION || header->kind > STRUCTURE_INSTANCES ||
+        header->version != STRUCTURE_VERSION || header->kind >= STRUCTURE_KINDS ||
         header->record_capacity > BUILDER_MAX_PRIMITIVES ||
         header->record_count > header->record_capacity ||
         header->node_count > header->node_capacity ||
@@ -84,19 +74,23 @@ static bool place_is_sound(const struct structure_header *header, uint32_t geome
            primitive < structure_geometries(header)[geometry].primitive_count;
 }
 
+/* Of an instance nothing is relied upon but the type of its motion. */
 static bool record_is_sound(const struct structure_header *header, uint32_t index)
 {
-    const void *records = structure_records(header);
+    const uint8_t *records = structure_records(header);
+    const void *record = records + (uint64_t)index * structure_record_size(header->kind);
     switch ((enum structure_kind)header->kind) {
-    case STRUCTURE_TRIANGLES: {
-        const struct triangle_record *record = (const struct triangle_record *)records + index;
-        return place_is_sound(header, record->geometry, record->primitive);
+    case STRUCTURE_TRIANGLES:
+    case STRUCTURE_MOTION_TRIANGLES: {
+        const struct triangle_record *triangle = record;
+        return place_is_sound(header, triangle->geometry, triangle->primitive);
     }
     case STRUCTURE_AABBS: {
-        const struct aabb_record *record = (const struct aabb_record *)records + index;
-        return place_is_sound(header, record->geometry, record->primitive);
+        const struct aabb_record *box = record;
+        return place_is_sound(header, box->geometry, box->primitive);
     }
     case STRUCTURE_INSTANCES:
+    case STRUCTURE_MOTION_INSTANCES:
         return true;
     }
     return false;

@@ -11,6 +11,8 @@
 #ifndef ASSAY_BUILD_STRUCTURE_H
 #define ASSAY_BUILD_STRUCTURE_H
 
+#include <stddef.h>
+
 #include "build/build.h"
 
 #define STRUCTURE_MAGIC 0x59535341u /* "ASSY" */
@@ -59,6 +61,22 @@ struct instance_record {
     uint32_t spare;
 };
 
+/* At time 0 and time 1; the numbers of both are the same. */
+struct motion_triangle_record {
+    struct triangle_record at[2];
+};
+
+/* `base` is the instance at time 0, and all there is of one that doesn't move. */
+struct motion_instance_record {
+    struct instance_record base;
+    uint32_t type; /* VkAccelerationStructureMotionInstanceTypeNV */
+    uint32_t spare[3];
+    union {
+        VkTransformMatrixKHR matrix[2];
+        VkSRTDataNV srt[2];
+    } at; /* times 0 and 1 */
+};
+
 struct structure_geometry {
     uint32_t flags, primitive_count;
 };
@@ -67,7 +85,10 @@ enum structure_kind {
     STRUCTURE_TRIANGLES,
     STRUCTURE_AABBS,
     STRUCTURE_INSTANCES,
+    STRUCTURE_MOTION_TRIANGLES, /* of builds with VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV */
+    STRUCTURE_MOTION_INSTANCES,
 };
+#define STRUCTURE_KINDS 5u
 
 struct structure_header {
     uint32_t magic, version;
@@ -85,6 +106,12 @@ _Static_assert(sizeof(struct structure_header) == 96, "layout");
 _Static_assert(sizeof(struct wide_node) == 112, "layout");
 _Static_assert(sizeof(struct triangle_record) == 48, "layout");
 _Static_assert(sizeof(struct instance_record) == 144, "layout");
+_Static_assert(sizeof(struct motion_instance_record) == 288, "layout");
+_Static_assert(offsetof(struct aabb_record, geometry) ==
+                       offsetof(struct triangle_record, geometry) &&
+                   offsetof(struct aabb_record, primitive) ==
+                       offsetof(struct triangle_record, primitive),
+               "numbers are in one place");
 
 static inline uint32_t leaf_child(uint32_t first, uint32_t count)
 {
@@ -116,7 +143,36 @@ static inline struct wide_node *structure_nodes(const struct structure_header *h
     return (struct wide_node *)((uintptr_t)header + header->nodes);
 }
 
-uint64_t structure_record_size(enum structure_kind kind);
+/* Records begin with an instance's. */
+static inline bool structure_is_top(enum structure_kind kind)
+{
+    return kind == STRUCTURE_INSTANCES || kind == STRUCTURE_MOTION_INSTANCES;
+}
+
+/* Records begin with a triangle's. */
+static inline bool structure_has_triangles(enum structure_kind kind)
+{
+    return kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_MOTION_TRIANGLES;
+}
+
+static inline uint64_t structure_record_size(enum structure_kind kind)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return sizeof(struct triangle_record);
+    case STRUCTURE_AABBS:
+        return sizeof(struct aabb_record);
+    case STRUCTURE_INSTANCES:
+        return sizeof(struct instance_record);
+    case STRUCTURE_MOTION_TRIANGLES:
+        return sizeof(struct motion_triangle_record);
+    case STRUCTURE_MOTION_INSTANCES:
+        return sizeof(struct motion_instance_record);
+    }
+    return 0;
+}
+
+struct instance_record *structure_instance(const struct structure_header *header, uint64_t index);
 uint32_t structure_leaf_limit(enum structure_kind kind); /* records a leaf */
 uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records);
 

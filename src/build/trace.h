@@ -34,6 +34,7 @@ struct trace_ray {
     float origin[3], t_min;
     float direction[3], t_max;
     uint32_t flags, cull_mask; /* of the cull mask the low 8 bits; unused for a BLAS by itself */
+    float time;                /* from 0 to 1, for what moves */
 };
 
 struct trace_hit {

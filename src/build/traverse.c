@@ -2,6 +2,7 @@
 /* Walks trees without recursion: a stack of fixed size for a BLAS, another for the TLAS above it,
  * both as deep as trees may be (structure.h).
  * "Ray Intersection Candidate Determination" and "Ray Intersection Culling" say what counts. */
+#include "build/motion.h"
 #include "build/ray.h"
 
 struct waiting_child {
@@ -119,17 +120,40 @@ static void test_aabb(struct walk *walk, struct view *view, const struct aabb_re
     offer(walk, view, &hit, t / view->ray.unit);
 }
 
+static void test_motion_triangle(struct walk *walk, struct view *view,
+                                 const struct motion_triangle_record *record)
+{
+    struct triangle_record now;
+    motion_triangle_at(record, walk->ray->time, &now);
+    test_triangle(walk, view, &now);
+}
+
+static void test_record(struct walk *walk, struct view *view, const void *record)
+{
+    switch ((enum structure_kind)view->blas->kind) {
+    case STRUCTURE_TRIANGLES:
+        test_triangle(walk, view, record);
+        return;
+    case STRUCTURE_AABBS:
+        test_aabb(walk, view, record);
+        return;
+    case STRUCTURE_MOTION_TRIANGLES:
+        test_motion_triangle(walk, view, record);
+        return;
+    case STRUCTURE_INSTANCES:
+    case STRUCTURE_MOTION_INSTANCES:
+        return;
+    }
+}
+
 static void test_leaf(struct walk *walk, struct view *view, uint32_t child)
 {
     uint32_t first = leaf_first(child), count = leaf_count(child);
-    const void *records = structure_records(view->blas);
+    uint64_t size = structure_record_size(view->blas->kind);
+    const uint8_t *record = (const uint8_t *)structure_records(view->blas) + first * size;
     walk->counters.primitives += count;
-    for (uint32_t i = first; i < first + count && !walk->is_stopped; i++) {
-        if (view->blas->kind == STRUCTURE_TRIANGLES)
-            test_triangle(walk, view, (const struct triangle_record *)records + i);
-        else
-            test_aabb(walk, view, (const struct aabb_record *)records + i);
-    }
+    for (; count > 0 && !walk->is_stopped; count--, record += size)
+        test_record(walk, view, record);
 }
 
 /* Puts the children that the ray may meet on the stack, the nearest on top. */
@@ -154,9 +178,9 @@ static uint32_t push_children(const struct wide_node *node, const struct slab *s
 /* Whether the BLAS has any primitive that the flags let through. */
 static bool kind_is_wanted(const struct structure_header *blas, uint32_t flags)
 {
-    if (blas->record_count == 0 || blas->kind == STRUCTURE_INSTANCES)
+    if (blas->record_count == 0 || structure_is_top(blas->kind))
         return false;
-    return !(flags & (blas->kind == STRUCTURE_TRIANGLES ? TRACE_SKIP_TRIANGLES : TRACE_SKIP_AABBS));
+    return !(flags & (blas->kind == STRUCTURE_AABBS ? TRACE_SKIP_AABBS : TRACE_SKIP_TRIANGLES));
 }
 
 static void walk_blas(struct walk *walk, struct view *view)
@@ -196,13 +220,20 @@ static void enter_instance(struct walk *walk, const struct instance_record *inst
     walk_blas(walk, &view);
 }
 
+/* As it is at the ray's time. */
+static void enter_moving(struct walk *walk, const struct motion_instance_record *record)
+{
+    struct instance_record now;
+    motion_instance_at(record, walk->ray->time, &now);
+    enter_instance(walk, &now);
+}
+
 static void walk_tlas(struct walk *walk, const struct structure_header *tlas)
 {
     struct local_ray world;
     if (!ray_make(&world, walk->ray, walk->scene->accuracy, true))
         return;
     const struct wide_node *nodes = structure_nodes(tlas);
-    const struct instance_record *instances = structure_records(tlas);
     struct waiting_child stack[TRACE_STACK];
     uint32_t count = tlas->node_count > 0 ? 1 : 0;
     stack[0] = (struct waiting_child){0, world.slab.t_min};
@@ -211,7 +242,12 @@ static void walk_tlas(struct walk *walk, const struct structure_header *tlas)
         if (now.enter > world.slab.t_max)
             continue;
         if (now.child & LEAF_BIT) {
-            enter_instance(walk, &instances[leaf_first(now.child)]);
+            const struct instance_record *instance =
+                structure_instance(tlas, leaf_first(now.child));
+            if (tlas->kind == STRUCTURE_INSTANCES)
+                enter_instance(walk, instance);
+            else
+                enter_moving(walk, (const void *)instance);
             ray_limit(&world, walk->t_max);
             continue;
         }
@@ -225,7 +261,7 @@ void trace_candidates(const struct trace_scene *scene, const struct trace_ray *r
 {
     const struct structure_header *header = scene->structure;
     struct walk walk = {.scene = scene, .ray = ray, .visitor = visitor, .t_max = ray->t_max};
-    if (header->kind == STRUCTURE_INSTANCES) {
+    if (structure_is_top(header->kind)) {
         walk_tlas(&walk, header);
     } else {
         struct view view = {.blas = header};

@@ -98,10 +98,9 @@ struct builder_resolver cpu_pins_resolver(struct cpu_pins *pins)
 
 bool cpu_pins_collect(struct cpu_pins *pins, const void *tlas)
 {
-    const struct instance_record *instances = structure_records(tlas);
     uint64_t count = builder_reference_count(tlas);
     for (uint64_t i = 0; i < count && !pins->out_of_memory; i++)
-        find_or_add(pins, instances[i].instance.accelerationStructureReference);
+        find_or_add(pins, structure_instance(tlas, i)->instance.accelerationStructureReference);
     return !pins->out_of_memory;
 }
 

@@ -116,6 +116,8 @@ static void point_into(struct builder_geometry *geometry, const uint8_t *data, s
         triangles->vertices_size = size - split;
         triangles->transforms = has_transform ? data : NULL;
         triangles->transforms_size = size;
+        triangles->motion_vertices = data;
+        triangles->motion_vertices_size = size;
         break;
     }
     case VK_GEOMETRY_TYPE_AABBS_KHR:
@@ -139,6 +141,22 @@ static void refit(const struct builder_input *input, void *structure)
     free(scratch);
 }
 
+/* Of a geometry's flags, those that Vulkan doesn't have. */
+#define HAS_MOTION 0x100u
+#define HAS_POINTERS 0x200u
+
+struct span {
+    const uint8_t *bytes;
+    size_t size;
+};
+
+/* Addresses are offsets. */
+static const void *read_span(void *context, uint64_t address, uint64_t size)
+{
+    const struct span *span = context;
+    return address <= span->size && size <= span->size - address ? span->bytes + address : NULL;
+}
+
 static void fuzz_geometry(struct reader *reader)
 {
     struct builder_geometry geometry = {.type = (VkGeometryTypeKHR)take_number(reader, 3)};
@@ -160,7 +178,10 @@ static void fuzz_geometry(struct reader *reader)
         range.transformOffset %= 64;
     }
     range.primitiveCount %= 2000;
-    geometry.flags = take_number(reader, 4);
+    uint32_t flags = take_number(reader, 0x10000);
+    geometry.flags = flags % 4;
+    if (flags & HAS_MOTION)
+        input.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     bool has_transform = take_number(reader, 2);
     uint32_t split = take_number(reader, 4096);
     if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
@@ -171,6 +192,11 @@ static void fuzz_geometry(struct reader *reader)
     if (geometry.type != VK_GEOMETRY_TYPE_AABBS_KHR && split > size)
         split = (uint32_t)size;
     point_into(&geometry, data, size, split, has_transform);
+    struct span span = {data, size};
+    if (geometry.type == VK_GEOMETRY_TYPE_INSTANCES_KHR && flags & HAS_POINTERS) {
+        geometry.instances.array_of_pointers = true;
+        input.memory = (struct builder_memory){read_span, &span};
+    }
     void *structure = kit_build(&input, NULL);
     if (structure) {
         struct reader again = {data, size};

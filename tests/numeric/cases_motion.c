@@ -1,0 +1,357 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cases 48 to 53: triangles and instances that move (VK_NV_ray_tracing_motion_blur). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cases.h"
+
+#define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
+#define STRIDE 160 /* of motion instances */
+
+static const float times[] = {0, 1, 0.5f, 0.25f, 1e-30f, 0x1.fffffep-1f, 0.3f};
+enum { TIMES = sizeof(times) / sizeof(times[0]) };
+
+/* Linear in time, rounded once. */
+static float at_time(float from, float to, float time)
+{
+    return (float)(from * (1 - (double)time) + to * (double)time);
+}
+
+static void *build_moving(const struct setting *setting, const float *from, const float *to,
+                          uint32_t triangles)
+{
+    struct kit_input input;
+    kit_input_triangles(&input, from, triangles);
+    input.input.flags = MOTION;
+    input.geometry.triangles.motion_vertices = to;
+    input.geometry.triangles.motion_vertices_size = (uint64_t)triangles * 36;
+    return case_build(setting, &input, NULL);
+}
+
+/* Each triangle goes its own way; brute force takes those of the ray's time. */
+static void moving_triangles(const struct setting *setting)
+{
+    enum { COUNT = 60 };
+    float from[9 * COUNT], to[9 * COUNT], now[9 * COUNT];
+    uint64_t random = 73;
+    for (int i = 0; i < COUNT; i++) {
+        float place[2][3];
+        for (int j = 0; j < 6; j++)
+            place[j / 3][j % 3] = kit_uniform(&random, -10, 10);
+        for (int j = 0; j < 9; j++) {
+            from[9 * i + j] = place[0][j % 3] + kit_uniform(&random, -1, 1);
+            to[9 * i + j] = place[1][j % 3] + kit_uniform(&random, -1, 1);
+        }
+    }
+    void *structure = build_moving(setting, from, to, COUNT);
+    for (int i = 0; i < 5 * TIMES; i++) {
+        float time = times[i % TIMES], origin[3];
+        for (int j = 0; j < 9 * COUNT; j++)
+            now[j] = at_time(from[j], to[j], time);
+        for (int j = 0; j < 3; j++)
+            origin[j] = kit_uniform(&random, -15, 15);
+        struct trace_ray ray =
+            case_ray_into(now + 9 * (kit_random(&random) % COUNT), origin, &random);
+        ray.time = time;
+        case_check_ray(setting, structure, now, COUNT, &ray);
+    }
+    free(structure);
+}
+
+/* A closed mesh that swells, turns and goes away: at any time each ray from its inside meets one
+ * triangle, at edges and vertices too. */
+static void moving_closed(const struct setting *setting)
+{
+    struct kit_mesh mesh = kit_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
+    struct kit_mesh then = kit_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
+    struct kit_input input;
+    uint64_t random = 79;
+    for (uint32_t i = 0; i < then.vertex_count; i++) {
+        float *at = then.positions + 3 * (size_t)i, x = at[0] - 40;
+        at[0] = 40 + 0.8f * x - 0.6f * (at[1] + 3);
+        at[1] = -3 + 0.6f * x + 0.8f * (at[1] + 3);
+    }
+    kit_input_mesh(&input, &mesh);
+    input.input.flags = MOTION;
+    input.geometry.triangles.motion_vertices = then.positions;
+    input.geometry.triangles.motion_vertices_size = (uint64_t)then.vertex_count * 12;
+    void *structure = case_build(setting, &input, NULL);
+    for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
+        uint32_t vertices[2] = {mesh.indices[i], mesh.indices[i - i % 3 + (i + 1) % 3]};
+        float time = times[i % TIMES], ends[2][3];
+        const float centers[2][3] = {{0.1f, 0.2f, 0.3f}, {40, -3, 0.7f}};
+        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        ray.time = time;
+        for (int j = 0; j < 3; j++) {
+            for (int end = 0; end < 2; end++)
+                ends[end][j] = at_time(mesh.positions[3 * vertices[end] + j],
+                                       then.positions[3 * vertices[end] + j], time);
+            ray.origin[j] = at_time(centers[0][j], centers[1][j], time);
+            ray.origin[j] += i % 2 ? 0 : kit_uniform(&random, -0.4f, 0.4f);
+            float target = i % 3 == 0 ? ends[0][j] : 0.5f * (ends[0][j] + ends[1][j]);
+            ray.direction[j] = target - ray.origin[j];
+        }
+        struct kit_hits hits;
+        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        EXPECT(hits.count == 1);
+    }
+    free(structure);
+    kit_mesh_free(&mesh);
+    kit_mesh_free(&then);
+}
+
+/* Vertices of time 1 count for activity and for what may be read. */
+static void moving_inactive(const struct setting *setting)
+{
+    const float from[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
+    float to[18];
+    struct builder_report report;
+    struct kit_input input;
+    memcpy(to, from, sizeof(to));
+    to[3] = NAN;
+    kit_input_triangles(&input, from, 2);
+    input.input.flags = MOTION;
+    input.geometry.triangles.motion_vertices = to;
+    input.geometry.triangles.motion_vertices_size = sizeof(to);
+    void *structure = case_build(setting, &input, &report);
+    EXPECT(report.active == 1 && report.inactive == 1);
+    struct trace_ray ray = case_ray(5.25f, 0.25f, 1, 0, 0, -1);
+    struct trace_hit hit;
+    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.primitive == 1);
+    free(structure);
+    input.geometry.triangles.motion_vertices_size = sizeof(to) - 4;
+    EXPECT(!kit_build(&input.input, &report) && report.out_of_range > 0);
+    /* what isn't built for motion doesn't look at times */
+    input.input.flags = 0;
+    structure = case_build(setting, &input, NULL);
+    ray.time = 0.75f;
+    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1);
+    free(structure);
+}
+
+static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+
+static void *build_instances(const struct setting *setting, const void *instances, uint32_t count,
+                             bool has_pointers)
+{
+    struct kit_input input;
+    kit_input_instances(&input, instances, count);
+    input.input.flags = MOTION;
+    input.geometry.instances.size = count * (has_pointers ? sizeof(uint64_t) : STRIDE);
+    input.geometry.instances.array_of_pointers = has_pointers;
+    return case_build(setting, &input, NULL);
+}
+
+static void *build_static(const struct setting *setting, const void *blas,
+                          const VkTransformMatrixKHR *transform)
+{
+    struct kit_input input;
+    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    instance.transform = *transform;
+    kit_input_instances(&input, &instance, 1);
+    return case_build(setting, &input, NULL);
+}
+
+/* Rays into the triangle where `matrix` puts it meet it in `moving` as in a TLAS with that matrix.
+ */
+static void expect_same_hits(const struct setting *setting, const void *blas, const void *moving,
+                             const VkTransformMatrixKHR *matrix, float time, double precision)
+{
+    void *still = build_static(setting, blas, matrix);
+    uint64_t random = 83;
+    for (int i = 0; i < 6; i++) {
+        float corners[9], origin[3];
+        for (int j = 0; j < 9; j++) {
+            const float *row = matrix->matrix[j % 3], *at = triangle + j / 3 * 3;
+            corners[j] = row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3];
+        }
+        for (int j = 0; j < 3; j++)
+            origin[j] = matrix->matrix[j][3] + kit_uniform(&random, -4, 4);
+        struct trace_ray ray = case_ray_into(corners, origin, &random);
+        struct trace_hit hits[2] = {{0}};
+        ray.time = time;
+        bool is_hit = kit_trace(still, setting->accuracy, &ray, &hits[0]);
+        bool is_met = kit_trace(moving, setting->accuracy, &ray, &hits[1]);
+        if (precision == 0)
+            EXPECT(is_hit == is_met && hits[0].t == hits[1].t && hits[0].u == hits[1].u);
+        else
+            EXPECT(is_met && fabs(hits[1].t - 1) < precision);
+    }
+    free(still);
+}
+
+static void matrix_motion(const struct setting *setting)
+{
+    void *blas = case_triangles(setting, triangle, 1, NULL);
+    uint8_t bytes[2][STRIDE] = {{0}};
+    VkAccelerationStructureMatrixMotionInstanceNV moving = {
+        .transformT0 = {{{1, 0, 0, 5}, {0, 1, 0, -2}, {0, 0, 1, 0}}},
+        .transformT1 = {{{2, 0.5f, 0, -90}, {-1, 1, 0.25f, 12}, {0.5f, 0, 3, 1}}},
+        .mask = 0xff,
+        .instanceCustomIndex = 7,
+        .accelerationStructureReference = (uintptr_t)blas,
+    };
+    uint32_t type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV;
+    memcpy(bytes[1], &type, sizeof(type));
+    memcpy(bytes[1] + 8, &moving, sizeof(moving));
+    VkAccelerationStructureInstanceKHR still = kit_instance(blas); /* of type 0 */
+    still.transform.matrix[0][3] = 1e6f;
+    memcpy(bytes[0] + 8, &still, sizeof(still));
+    void *array = build_instances(setting, bytes, 2, false);
+    _Alignas(16) VkAccelerationStructureMatrixMotionInstanceNV aligned = moving;
+    const uint64_t pointer = (uintptr_t)&aligned | type;
+    void *by_pointer = build_instances(setting, &pointer, 1, true);
+    for (int i = 0; i < TIMES; i++) {
+        VkTransformMatrixKHR now;
+        for (int j = 0; j < 12; j++)
+            now.matrix[j / 4][j % 4] = at_time(moving.transformT0.matrix[j / 4][j % 4],
+                                               moving.transformT1.matrix[j / 4][j % 4], times[i]);
+        expect_same_hits(setting, blas, array, &now, times[i], 0);
+        expect_same_hits(setting, blas, by_pointer, &now, times[i], 0);
+    }
+    struct trace_ray ray = case_ray(5.25f, -1.75f, 1, 0, 0, -1);
+    struct trace_hit hit = {0};
+    EXPECT(kit_trace(array, setting->accuracy, &ray, &hit) && hit.custom_index == 7 &&
+           hit.instance == 1);
+    ray.origin[0] = 1e6f + 0.25f;
+    ray.origin[1] = 0.25f;
+    ray.time = 0.7f;
+    EXPECT(kit_trace(array, setting->accuracy, &ray, &hit) && hit.instance == 0);
+    free(by_pointer);
+    free(array);
+    free(blas);
+}
+
+/* T R S by the specification's words, in long double. */
+static void srt_matrix(const VkSRTDataNV *a, const VkSRTDataNV *b, float time, long double m[3][4])
+{
+    long double e[16], q[4], length = 0;
+    const float *from = &a->sx, *to = &b->sx;
+    for (int i = 0; i < 16; i++)
+        e[i] = from[i] * (1 - (long double)time) + to[i] * (long double)time;
+    for (int i = 0; i < 4; i++)
+        length += e[9 + i] * e[9 + i];
+    for (int i = 0; i < 4; i++)
+        q[i] = e[9 + i] / sqrtl(length);
+    long double x = q[0], y = q[1], z = q[2], w = q[3];
+    const long double s[3][4] = {
+        {e[0], e[1], e[2], e[3]}, {0, e[4], e[5], e[6]}, {0, 0, e[7], e[8]}};
+    const long double r[3][3] = {
+        {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+        {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+        {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)},
+    };
+    for (int i = 0; i < 12; i++) {
+        m[i / 4][i % 4] = i % 4 == 3 ? e[13 + i / 4] : 0;
+        for (int j = 0; j < 3; j++)
+            m[i / 4][i % 4] += r[i / 4][j] * s[j][i % 4];
+    }
+}
+
+static VkSRTDataNV random_srt(uint64_t *random)
+{
+    VkSRTDataNV srt;
+    float *elements = &srt.sx, length = 0;
+    for (int i = 0; i < 16; i++)
+        elements[i] = kit_uniform(random, -1, 1);
+    for (int i = 0; i < 4; i++)
+        length += elements[9 + i] * elements[9 + i];
+    for (int i = 0; i < 4; i++)
+        elements[9 + i] /= sqrtf(length);
+    srt.sx += 3;
+    srt.sy += 3;
+    srt.sz += 3;
+    srt.tx *= 50;
+    return srt;
+}
+
+/* Bounds hold every point at every time, and the triangle is met where it is. */
+static void srt_motion(const struct setting *setting)
+{
+    void *blas = case_triangles(setting, triangle, 1, NULL);
+    uint64_t random = 89;
+    for (int i = 0; i < 12; i++) {
+        uint8_t bytes[STRIDE] = {0};
+        VkAccelerationStructureSRTMotionInstanceNV moving = {
+            .transformT0 = random_srt(&random),
+            .transformT1 = random_srt(&random),
+            .mask = 0xff,
+            .accelerationStructureReference = (uintptr_t)blas,
+        };
+        uint32_t type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
+        memcpy(bytes, &type, sizeof(type));
+        memcpy(bytes + 8, &moving, sizeof(moving));
+        void *tlas = build_instances(setting, bytes, 1, false);
+        float lower[3], upper[3], time = 0;
+        EXPECT(builder_bounds(tlas, lower, upper));
+        for (int j = 0; j <= 40; j++) {
+            long double m[3][4];
+            VkTransformMatrixKHR now;
+            time = j < 40 ? (float)j / 40 : 1;
+            srt_matrix(&moving.transformT0, &moving.transformT1, time, m);
+            for (int k = 0; k < 12; k++)
+                now.matrix[k / 4][k % 4] = (float)m[k / 4][k % 4];
+            for (int corner = 0; corner < 9; corner++) {
+                const float *at = triangle + corner / 3 * 3;
+                const long double *row = m[corner % 3];
+                long double x = row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3];
+                EXPECT(x >= lower[corner % 3] && x <= upper[corner % 3]);
+            }
+            if (j % 8 == 0)
+                expect_same_hits(setting, blas, tlas, &now, time, 1e-4);
+        }
+        EXPECT(upper[1] - lower[1] < 40); /* not everything */
+        free(tlas);
+    }
+    free(blas);
+}
+
+/* Refits, copies and serialized forms of what moves. */
+static void moving_copies(const struct setting *setting)
+{
+    const float from[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
+    float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};
+    struct kit_input input;
+    struct builder_uuids uuids = {{1}, {2}};
+    kit_input_triangles(&input, from, 1);
+    input.input.flags = MOTION;
+    input.geometry.triangles.motion_vertices = to;
+    input.geometry.triangles.motion_vertices_size = sizeof(to);
+    void *structure = case_build(setting, &input, NULL);
+    uint64_t size = builder_size(structure), bytes_size = builder_serialized_size(structure);
+    void *bytes = kit_allocate(bytes_size), *again = kit_allocate(size);
+    void *scratch = kit_allocate(4096);
+    EXPECT(builder_serialize(structure, &uuids, bytes, bytes_size) == BUILDER_OK);
+    EXPECT(builder_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK);
+    struct trace_ray ray = case_ray(4.25f, 0.25f, 1, 0, 0, -1);
+    struct trace_hit hit;
+    ray.time = 0.5f;
+    EXPECT(kit_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
+    input.geometry.triangles.motion_vertices = later;
+    EXPECT(builder_refit(&input.input, again, again, size, scratch, 4096, NULL) == BUILDER_OK);
+    EXPECT(!kit_trace(again, setting->accuracy, &ray, &hit));
+    ray.origin[0] = 0.25f;
+    ray.origin[1] = 4.25f;
+    EXPECT(kit_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
+    void *fresh = case_build(setting, &input, NULL);
+    EXPECT(memcmp(fresh, again, size) == 0);
+    input.input.flags = 0; /* another kind of structure */
+    EXPECT(builder_refit(&input.input, again, again, size, scratch, 4096, NULL) ==
+           BUILDER_INCOMPATIBLE);
+    free(fresh);
+    free(scratch);
+    free(again);
+    free(bytes);
+    free(structure);
+}
+
+const struct numeric_case motion_cases[] = {
+    {48, {10, 0}, "triangles that move", moving_triangles},
+    {49, {600, 450}, "closed mesh that moves", moving_closed},
+    {50, {0, 0}, "inactive at one time", moving_inactive},
+    {51, {0, 0}, "instances between two matrices", matrix_motion},
+    {52, {0, 0}, "instances between two SRT transforms", srt_motion},
+    {53, {0, 0}, "refits and copies of what moves", moving_copies},
+    {0},
+};
