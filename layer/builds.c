@@ -130,6 +130,20 @@ static void note_micromaps(const struct build_call *call, const struct build_vie
     }
 }
 
+/* Where the ranges can't be kept nothing is said of them. */
+static void see_ranges(void *user, struct noted_ranges *ranges)
+{
+    struct build_call *call = user;
+    if (!ranges)
+        return;
+    ranges->position = call->origin.build_index;
+    journal_add(call->journal, &(struct journal_entry){
+                                   .kind = JOURNAL_RANGES,
+                                   .command = (unsigned char)call->view.command,
+                                   .ranges = ranges,
+                               });
+}
+
 static void see_build(void *user, const struct build_view *build)
 {
     struct build_call *call = user;
@@ -141,10 +155,12 @@ static void see_build(void *user, const struct build_view *build)
         .info = build->index,
         .dst = (uint64_t)(uintptr_t)build->dst.handle,
         .dst_id = build->dst.id,
-        .dst_backed = build->dst.backed == YES,
+        .dst_backed = build->dst.backed == YES || build->dst.in_pieces,
+        .dst_in_pieces = build->dst.in_pieces,
         .src = (uint64_t)(uintptr_t)build->src.handle,
         .src_id = build->src.id,
-        .src_backed = build->src.backed == YES,
+        .src_backed = build->src.backed == YES || build->src.in_pieces,
+        .src_in_pieces = build->src.in_pieces,
         .geometry_by_pointer = build->geometry_pointers != NULL,
         .built = describe(call, build),
     };
@@ -194,8 +210,10 @@ static void run_checks(struct build_call *call)
         .user = call,
     };
     bool is_recorded = build_call_begin_journal(call);
-    if (call->journal)
+    if (call->journal) {
         context.see_build = see_build;
+        context.see_ranges = see_ranges;
+    }
     if (is_recorded)
         context.see_input = see_input;
     check_builds(&context, &call->view);

@@ -9,6 +9,8 @@ struct host_work host_work_begin(struct layer_device *device)
     struct host_work work = {.device = device};
     if (device->order)
         work.journal = journal_create(VK_NULL_HANDLE);
+    if (work.journal)
+        work.journal->deaths = resources_deaths(device->resources);
     return work;
 }
 

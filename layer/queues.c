@@ -161,7 +161,45 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2KHR(VkQueue queue, uint32_t sub
 
 /* ---- vkQueueBindSparse */
 
-static void add_bindings(struct submission *submission, const VkBindSparseInfo *info)
+/* Each physical device of a group has bindings of its own; only those of the first are followed. */
+static bool is_of_other_device(const VkBindSparseInfo *info)
+{
+    const VkDeviceGroupBindSparseInfo *group =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_BIND_SPARSE_INFO);
+    return group && (group->resourceDeviceIndex || group->memoryDeviceIndex);
+}
+
+/* Where they aren't followed nothing more is known of the buffers. */
+static void forget_bindings(struct layer_device *device, const VkBindSparseInfo *info)
+{
+    for (uint32_t i = 0; i < info->bufferBindCount; i++)
+        resources_forget_sparse(device->resources, info->pBufferBinds[i].buffer);
+}
+
+/* The bindings of buffers, announced; NULL where there are none, or they aren't followed. */
+static struct journal *announce_bindings(struct layer_device *device, const VkBindSparseInfo *info)
+{
+    if (!info->bufferBindCount)
+        return NULL;
+    struct journal *journal =
+        device->order && !is_of_other_device(info) ? journal_create(VK_NULL_HANDLE) : NULL;
+    if (!journal) {
+        forget_bindings(device, info);
+        return NULL;
+    }
+    for (uint32_t i = 0; i < info->bufferBindCount; i++) {
+        const VkSparseBufferMemoryBindInfo *binds = &info->pBufferBinds[i];
+        for (uint32_t j = 0; j < binds->bindCount; j++) {
+            struct sparse_binding binding =
+                resources_announce_sparse(device->resources, binds->buffer, &binds->pBinds[j]);
+            journal_add_binding(journal, &binding);
+        }
+    }
+    return journal;
+}
+
+static void add_bindings(struct submission *submission, struct layer_device *device,
+                         const VkBindSparseInfo *info)
 {
     const VkTimelineSemaphoreSubmitInfo none = {0};
     const VkTimelineSemaphoreSubmitInfo *timeline =
@@ -174,30 +212,14 @@ static void add_bindings(struct submission *submission, const VkBindSparseInfo *
             submission, info->pWaitSemaphores[i],
             value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
             SCOPE_ALL);
+    struct journal *journal = announce_bindings(device, info);
+    if (journal)
+        submission_add_work(submission, journal);
     for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
         submission_add_signal(
             submission, info->pSignalSemaphores[i],
             value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
             SCOPE_ALL);
-}
-
-/* Each physical device of a group has bindings of its own; only those of the first are followed. */
-static bool is_of_other_device(const VkBindSparseInfo *info)
-{
-    const VkDeviceGroupBindSparseInfo *group =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_BIND_SPARSE_INFO);
-    return group && (group->resourceDeviceIndex || group->memoryDeviceIndex);
-}
-
-static void observe_bindings(struct layer_device *state, const VkBindSparseInfo *info)
-{
-    for (uint32_t i = 0; i < info->bufferBindCount; i++) {
-        const VkSparseBufferMemoryBindInfo *binds = &info->pBufferBinds[i];
-        if (is_of_other_device(info))
-            resources_forget_sparse(state->resources, binds->buffer);
-        for (uint32_t j = 0; j < binds->bindCount; j++)
-            resources_bind_sparse(state->resources, binds->buffer, &binds->pBinds[j]);
-    }
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
@@ -206,13 +228,14 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bin
 {
     struct layer_device *state = layer_find_device(queue);
     struct submission *submission = submission_begin(state->order, SUBMIT_BINDINGS, queue);
-    for (uint32_t i = 0; submission && i < bindInfoCount; i++)
-        add_bindings(submission, &pBindInfo[i]);
+    for (uint32_t i = 0; i < bindInfoCount; i++)
+        if (submission)
+            add_bindings(submission, state, &pBindInfo[i]);
+        else
+            forget_bindings(state, &pBindInfo[i]);
     submission_set_fence(submission, fence);
     submission_prepare(submission);
     VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
-    for (uint32_t i = 0; result == VK_SUCCESS && i < bindInfoCount; i++)
-        observe_bindings(state, &pBindInfo[i]);
     submission_finish(submission, result);
     return result;
 }

@@ -194,9 +194,21 @@ static void *capture(void *user, VkCommandBuffer handle)
                                                      : NULL;
 }
 
+static void settle_bindings(struct resources *resources, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        const struct sparse_binding binding = journal_binding(entry);
+        resources_settle_sparse(resources, &binding);
+    }
+}
+
 static void release(void *user, void *captured)
 {
-    (void)user;
+    const struct submissions *submissions = user;
+    const struct journal *journal = captured;
+    if (journal->binds)
+        settle_bindings(submissions->device->resources, journal);
     journal_release(captured);
 }
 

@@ -39,7 +39,10 @@ struct check_context {
     void (*see_build)(void *user, const struct build_view *build);
     void (*see_input)(void *user, const struct build_view *build, uint32_t geometry,
                       enum input_role role, const struct address_facts *facts);
-    /* The same for COMMAND_NV. */
+    /* Sees all ranges of a call that uses sparse buffers, and takes them over; NULL without memory.
+     * NULL below level EXECUTION. */
+    void (*see_ranges)(void *user, struct noted_ranges *ranges);
+    /* The same as see_build and see_input for COMMAND_NV. */
     void (*see_nv_build)(void *user, const struct nv_call_view *call);
     void (*see_nv_input)(void *user, const struct nv_call_view *call, uint32_t geometry,
                          enum input_role role, const struct buffer_facts *facts);

@@ -161,6 +161,8 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
         keep_entries(known, journal_start(entry->secondary));
         break;
     case JOURNAL_USE_MICROMAP:
+    case JOURNAL_RANGES:
+    case JOURNAL_BIND:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:
@@ -250,6 +252,10 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         replay_write(replay, entry->dst_id, &built_filled);
         break;
     case JOURNAL_USE_MICROMAP:
+    case JOURNAL_RANGES:
+        break;
+    case JOURNAL_BIND:
+        replay_bind(replay, entry);
         break;
     case JOURNAL_EXECUTE:
         replay_submitted(replay, entry->secondary);
@@ -264,6 +270,16 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         replay_answer(replay, journal->host, entry);
         break;
     }
+}
+
+/* What a build that uses sparse buffers finds bound to them. */
+static void judge_sparse(struct replay *replay, const struct journal *journal,
+                         const struct journal_entry *entry)
+{
+    if (entry->dst_in_pieces || entry->src_in_pieces)
+        replay_backing(replay, journal, entry);
+    if (entry->kind == JOURNAL_RANGES)
+        replay_ranges(replay, journal, entry);
 }
 
 static void judge_live(struct replay *replay, const struct journal *journal,
@@ -281,6 +297,7 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!entry->judged)
             judge_live(replay, journal, entry);
+        judge_sparse(replay, journal, entry);
         write_entry(replay, journal, entry);
     }
 }
@@ -290,8 +307,10 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
 void replay_judge_work(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         judge_live(replay, journal, entry);
+        judge_sparse(replay, journal, entry);
+    }
 }
 
 /* Queries are read and reset at once. */
@@ -305,6 +324,8 @@ static bool writes_a_structure(const struct journal_entry *entry)
     case JOURNAL_FILL:
         return true;
     case JOURNAL_USE_MICROMAP:
+    case JOURNAL_RANGES:
+    case JOURNAL_BIND:
     case JOURNAL_EXECUTE:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:

@@ -17,6 +17,14 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 /* As if nothing had ever been written. */
 void replay_erase(struct replay *replay, uint64_t id);
 
+/* Sparse buffers: what an entry binds, whether the structures of a build are backed by memory, and
+ * which ranges of a call share it. */
+void replay_bind(struct replay *replay, const struct journal_entry *entry);
+void replay_backing(struct replay *replay, const struct journal *journal,
+                    const struct journal_entry *entry);
+void replay_ranges(struct replay *replay, const struct journal *journal,
+                   const struct journal_entry *entry);
+
 /* Queries of compacted sizes: what each entry of the journal does. */
 void replay_query(struct replay *replay, const struct journal_entry *entry);
 void replay_reset_queries(struct replay *replay, const struct journal_entry *entry);

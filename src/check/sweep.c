@@ -16,6 +16,7 @@ void sweep_empty(struct sweep *sweep)
         list->sorted_by_bytes = true;
         list->ascending_handles = true;
     }
+    sweep->noted_count = 0;
     sweep->out_of_memory = false;
 }
 
@@ -25,6 +26,8 @@ void sweep_init(struct sweep *sweep)
         sweep->roles[role].items = sweep->roles[role].inline_items;
         sweep->roles[role].capacity = SWEEP_INLINE_RANGES;
     }
+    sweep->noted = NULL;
+    sweep->noted_capacity = 0;
     sweep->space = NULL;
     sweep->space_size = 0;
     sweep_empty(sweep);
@@ -35,6 +38,7 @@ void sweep_release(struct sweep *sweep)
     for (int role = 0; role < ROLE_COUNT; role++)
         if (sweep->roles[role].items != sweep->roles[role].inline_items)
             free(sweep->roles[role].items);
+    free(sweep->noted);
     free(sweep->space);
 }
 

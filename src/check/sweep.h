@@ -21,6 +21,8 @@ struct range_list {
 
 struct sweep {
     struct range_list roles[ROLE_COUNT];
+    struct noted_range *noted; /* ranges of sparse buffers, which are not compared */
+    uint32_t noted_count, noted_capacity;
     bool out_of_memory; /* ranges were lost: nothing is reported */
     void *space;        /* of a search, kept for the next one */
     size_t space_size;  /* bytes */
@@ -31,6 +33,9 @@ void sweep_empty(struct sweep *sweep); /* keeps its memory */
 void sweep_release(struct sweep *sweep);
 
 void sweep_add(struct sweep *sweep, const struct used_range *range);
+void sweep_note(struct sweep *sweep, const struct noted_range *noted);
+/* All that was added with memory, or noted, to be freed by the caller; NULL without memory. */
+struct noted_ranges *sweep_all_ranges(const struct sweep *sweep);
 
 /* Takes a pair. Returns false if no more pairs of these two roles are wanted. */
 typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,

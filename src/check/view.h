@@ -11,6 +11,7 @@
 #include "state/built.h"
 #include "state/facts.h"
 #include "state/journal.h"
+#include "state/used_range.h"
 
 /* One call of a build command. */
 struct call_view {
@@ -105,18 +106,6 @@ struct indirect_view {
     const VkDeviceAddress *address; /* these two: NULL where the array can't be read */
     const uint32_t *stride;
     struct address_facts facts; /* from level STATE on */
-};
-
-/* What a range of memory is to the call. */
-enum range_role { ROLE_DST, ROLE_SRC, ROLE_SCRATCH };
-
-struct used_range {
-    enum range_role role;
-    uint32_t build;
-    bool is_update;                    /* mode of that build */
-    bool is_micromap;                  /* ROLE_SRC: what triangles use, not what is updated */
-    VkAccelerationStructureKHR handle; /* not for ROLE_SCRATCH */
-    struct memory_span span;           /* memory null: compared by handle only */
 };
 
 /* Two ranges that name the same structure or share memory; `a` is of the lower role, and of the

@@ -9,12 +9,6 @@
 #include "state/execution_clock.h"
 #include "state/handle_table.h"
 
-/* A moment that nothing follows: after writes of undetermined order. */
-static inline struct moment moment_never(void)
-{
-    return (struct moment){.count = UINT64_MAX};
-}
-
 struct build_state {
     uint64_t id;
     struct built built;

@@ -23,6 +23,12 @@ struct moment {
     uint64_t count;
 };
 
+/* A moment that nothing follows: that of writes of undetermined order. */
+static inline struct moment moment_never(void)
+{
+    return (struct moment){.count = UINT64_MAX};
+}
+
 struct execution_clock {
     uint32_t queues; /* that have a count; those of the others are 0, and not stored */
     uint64_t counts[EXECUTION_QUEUES];

@@ -199,7 +199,7 @@ void execution_order_start_idle(struct execution_order *order, VkQueue handle,
     wait->serial = order->last_serial;
     for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
         if (!handle || order->queues[i].handle == handle)
-            execution_clock_join(&wait->clock, &order->queues[i].clocks.all);
+            execution_order_join_all(&wait->clock, &order->queues[i]);
     leave(order);
 }
 

@@ -118,9 +118,10 @@ static void start(struct submission *submission)
         order->waiting++;
     if (submission->out_of_memory)
         execution_order_lose_locked(order);
-    if (submission->kind == SUBMIT_COMMANDS)
+    if (has_queue(submission->kind))
         for (uint32_t i = 0; i < submission->ready_count; i++)
-            execution_order_append_run(order, &submission->batches[i]);
+            if (submission->kind == SUBMIT_COMMANDS || submission->batches[i].command_count)
+                execution_order_append_run(order, &submission->batches[i]);
 }
 
 /* ---- finishing */

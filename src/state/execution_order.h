@@ -39,7 +39,7 @@ struct execution_order;
 struct submission;
 
 struct submitted_commands {
-    VkCommandBuffer handle; /* VK_NULL_HANDLE: work of the host */
+    VkCommandBuffer handle; /* VK_NULL_HANDLE: other work */
     void *captured;
 };
 
@@ -92,7 +92,8 @@ void execution_order_destroy(struct execution_order *order);
 
 enum submission_kind {
     SUBMIT_COMMANDS,
-    SUBMIT_BINDINGS,    /* vkQueueBindSparse: order by semaphores and fences only, and no run */
+    SUBMIT_BINDINGS,    /* vkQueueBindSparse: order by semaphores and fences only, and no check;
+                           run where it has work */
     SUBMIT_HOST_WORK,   /* a host command that works on structures: one batch of no queue */
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
 };
@@ -113,7 +114,7 @@ void submission_add_batch(struct submission *submission);
 void submission_add_wait(struct submission *submission, VkSemaphore semaphore, uint64_t value,
                          enum semaphore_scope scope);
 void submission_add_commands(struct submission *submission, VkCommandBuffer command_buffer);
-/* Of the host; `captured` goes to `release` in the end. Not for NULL. */
+/* Of the host, or bindings; `captured` goes to `release` in the end. Not for NULL. */
 void submission_add_work(struct submission *submission, void *captured);
 void submission_add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
                            enum semaphore_scope scope);

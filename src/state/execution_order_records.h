@@ -34,6 +34,7 @@ struct order_batch {
 /* What the next batch of a queue builds on. */
 struct queue_clocks {
     uint64_t count;                   /* of batches so far */
+    uint64_t bindings;                /* of those of sparse bindings, which have moments apart */
     struct execution_clock builds;    /* what its work on acceleration structures follows */
     struct execution_clock all;       /* what the last of its signals covers */
     struct execution_clock signalled; /* what the signals so far cover */
@@ -45,7 +46,8 @@ struct queue_clocks {
 struct order_queue {
     VkQueue handle;
     uint32_t index;
-    bool in_flight; /* a call that submits to it is under way */
+    uint32_t bindings_index; /* of the moments of sparse bindings; 0: none yet */
+    bool in_flight;          /* a call that submits to it is under way */
     struct queue_clocks clocks;
     struct order_batch *held, **held_end;
     uint64_t idle_serial; /* the host has seen it idle after the calls up to this one */
@@ -121,6 +123,13 @@ struct order_fence *execution_order_fence(const struct execution_order *order, V
 
 /* Gives the submission's semaphore operations their values and announces its signals. */
 void submission_announce(struct submission *submission);
+bool order_batch_is_last(const struct order_batch *batch);
+/* Joins what the waits bring: to `all` in any case, to `builds` by their scopes. Returns whether
+ * one of them was open. */
+bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
+                              struct execution_clock *all);
+void order_batch_set_signal(struct order_batch *batch, const struct semaphore_operation *operation,
+                            const struct execution_clock *carried);
 /* Resolves batches, from the first, as long as nothing holds them back. */
 void submission_resolve_ready(struct submission *submission);
 /* The call has succeeded: others see what it signals, and its other batches are held. */
@@ -131,6 +140,11 @@ void submission_retract(struct submission *submission);
 void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore);
 /* Resolves held batches until there are none that could be. */
 void execution_order_release_held(struct execution_order *order);
+
+/* execution_bindings.c */
+void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks *clocks);
+/* Joins what has executed when a queue is idle. */
+void execution_order_join_all(struct execution_clock *clock, const struct order_queue *queue);
 
 /* execution_run.c */
 void execution_order_append_run(struct execution_order *order, struct order_batch *batch);

@@ -5,7 +5,7 @@
  * A batch of commands follows all earlier ones of its queue. What a wait brings counts for the
  * batch's work on acceleration structures only if the wait's stages include it, and for later
  * signals in any case; what a signal carries depends on its stages in the same way. Sparse bindings
- * are ordered by semaphores alone: their signals carry what they waited for, and what earlier
+ * are ordered by semaphores alone: their signals carry them, what they waited for, and what earlier
  * signals of the queue carried. */
 #include "state/execution_order_records.h"
 
@@ -97,7 +97,7 @@ static void publish_batch(const struct order_batch *batch)
         publish_operation(submission, &submission->operations[batch->first_operation + i]);
 }
 
-static bool is_last(const struct order_batch *batch)
+bool order_batch_is_last(const struct order_batch *batch)
 {
     return batch == &batch->submission->batches[batch->submission->batch_count - 1];
 }
@@ -111,7 +111,7 @@ static void give_fence_clock(const struct order_batch *last, const struct queue_
         return;
     fence->has_clock = true;
     execution_clock_copy(&fence->clock,
-                         submission->kind == SUBMIT_BINDINGS ? &last->clock : &clocks->all);
+                         submission->kind == SUBMIT_BINDINGS ? &clocks->signalled : &clocks->all);
     if (fence->seen)
         execution_clock_join(&submission->order->host, &fence->clock);
 }
@@ -170,10 +170,8 @@ static bool is_held_back(const struct order_batch *batch)
     return false;
 }
 
-/* Joins what the waits bring: to `all` in any case, to `builds` by their scopes. Returns whether
- * one of them was open. */
-static bool follow_waits(const struct order_batch *batch, struct execution_clock *builds,
-                         struct execution_clock *all)
+bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
+                              struct execution_clock *all)
 {
     const struct semaphore_operation *operations =
         &batch->submission->operations[batch->first_operation];
@@ -223,8 +221,8 @@ static bool follows_open(const struct order_batch *batch, const struct queue_clo
 
 /* ---- resolving */
 
-static void set_signal(struct order_batch *batch, const struct semaphore_operation *operation,
-                       const struct execution_clock *carried)
+void order_batch_set_signal(struct order_batch *batch, const struct semaphore_operation *operation,
+                            const struct execution_clock *carried)
 {
     struct semaphore_clock *semaphore = find_semaphore(batch->submission->order, operation);
     if (semaphore)
@@ -237,7 +235,7 @@ static void signal_after_commands(struct order_batch *batch, struct queue_clocks
     const struct submission *submission = batch->submission;
     const struct semaphore_operation *operations = &submission->operations[batch->first_operation];
     struct execution_clock builds;
-    bool signals_builds = false, signals_all = submission->fence && is_last(batch);
+    bool signals_builds = false, signals_all = submission->fence && order_batch_is_last(batch);
     execution_clock_copy(&builds, &clocks->builds);
     execution_clock_join(&builds, &clocks->signalled);
     for (uint32_t i = 0; i < batch->operation_count; i++) {
@@ -248,7 +246,7 @@ static void signal_after_commands(struct order_batch *batch, struct queue_clocks
             [SCOPE_BUILDS] = &builds,
             [SCOPE_ALL] = &clocks->all,
         };
-        set_signal(batch, &operations[i], carried[operations[i].scope]);
+        order_batch_set_signal(batch, &operations[i], carried[operations[i].scope]);
         signals_builds |= operations[i].scope == SCOPE_BUILDS;
         signals_all |= operations[i].scope == SCOPE_ALL;
     }
@@ -261,7 +259,7 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
     struct submission *submission = batch->submission;
     execution_clock_join(&clocks->builds, &submission->host);
     execution_clock_join(&clocks->all, &submission->host);
-    bool open = follow_waits(batch, &clocks->builds, &clocks->all);
+    bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all);
 
     batch->moment = (struct moment){submission->queue_record->index, ++clocks->count};
     execution_clock_copy(&batch->clock, &clocks->builds);
@@ -275,28 +273,6 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
     signal_after_commands(batch, clocks);
 }
 
-/* An open wait can't be followed through bindings, as they have no moment. */
-static void resolve_bindings(struct order_batch *batch, struct queue_clocks *clocks)
-{
-    struct submission *submission = batch->submission;
-    execution_clock_copy(&batch->clock, &clocks->signalled);
-    execution_clock_join(&batch->clock, &submission->host);
-    if (follow_waits(batch, &batch->clock, &batch->clock))
-        execution_order_lose_locked(submission->order);
-
-    const struct semaphore_operation *operations = &submission->operations[batch->first_operation];
-    bool signals = submission->fence && is_last(batch);
-    for (uint32_t i = 0; i < batch->operation_count; i++)
-        if (operations[i].is_signal) {
-            set_signal(batch, &operations[i], &batch->clock);
-            signals = true;
-        }
-    if (signals) {
-        execution_clock_join(&clocks->signalled, &batch->clock);
-        execution_clock_join(&clocks->all, &batch->clock);
-    }
-}
-
 static void resolve_host(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
@@ -304,7 +280,8 @@ static void resolve_host(struct order_batch *batch)
     batch->predecessors_known = !submission->uncertain;
     execution_clock_copy(&batch->clock, &submission->host);
     for (uint32_t i = 0; i < batch->operation_count; i++)
-        set_signal(batch, &submission->operations[batch->first_operation + i], &batch->clock);
+        order_batch_set_signal(batch, &submission->operations[batch->first_operation + i],
+                               &batch->clock);
 }
 
 static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
@@ -312,7 +289,7 @@ static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
     if (!batch->submission->queue_record)
         resolve_host(batch);
     else if (batch->submission->kind == SUBMIT_BINDINGS)
-        resolve_bindings(batch, clocks);
+        order_batch_resolve_bindings(batch, clocks);
     else
         resolve_commands(batch, clocks);
 }
@@ -345,11 +322,11 @@ static void release_first(struct order_queue *queue)
 
     resolve(batch, &queue->clocks);
     publish_batch(batch);
-    if (is_last(batch))
+    if (order_batch_is_last(batch))
         give_fence_clock(batch, &queue->clocks);
     if (submission->serial <= queue->idle_serial)
-        execution_clock_join(&order->host, &queue->clocks.all);
-    if (submission->kind == SUBMIT_COMMANDS)
+        execution_order_join_all(&order->host, queue);
+    if (submission->kind == SUBMIT_COMMANDS || batch->command_count)
         execution_order_append_run(order, batch);
     submission_unreference(submission);
 }

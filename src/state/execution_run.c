@@ -140,7 +140,8 @@ bool submission_check(struct submission *submission)
     bool has_turn = submission->kind == SUBMIT_HOST_WORK
                         ? !order->run_list
                         : submission->ready_count && order->run_list == submission->batches;
-    if (!order->hooks.check || order->lost || order->busy || !has_turn)
+    if (!order->hooks.check || order->lost || order->busy || !has_turn ||
+        submission->kind == SUBMIT_BINDINGS)
         return false;
     bool skip = false;
     submission->checked = true;

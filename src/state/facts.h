@@ -17,6 +17,21 @@ struct memory_span {
     VkDeviceSize begin, end;
 };
 
+/* Bytes [begin, end) of a sparse buffer: where they lie depends on when. */
+struct sparse_bytes {
+    VkBuffer buffer;
+    uint64_t buffer_id;
+    VkDeviceSize begin, end;
+};
+
+/* What vkQueueBindSparse binds to a buffer. */
+struct sparse_binding {
+    VkBuffer buffer;
+    VkDeviceMemory memory;
+    uint64_t buffer_id, memory_id; /* 0: not known; of memory also where it unbinds */
+    VkDeviceSize offset, size, memory_offset;
+};
+
 /* An acceleration structure. */
 struct accel_facts {
     VkAccelerationStructureKHR handle;
@@ -31,7 +46,8 @@ struct accel_facts {
     VkBuffer buffer;
     VkDeviceSize offset;     /* of the structure in the buffer, bytes */
     struct memory_span span; /* where the structure lies, if in one piece; else */
-    bool in_pieces;          /* it is in a sparse buffer, see resources_find_pieces */
+    bool in_pieces;          /* it is in a sparse buffer, see resources_find_pieces, */
+    uint64_t buffer_id;      /* and its id */
 };
 
 enum address_status {

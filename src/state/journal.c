@@ -84,6 +84,8 @@ static void release_entry(struct journal_entry *entry)
         built_release(&entry->built);
     if (entry->kind == JOURNAL_EXECUTE)
         journal_release(entry->secondary);
+    if (entry->kind == JOURNAL_RANGES)
+        free(entry->ranges);
 }
 
 void journal_add(struct journal *journal, const struct journal_entry *entry)
@@ -97,6 +99,33 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
         return;
     }
     chunk->items[chunk->head.count++] = *entry;
+}
+
+void journal_add_binding(struct journal *journal, const struct sparse_binding *binding)
+{
+    struct journal_entry entry = {
+        .kind = JOURNAL_BIND,
+        .dst = (uint64_t)(uintptr_t)binding->buffer,
+        .src = (uint64_t)(uintptr_t)binding->memory,
+        .dst_id = binding->buffer_id,
+        .src_id = binding->memory_id,
+        .binding = {binding->offset, binding->size, binding->memory_offset},
+    };
+    journal->binds = true;
+    journal_add(journal, &entry);
+}
+
+struct sparse_binding journal_binding(const struct journal_entry *entry)
+{
+    return (struct sparse_binding){
+        .buffer = (VkBuffer)(uintptr_t)entry->dst,
+        .memory = (VkDeviceMemory)(uintptr_t)entry->src,
+        .buffer_id = entry->dst_id,
+        .memory_id = entry->src_id,
+        .offset = entry->binding.offset,
+        .size = entry->binding.size,
+        .memory_offset = entry->binding.memory_offset,
+    };
 }
 
 uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels)

@@ -15,6 +15,7 @@
 #include "state/built.h"
 #include "state/execution_clock.h"
 #include "state/label_stack.h"
+#include "state/used_range.h"
 
 enum journal_kind {
     JOURNAL_BUILD,
@@ -26,6 +27,8 @@ enum journal_kind {
     /* A build, whose own entry comes behind, reads a micromap: src. A JOURNAL_FILL of a
      * VkMicromapEXT is whatever writes that. */
     JOURNAL_USE_MICROMAP,
+    JOURNAL_RANGES, /* those of a call that uses sparse buffers; comes behind its builds */
+    JOURNAL_BIND,   /* dst: a sparse buffer, src: memory */
     /* Queries of compacted sizes; their ids are those of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first, info: how many */
@@ -47,10 +50,11 @@ struct journal_entry {
     unsigned char command;       /* enum build_command of builds and updates; of copies it tells
                                     COMMAND_NV from others */
     bool judged;                 /* an update that recording could judge by itself */
-    bool dst_backed, src_backed; /* by memory, when it was recorded */
+    bool dst_backed, src_backed; /* by memory, as far as that was known when it was recorded */
     bool geometry_by_pointer;    /* of ppGeometries */
-    uint32_t info;               /* index in pInfos, of builds and updates */
-    uint32_t labels;             /* see journal_note_labels */
+    bool dst_in_pieces, src_in_pieces; /* of a sparse buffer */
+    uint32_t info;                     /* index in pInfos, of builds and updates */
+    uint32_t labels;                   /* see journal_note_labels */
     /* Structures by handle (of VkAccelerationStructureNV for COMMAND_NV) and by id; the id tells a
      * handle that was reused. */
     uint64_t dst, src;
@@ -58,6 +62,10 @@ struct journal_entry {
     union {
         struct built built; /* a build: what dst becomes; an update: what it asked for */
         struct journal *secondary;
+        struct noted_ranges *ranges; /* owned */
+        struct {
+            VkDeviceSize offset, size, memory_offset;
+        } binding;
         struct journal_micromap micromap;
         VkDeviceSize size;
     };
@@ -140,6 +148,7 @@ struct journal {
     /* What a backend will carry out when the journal has its turn; or NULL. */
     void *work;
     void (*release_work)(void *work);
+    bool binds;      /* it has entries JOURNAL_BIND, and no others */
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
 
@@ -149,8 +158,11 @@ struct journal *journal_share(struct journal *journal);
 void journal_release(struct journal *journal);
 bool journal_is_shared(const struct journal *journal);
 
-/* Takes over the references of `entry->built`, or of `entry->secondary`. */
+/* Takes over the references of `entry->built`, or of `entry->secondary`, or `entry->ranges`. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
+
+void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
+struct sparse_binding journal_binding(const struct journal_entry *entry);
 
 /* Keeps the labels that are open, unless none are or they were kept lately. Returns what finds them
  * again; 0: none. */

@@ -7,6 +7,7 @@
 #include <stdatomic.h>
 
 #include "state/address_map.h"
+#include "state/execution_clock.h"
 #include "state/handle_table.h"
 #include "state/nv_shape.h"
 #include "state/reader_lock.h"
@@ -15,6 +16,7 @@
 struct memory_record {
     uint32_t references; /* of buffers, and one of the table while alive */
     bool alive;
+    uint64_t id;
     VkDeviceMemory handle;
     VkDeviceSize size;
     VkMemoryPropertyFlags properties;
@@ -22,11 +24,13 @@ struct memory_record {
     struct buffer_record *buffers; /* bound to it; not sparse ones */
 };
 
-/* One bound range of a sparse buffer; the ranges of a buffer are sorted and do not overlap. */
+/* What was bound last to a range of a sparse buffer; the ranges of a buffer are sorted and do not
+ * overlap, and between them nothing was ever bound. */
 struct sparse_range {
-    VkDeviceSize begin, end; /* in the buffer */
-    struct memory_record *memory;
-    VkDeviceSize memory_offset; /* of `begin` */
+    VkDeviceSize begin, end;      /* in the buffer */
+    struct memory_record *memory; /* NULL: unbound again */
+    VkDeviceSize memory_offset;   /* of `begin` */
+    struct moment written;        /* moment_never(): it isn't known what was bound last */
 };
 
 /* Look-ups read `where` alone, one cache line; it follows from the rest, see resources_refresh. */
@@ -57,7 +61,8 @@ struct buffer_record {
 
     struct sparse_range *sparse;
     uint32_t sparse_count, sparse_capacity;
-    bool sparse_incomplete; /* a binding was lost, or is of one device of a group */
+    uint32_t sparse_announced; /* bindings that are not settled yet */
+    bool sparse_incomplete;    /* a binding was lost, or is of one device of a group */
 
     struct accel_record *accels; /* that lie in it */
 };
@@ -104,7 +109,7 @@ struct resources {
     /* A buffer may have been given an address that the application never retrieves: what is in no
      * known one may be in that. */
     bool replays_addresses;
-    uint64_t last_id; /* of buffers, structures of either kind, micromaps; 0 is nobody's */
+    uint64_t last_id; /* of memory, buffers, structures of either kind, micromaps; 0 is nobody's */
 };
 
 /* Puts a new record into a table; without memory for it the state is incomplete from now on. */
@@ -115,21 +120,14 @@ void resources_release_nv(struct resources *resources);
 
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);
+void accel_record_free(struct accel_record *accel);
+
+/* NULL where it isn't known. */
+struct buffer_record *resources_buffer(const struct resources *resources, VkBuffer handle);
+struct memory_record *resources_memory(const struct resources *resources, VkDeviceMemory handle);
 
 /* Derives what look-ups read of a buffer, and of the structures in it, after a change. */
 void resources_refresh(struct buffer_record *buffer);
 void resources_refresh_accel(struct accel_record *accel);
-
-/* Sparse ranges (resources_sparse.c). */
-void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemoryBind *bind,
-                               struct memory_record *memory);
-/* YES where all of [begin, end) is bound to live memory, else UNKNOWN: it may yet be bound. */
-enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
-                                           VkDeviceSize end);
-/* Visits where the bound parts of [begin, end) lie. */
-void buffer_record_sparse_pieces(const struct buffer_record *buffer, VkDeviceSize begin,
-                                 VkDeviceSize end,
-                                 void (*visit)(void *user, const struct memory_span *piece),
-                                 void *user);
 
 #endif

@@ -15,6 +15,7 @@
 #include <stdbool.h>
 #include <vulkan/vulkan_core.h>
 
+#include "state/execution_clock.h"
 #include "state/facts.h"
 
 struct resources;
@@ -40,8 +41,15 @@ void resources_bind_buffer(struct resources *resources, VkBuffer buffer, VkDevic
                            VkDeviceSize offset, bool instances_differ);
 /* A bind command failed: what is bound is not known. */
 void resources_forget_binding(struct resources *resources, VkBuffer buffer);
-void resources_bind_sparse(struct resources *resources, VkBuffer buffer,
-                           const VkSparseMemoryBind *bind);
+
+/* Sparse buffers. What is bound counts in the order of execution: a binding is announced before it
+ * is submitted, bound when its turn has come, and settled then, or when it is certain that it never
+ * will be bound. While any is announced nothing is said of the buffer. */
+struct sparse_binding resources_announce_sparse(struct resources *resources, VkBuffer buffer,
+                                                const VkSparseMemoryBind *bind);
+void resources_bind_sparse(struct resources *resources, const struct sparse_binding *binding,
+                           struct moment when, const struct execution_clock *follows);
+void resources_settle_sparse(struct resources *resources, const struct sparse_binding *binding);
 /* Bound in a way that isn't followed: where its bytes lie is not known any more. */
 void resources_forget_sparse(struct resources *resources, VkBuffer buffer);
 
@@ -101,10 +109,16 @@ enum { RESOURCE_QUERIES_MAX = 64 };
 void resources_find_all(struct resources *resources, const struct resource_query *queries,
                         unsigned count);
 
-/* Where bytes [begin, end) of a sparse buffer lie, piece by piece, as far as they are bound. Takes
- * the lock itself; `visit` must not call back. */
-void resources_find_pieces(struct resources *resources, VkBuffer buffer, VkDeviceSize begin,
-                           VkDeviceSize end,
+/* Whether all of the bytes lie in live memory for who follows a clock. NO: `missing` gets the first
+ * that don't. Takes the lock itself. */
+enum tristate resources_sparse_backing(struct resources *resources,
+                                       const struct sparse_bytes *bytes,
+                                       const struct execution_clock *clock,
+                                       struct sparse_bytes *missing);
+/* Where they lie, piece by piece, as far as that is certain. Takes the lock itself; `visit` must
+ * not call back. */
+void resources_find_pieces(struct resources *resources, const struct sparse_bytes *bytes,
+                           const struct execution_clock *clock,
                            void (*visit)(void *user, const struct memory_span *piece), void *user);
 
 /* Where device addresses lead to bound memory: ranges that don't touch each other, in ascending

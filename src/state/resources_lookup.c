@@ -44,7 +44,7 @@ void resources_refresh_accel(struct accel_record *accel)
     accel->memory = buffer->where.memory;
     accel->memory_begin = buffer->where.memory_offset + accel->offset;
     accel->in_pieces = is_sparse;
-    /* Of a sparse one it is asked each time: its memory comes and goes without a word here. */
+    /* Of a sparse one it depends on who asks: see resources_sparse_backing. */
     accel->backed = (unsigned char)(is_sparse ? UNKNOWN : buffer->where.backed);
 }
 
@@ -88,8 +88,7 @@ static void describe_accel(const struct resources *resources, VkAccelerationStru
     facts->backed = (enum tristate)accel->backed;
     facts->in_pieces = accel->in_pieces;
     if (accel->in_pieces)
-        facts->backed =
-            buffer_record_sparse_backing(accel->buffer, accel->offset, accel->offset + accel->size);
+        facts->buffer_id = accel->buffer->where.id;
 }
 
 void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
@@ -115,18 +114,6 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
     facts->id = buffer->where.id;
     facts->size = buffer->where.size;
     facts->usage = buffer->where.usage;
-}
-
-void resources_find_pieces(struct resources *resources, VkBuffer handle, VkDeviceSize begin,
-                           VkDeviceSize end,
-                           void (*visit)(void *user, const struct memory_span *piece), void *user)
-{
-    unsigned token = resources_begin_reading(resources);
-    const struct buffer_record *buffer =
-        handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
-    if (buffer)
-        buffer_record_sparse_pieces(buffer, begin, end, visit, user);
-    resources_end_reading(resources, token);
 }
 
 uint64_t resources_deaths(struct resources *resources)

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The bound ranges of a sparse buffer. */
+/* What is bound to the ranges of sparse buffers, and since when. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "state/resource_records.h"
+
+/* ---- ranges */
 
 static bool reserve(struct buffer_record *buffer, uint32_t count)
 {
@@ -24,7 +26,8 @@ static void insert(struct buffer_record *buffer, uint32_t at, struct sparse_rang
             (buffer->sparse_count - at) * sizeof(range));
     buffer->sparse[at] = range;
     buffer->sparse_count++;
-    range.memory->references++;
+    if (range.memory)
+        range.memory->references++;
 }
 
 /* Erases the ranges from index `first` to before index `behind`. */
@@ -39,10 +42,10 @@ static void erase(struct buffer_record *buffer, uint32_t first, uint32_t behind)
 
 static struct sparse_range tail_of(const struct sparse_range *range, VkDeviceSize begin)
 {
-    return (struct sparse_range){.begin = begin,
-                                 .end = range->end,
-                                 .memory = range->memory,
-                                 .memory_offset = range->memory_offset + (begin - range->begin)};
+    struct sparse_range tail = *range;
+    tail.memory_offset += begin - range->begin;
+    tail.begin = begin;
+    return tail;
 }
 
 /* The index of the first range that ends behind `begin`: buffers of many pages are bound page by
@@ -81,52 +84,176 @@ static uint32_t cut_out(struct buffer_record *buffer, VkDeviceSize begin, VkDevi
     return i;
 }
 
-void buffer_record_bind_sparse(struct buffer_record *buffer, const VkSparseMemoryBind *bind,
-                               struct memory_record *memory)
+/* Whether all that was bound there is certain to have been bound before. */
+static bool is_settled(const struct buffer_record *buffer, VkDeviceSize begin, VkDeviceSize end,
+                       const struct execution_clock *clock)
 {
-    VkDeviceSize begin = bind->resourceOffset, end = begin + bind->size;
-    if (!bind->size || end < begin)
+    for (uint32_t i = first_behind(buffer, begin);
+         i < buffer->sparse_count && buffer->sparse[i].begin < end; i++)
+        if (!execution_clock_has(clock, buffer->sparse[i].written))
+            return false;
+    return true;
+}
+
+/* ---- binding */
+
+struct sparse_binding resources_announce_sparse(struct resources *resources, VkBuffer handle,
+                                                const VkSparseMemoryBind *bind)
+{
+    struct sparse_binding binding = {.buffer = handle,
+                                     .memory = bind->memory,
+                                     .offset = bind->resourceOffset,
+                                     .size = bind->size,
+                                     .memory_offset = bind->memoryOffset};
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = resources_buffer(resources, handle);
+    const struct memory_record *memory = resources_memory(resources, bind->memory);
+    if (buffer) {
+        binding.buffer_id = buffer->where.id;
+        buffer->sparse_announced++;
+    }
+    if (memory)
+        binding.memory_id = memory->id;
+    reader_lock_write_done(&resources->lock);
+    return binding;
+}
+
+/* NULL where it is gone. */
+static struct buffer_record *buffer_of(struct resources *resources,
+                                       const struct sparse_binding *binding)
+{
+    struct buffer_record *buffer = resources_buffer(resources, binding->buffer);
+    return buffer && buffer->where.id == binding->buffer_id ? buffer : NULL;
+}
+
+void resources_settle_sparse(struct resources *resources, const struct sparse_binding *binding)
+{
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = buffer_of(resources, binding);
+    if (buffer)
+        buffer->sparse_announced--;
+    reader_lock_write_done(&resources->lock);
+}
+
+/* Two bindings of one range without an order between them leave open which came last. So does one
+ * of memory that is gone, or was never known. */
+static void bind(struct buffer_record *buffer, const struct sparse_binding *binding,
+                 struct memory_record *memory, struct moment when,
+                 const struct execution_clock *follows)
+{
+    struct sparse_range range = {.begin = binding->offset,
+                                 .end = binding->offset + binding->size,
+                                 .memory = memory,
+                                 .memory_offset = binding->memory_offset,
+                                 .written = when};
+    if (range.end <= range.begin)
         return;
     if (!reserve(buffer, buffer->sparse_count + 2)) {
         buffer->sparse_incomplete = true;
         return;
     }
-    uint32_t at = cut_out(buffer, begin, end);
-    if (memory)
-        insert(
-            buffer, at,
-            (struct sparse_range){
-                .begin = begin, .end = end, .memory = memory, .memory_offset = bind->memoryOffset});
+    bool lost_memory = binding->memory && (!memory || memory->id != binding->memory_id);
+    if (lost_memory || !when.count || !is_settled(buffer, range.begin, range.end, follows))
+        range.written = moment_never();
+    if (lost_memory)
+        range.memory = NULL;
+    insert(buffer, cut_out(buffer, range.begin, range.end), range);
 }
 
-enum tristate buffer_record_sparse_backing(const struct buffer_record *buffer, VkDeviceSize begin,
-                                           VkDeviceSize end)
+void resources_bind_sparse(struct resources *resources, const struct sparse_binding *binding,
+                           struct moment when, const struct execution_clock *follows)
 {
-    for (uint32_t i = first_behind(buffer, begin); i < buffer->sparse_count && begin < end; i++) {
-        const struct sparse_range *range = &buffer->sparse[i];
-        if (range->begin > begin || !range->memory->alive)
-            break;
-        begin = range->end;
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = buffer_of(resources, binding);
+    if (buffer)
+        bind(buffer, binding, resources_memory(resources, binding->memory), when, follows);
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_forget_sparse(struct resources *resources, VkBuffer handle)
+{
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = resources_buffer(resources, handle);
+    if (buffer)
+        buffer->sparse_incomplete = true;
+    reader_lock_write_done(&resources->lock);
+}
+
+/* ---- look-ups */
+
+/* NULL where nothing is certain. */
+static const struct buffer_record *find_certain(const struct resources *resources,
+                                                const struct sparse_bytes *bytes)
+{
+    const struct buffer_record *buffer = resources_buffer(resources, bytes->buffer);
+    bool is_certain = buffer && buffer->where.id == bytes->buffer_id && !buffer->sparse_announced &&
+                      !buffer->sparse_incomplete;
+    return is_certain ? buffer : NULL;
+}
+
+static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
+{
+    return a < b ? a : b;
+}
+
+static enum tristate backing(const struct buffer_record *buffer, const struct sparse_bytes *bytes,
+                             const struct execution_clock *clock, struct sparse_bytes *missing)
+{
+    VkDeviceSize at = bytes->begin;
+    enum tristate answer = YES;
+    for (uint32_t i = first_behind(buffer, at); at < bytes->end; i++) {
+        const struct sparse_range *range = i < buffer->sparse_count ? &buffer->sparse[i] : NULL;
+        VkDeviceSize bound = range ? smaller_of(range->begin, bytes->end) : bytes->end;
+        *missing = (struct sparse_bytes){bytes->buffer, bytes->buffer_id, at, bound};
+        if (at < bound)
+            return NO;
+        missing->end = smaller_of(range->end, bytes->end);
+        if (!execution_clock_has(clock, range->written))
+            answer = UNKNOWN;
+        else if (!range->memory || !range->memory->alive)
+            return NO;
+        at = range->end;
     }
-    return begin >= end && !buffer->sparse_incomplete ? YES : UNKNOWN;
+    return answer;
 }
 
-void buffer_record_sparse_pieces(const struct buffer_record *buffer, VkDeviceSize begin,
-                                 VkDeviceSize end,
-                                 void (*visit)(void *user, const struct memory_span *piece),
-                                 void *user)
+enum tristate resources_sparse_backing(struct resources *resources,
+                                       const struct sparse_bytes *bytes,
+                                       const struct execution_clock *clock,
+                                       struct sparse_bytes *missing)
 {
-    if (buffer->sparse_incomplete)
-        return;
-    for (uint32_t i = first_behind(buffer, begin);
-         i < buffer->sparse_count && buffer->sparse[i].begin < end; i++) {
+    unsigned token = resources_begin_reading(resources);
+    const struct buffer_record *buffer = find_certain(resources, bytes);
+    enum tristate answer = buffer ? backing(buffer, bytes, clock, missing) : UNKNOWN;
+    resources_end_reading(resources, token);
+    return answer;
+}
+
+static void visit_pieces(const struct buffer_record *buffer, const struct sparse_bytes *bytes,
+                         const struct execution_clock *clock,
+                         void (*visit)(void *user, const struct memory_span *piece), void *user)
+{
+    for (uint32_t i = first_behind(buffer, bytes->begin);
+         i < buffer->sparse_count && buffer->sparse[i].begin < bytes->end; i++) {
         const struct sparse_range *range = &buffer->sparse[i];
-        VkDeviceSize from = begin > range->begin ? begin : range->begin;
-        VkDeviceSize to = end < range->end ? end : range->end;
-        if (from >= to || !range->memory->alive)
+        VkDeviceSize from = bytes->begin > range->begin ? bytes->begin : range->begin;
+        VkDeviceSize to = smaller_of(bytes->end, range->end);
+        if (from >= to || !range->memory || !range->memory->alive ||
+            !execution_clock_has(clock, range->written))
             continue;
         VkDeviceSize offset = range->memory_offset + (from - range->begin);
         struct memory_span piece = {range->memory->handle, offset, offset + (to - from)};
         visit(user, &piece);
     }
+}
+
+void resources_find_pieces(struct resources *resources, const struct sparse_bytes *bytes,
+                           const struct execution_clock *clock,
+                           void (*visit)(void *user, const struct memory_span *piece), void *user)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct buffer_record *buffer = find_certain(resources, bytes);
+    if (buffer)
+        visit_pieces(buffer, bytes, clock, visit, user);
+    resources_end_reading(resources, token);
 }

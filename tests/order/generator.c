@@ -189,6 +189,7 @@ static struct flying begin_call(struct test *test, uint32_t queue)
             add_some_signal(test, &call);
         call_add_batch(flying.submission, &call);
         to_model(test, &call, &flying.batches[i]);
+        flying.batches[i].place = i;
     }
     flying.batches[flying.batch_count - 1].gives_fence = flying.fence;
     submission_set_fence(flying.submission, FENCE(flying.fence));

@@ -159,11 +159,14 @@ static void execute_bindings(struct model *model, struct model_batch *batch)
     }
     for (int i = 0; i < CALL_OPERATIONS && batch->signal[i].semaphore; i++)
         happen(model, &batch->signal[i], bound);
-    batch->fence = bound;
+    batch->ends = bound;
+    batch->fence = model_add_node(model, bound);
+    for (uint32_t i = 0; i < batch->place; i++)
+        add_edge(model, (batch - batch->place + i)->ends, batch->fence);
     if (batch->signal[0].semaphore || batch->gives_fence) {
-        *signalled = bound;
+        *signalled = batch->gives_fence ? batch->fence : bound;
         *all = model_add_node(model, *all);
-        add_edge(model, bound, *all);
+        add_edge(model, *signalled, *all);
     }
 }
 

@@ -26,9 +26,10 @@ struct model_batch {
     enum submission_kind kind;
     struct operation wait[CALL_OPERATIONS], signal[CALL_OPERATIONS];
     node host;        /* the host when the call began */
+    uint32_t place;   /* among the batches of its call */
     bool gives_fence; /* the last of a call that has a fence */
     bool resolved;
-    node starts, ends; /* its work on acceleration structures */
+    node starts, ends; /* its work on acceleration structures, or its bindings */
     node fence;
 };
 

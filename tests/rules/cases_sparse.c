@@ -3,7 +3,8 @@
 #include "case.h"
 #include "placing.h"
 
-static const struct setup with_sparse = {.enable = ENABLE_SPARSE};
+/* Where bytes are is known as far as bindings are known to have executed. */
+static const struct setup with_sparse = {.enable = ENABLE_SPARSE, .level = "execution"};
 
 enum { PAGES = 4 };
 
@@ -174,62 +175,161 @@ static void free_memory_of_pages(struct scene *scene)
     scene_destroy(scene, (uint64_t)pair.memory.handle);
 }
 
+/* Scratch in a page that a dst has, too, or in the next one. */
+static void put_scratch_in_page(struct scene *scene, VkDeviceSize memory_page)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    const struct test_buffer scratch = scene_sparse_buffer(scene, PAGES * pair.page, SCRATCH_USAGE,
+                                                           VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
+                                                               VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
+    bind_page(scene, &pair, 0, 0, 3);
+    scene_bind_sparse(scene, &scratch, 0, pair.page, pair.memory.handle, memory_page * pair.page);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    place_scratch(scene, AABBS, &scratch, 0);
+}
+
+static void put_scratch_under_dst(struct scene *scene)
+{
+    put_scratch_in_page(scene, 3);
+}
+
+static void put_scratch_beside_dst(struct scene *scene)
+{
+    put_scratch_in_page(scene, 4);
+}
+
+/* A sparse page and a plain buffer in one memory. */
+static void bind_beside_plain(struct scene *scene, VkDeviceSize memory_page)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    struct test_buffer plain = scene_create_buffer(scene, pair.page, ACCEL_USAGE);
+    scene_bind(scene, &plain, &pair.memory, 3 * pair.page);
+    bind_page(scene, &pair, 0, 0, memory_page);
+    place_dst(scene, INDEXED, &pair.buffers[0], 0);
+    place_dst(scene, AABBS, &plain, 0);
+}
+
+static void alias_sparse_with_plain(struct scene *scene)
+{
+    bind_beside_plain(scene, 3);
+}
+
+static void bind_sparse_beside_plain(struct scene *scene)
+{
+    bind_beside_plain(scene, 2);
+}
+
+/* A copy of the source, whose page is unbound then. */
+static void update_from_unbound_page(struct scene *scene)
+{
+    const struct sparse_pair pair = make_sparse_pair(scene);
+    VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = scene->infos[UPDATE].srcAccelerationStructure,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    bind_page(scene, &pair, 0, 0, 0);
+    place_src(scene, UPDATE, &pair.buffers[0], 0);
+    info.dst = scene->infos[UPDATE].srcAccelerationStructure;
+    if (scene->command == COMMAND_HOST)
+        expect_success(
+            scene->vk->CopyAccelerationStructureKHR(scene->world->device, VK_NULL_HANDLE, &info),
+            "vkCopyAccelerationStructureKHR");
+    else
+        scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
+    scene_bind_sparse(scene, &pair.buffers[0], 0, pair.page, VK_NULL_HANDLE, 0);
+}
+
 static const struct test_case cases[] = {
     {.name = "dsts_in_one_sparse_page",
      RULES(RULE_dst_and_dst_are_apart),
      .setup = &with_sparse,
      .mutate = alias_sparse_pages,
-     .mutate_twin = use_sparse_pages_apart},
+     .mutate_twin = use_sparse_pages_apart,
+     .submits = true},
     {.name = "dsts_meet_in_one_of_two_sparse_pages",
      RULES(RULE_dst_and_dst_are_apart),
      .setup = &with_sparse,
      .mutate = alias_second_page_with_first,
      .mutate_twin = interleave_pages,
+     .submits = true,
      .may_fail_on_cpu = true},
     {.name = "dsts_over_sparse_pages_in_order",
      RULES(RULE_dst_and_dst_are_apart),
      .setup = &with_sparse,
      .mutate = alias_pages_in_order,
      .mutate_twin = use_pages_in_order,
+     .submits = true,
      .may_fail_on_cpu = true},
     {.name = "dsts_after_rebinding_a_sparse_page",
      RULES(RULE_dst_and_dst_are_apart),
      .setup = &with_sparse,
      .mutate = rebind_page_onto_another,
-     .mutate_twin = rebind_page},
-    /* Pages may still be bound before the command buffer is submitted. */
+     .mutate_twin = rebind_page,
+     .submits = true},
+    {.name = "dst_and_scratch_in_one_sparse_page",
+     RULES(RULE_dst_and_scratch_are_apart),
+     .setup = &with_sparse,
+     .mutate = put_scratch_under_dst,
+     .mutate_twin = put_scratch_beside_dst,
+     .commands = ON_COMMAND_BUFFERS,
+     .submits = true},
+    {.name = "dst_in_sparse_and_dst_in_plain_buffer",
+     RULES(RULE_dst_and_dst_are_apart),
+     .setup = &with_sparse,
+     .mutate = alias_sparse_with_plain,
+     .mutate_twin = bind_sparse_beside_plain,
+     .submits = true},
     {.name = "dst_in_sparse_buffer_without_pages",
+     RULES(RULE_dst_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = leave_pages_unbound,
+     .mutate_twin = use_sparse_pages_apart,
+     .submits = true,
+     .path = "pInfos[0].dstAccelerationStructure"},
+    {.name = "dst_in_sparse_buffer_with_one_page_of_two",
+     RULES(RULE_dst_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = leave_second_page_unbound,
+     .mutate_twin = bind_only_the_pages_needed,
+     .submits = true},
+    {.name = "dst_in_sparse_page_unbound_again",
+     RULES(RULE_dst_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = unbind_page,
+     .mutate_twin = unbind_another_page,
+     .submits = true},
+    {.name = "dst_in_sparse_page_of_freed_memory",
+     RULES(RULE_dst_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = free_memory_of_pages,
+     .mutate_twin = use_sparse_pages_apart,
+     .submits = true},
+    {.name = "src_in_sparse_page_unbound_again",
+     RULES(RULE_update_src_is_backed_by_memory),
+     .setup = &with_sparse,
+     .mutate = update_from_unbound_page,
+     .submits = true,
+     .path = "pInfos[4].srcAccelerationStructure"},
+    /* Pages may still be bound before the command buffer is submitted. */
+    {.name = "dst_in_sparse_buffer_without_pages_when_recorded",
      RULES(RULE_dst_is_backed_by_memory),
      .silent = true,
      .setup = &with_sparse,
      .mutate = leave_pages_unbound,
      .commands = ON_COMMAND_BUFFERS},
-    {.name = "dst_in_sparse_buffer_with_one_page_of_two",
-     RULES(RULE_dst_is_backed_by_memory),
-     .silent = true,
-     .setup = &with_sparse,
-     .mutate = leave_second_page_unbound,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dst_in_sparse_page_of_freed_memory",
+    {.name = "dst_in_sparse_page_of_freed_memory_when_recorded",
      RULES(RULE_dst_is_backed_by_memory),
      .silent = true,
      .setup = &with_sparse,
      .mutate = free_memory_of_pages,
      .commands = ON_COMMAND_BUFFERS},
-    {.name = "host_dst_in_sparse_buffer_with_one_page_of_two",
-     RULES(RULE_dst_is_backed_by_memory),
+    {.name = "dsts_in_one_sparse_page_when_recorded",
+     RULES(RULE_dst_and_dst_are_apart),
+     .silent = true,
      .setup = &with_sparse,
-     .mutate = leave_second_page_unbound,
-     .mutate_twin = bind_only_the_pages_needed,
-     .commands = ON_HOST,
-     .gap = "missing sparse pages are not told"},
-    {.name = "host_dst_in_sparse_page_unbound_again",
-     RULES(RULE_dst_is_backed_by_memory),
-     .setup = &with_sparse,
-     .mutate = unbind_page,
-     .mutate_twin = unbind_another_page,
-     .commands = ON_HOST,
-     .gap = "missing sparse pages are not told"},
+     .mutate = alias_sparse_pages,
+     .commands = ON_COMMAND_BUFFERS},
 };
 
 CASE_LIST(cases_sparse, cases);

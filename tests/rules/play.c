@@ -83,10 +83,22 @@ struct call {
     void (*then)(struct scene *scene);
 };
 
-/* Whether the driver below has seen the call when it should, and only then. */
-static bool check_forwarding(const struct call *call, uint64_t seen, struct report *report)
+static bool is_submitted(const struct play *play)
 {
-    const uint64_t wanted = !call->breaks || call->forwards ? 1 : 0;
+    return play->test_case->submits && play->command != COMMAND_HOST;
+}
+
+/* Whether a callback has the call itself skipped. */
+static bool is_skipped(const struct play *play, const struct call *call)
+{
+    return call->breaks && !call->forwards && !is_submitted(play);
+}
+
+/* Whether the driver below has seen the call when it should, and only then. */
+static bool check_forwarding(const struct play *play, const struct call *call, uint64_t seen,
+                             struct report *report)
+{
+    const uint64_t wanted = is_skipped(play, call) ? 0 : 1;
     if (seen == wanted)
         return true;
     say(report, "%s: the driver got the call %u times instead of %u\n", call->what, (unsigned)seen,
@@ -99,12 +111,28 @@ static bool check_result(const struct play *play, const struct call *call, VkRes
                          struct report *report)
 {
     const bool is_host = play->command == COMMAND_HOST;
-    const bool skipped = is_host && call->breaks && !call->forwards;
+    const bool skipped = is_host && is_skipped(play, call);
     const bool may_fail = is_host && call->may_fail_on_cpu && play->platform->is_cpu;
     if (result == (skipped ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS) ||
         (may_fail && result == VK_ERROR_VALIDATION_FAILED_EXT))
         return true;
     say(report, "%s: the call returned %d\n", call->what, result);
+    return false;
+}
+
+/* Submits what was recorded without a word; a callback has it skipped where it breaks rules. */
+static bool submit(struct world *world, struct scene *scene, const struct call *call,
+                   struct report *report)
+{
+    if (world->messages.count != 0) {
+        say(report, "%s: messages before the submission\n", call->what);
+        return false;
+    }
+    world->messages.answer = call->breaks ? VK_TRUE : VK_FALSE;
+    const VkResult result = scene_submit_call(scene);
+    if (result == (call->breaks ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS))
+        return true;
+    say(report, "%s: the submission returned %d\n", call->what, result);
     return false;
 }
 
@@ -131,14 +159,16 @@ static bool make_call(const struct play *play, struct world *world, const struct
     } else if (world->messages.count != 0) {
         say(report, "%s: messages before the call\n", call->what);
     } else {
-        world->messages.answer = call->breaks && !call->forwards ? VK_TRUE : VK_FALSE;
+        world->messages.answer = is_skipped(play, call) ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         good = check_result(play, call, scene_call(scene), report);
         if (call->then != NULL)
             call->then(scene);
+        if (is_submitted(play))
+            good = submit(world, scene, call, report) && good;
         if (reaches_driver)
-            good = check_forwarding(call, driver->calls(name) - before, report) && good;
+            good = check_forwarding(play, call, driver->calls(name) - before, report) && good;
         world->messages.answer = VK_FALSE;
     }
     scene_close(scene);

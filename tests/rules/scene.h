@@ -268,6 +268,9 @@ void scene_end(struct scene *scene, VkCommandBuffer command_buffer);
 /* Submits to the family's first queue and waits. */
 void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer);
 
+/* Ends the command buffer of the call and submits it; waits for what has been submitted. */
+VkResult scene_submit_call(struct scene *scene);
+
 /* A framebuffer without attachments and its render pass, and beginning an instance of it. */
 void scene_begin_render_pass(struct scene *scene, VkCommandBuffer command_buffer);
 void scene_begin_render_pass2(struct scene *scene, VkCommandBuffer command_buffer);

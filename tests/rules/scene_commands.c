@@ -76,15 +76,28 @@ void scene_end(struct scene *scene, VkCommandBuffer command_buffer)
     expect_success(scene->vk->EndCommandBuffer(command_buffer), "vkEndCommandBuffer");
 }
 
-void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
+static VkResult try_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
     const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                       .commandBufferCount = 1,
                                       .pCommandBuffers = &command_buffer};
     VkQueue queue;
     scene->vk->GetDeviceQueue(scene->world->device, family, 0, &queue);
-    expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
+    const VkResult result = scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE);
     expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
+    return result;
+}
+
+void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
+{
+    expect_success(try_submit(scene, family, command_buffer), "vkQueueSubmit");
+}
+
+VkResult scene_submit_call(struct scene *scene)
+{
+    scene_end(scene, scene->command_buffer);
+    return try_submit(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0),
+                      scene->command_buffer);
 }
 
 void scene_record_in_family(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)

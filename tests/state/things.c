@@ -48,12 +48,16 @@ void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDevic
     resources_bind_buffer(resources, buffer(n), memory(memory_n), offset, false);
 }
 
+const struct execution_clock all_of_queue_1 = {.queues = 2, .counts = {0, UINT64_MAX}};
+
 void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, VkDeviceSize size,
                  unsigned memory_n, VkDeviceSize offset)
 {
     const VkSparseMemoryBind bind = {
         .resourceOffset = begin, .size = size, .memory = memory(memory_n), .memoryOffset = offset};
-    resources_bind_sparse(resources, buffer(n), &bind);
+    struct sparse_binding binding = resources_announce_sparse(resources, buffer(n), &bind);
+    resources_bind_sparse(resources, &binding, (struct moment){1, 1}, &all_of_queue_1);
+    resources_settle_sparse(resources, &binding);
 }
 
 void have_accel(struct resources *resources, unsigned n, unsigned buffer_n, VkDeviceSize offset,

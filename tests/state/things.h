@@ -31,6 +31,8 @@ void have_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
                  VkBufferUsageFlags usage);
 void have_sparse_buffer(struct resources *resources, unsigned n, VkDeviceSize size);
 void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDeviceSize offset);
+/* Executed on queue 1. */
+extern const struct execution_clock all_of_queue_1;
 void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, VkDeviceSize size,
                  unsigned memory_n, VkDeviceSize offset);
 void have_accel(struct resources *resources, unsigned n, unsigned buffer_n, VkDeviceSize offset,

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The ranges of a call, and the rules about two of them. */
+#ifndef ASSAY_CHECK_PAIRS_H
+#define ASSAY_CHECK_PAIRS_H
+
+#include "check/sweep.h"
+#include "check/walk.h"
+
+/* Adds what a build uses. */
+void pairs_collect(const struct check_context *context, struct sweep *sweep,
+                   const struct build_view *build);
+
+/* Puts all pairs that are equal or share memory to the rules. */
+void pairs_walk(struct walk *walk, const struct call_view *call, struct sweep *sweep);
+/* Those that share memory, if one of them is a piece of a sparse buffer. */
+void pairs_walk_pieces(struct walk *walk, const struct call_view *call, struct sweep *sweep);
+
+#endif
