@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Threads that record, submit, query and trace at once on backend cpu, each with structures of its
+ * own over one BLAS that all of them share, for thread sanitizers: over the null driver, which
+ * copies nothing, so that boxes are points at the origin. */
+#include "device_stage.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { THREADS = 4, ROUNDS = 40 };
+
+static struct device_stage device;
+static struct stage *const stage = &device.stage;
+static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
+static struct stage_structure shared;
+
+struct worker {
+    struct device_stage own; /* with a command pool of its own */
+    struct stage_build host_triangles, host_instances;
+    struct device_build triangles, instances;
+    struct stage_structure blas, tlas;
+    VkQueryPool queries;
+    VkFence fence;
+    unsigned failures;
+};
+
+static void open_worker(struct worker *worker)
+{
+    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const VkQueryPoolCreateInfo queries = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
+        .queryCount = 1,
+    };
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    worker->own = device;
+    assert_int_equal(vk->CreateCommandPool(stage->device, &pool, NULL, &worker->own.pool), 0);
+    assert_int_equal(vk->CreateFence(stage->device, &fence, NULL, &worker->fence), 0);
+    assert_int_equal(vk->CreateQueryPool(stage->device, &queries, NULL, &worker->queries), 0);
+    stage_triangles(&worker->host_triangles, 4, 0);
+    worker->blas = stage_create_for(stage, &worker->host_triangles);
+    device_build_create(&device, &worker->host_triangles, 4 * 9 * sizeof(float),
+                        &worker->triangles);
+    const VkAccelerationStructureKHR blases[] = {worker->blas.handle, shared.handle};
+    stage_instances(&worker->host_instances, blases, 2, 0);
+    worker->tlas = stage_create_for(stage, &worker->host_instances);
+    device_build_create(&device, &worker->host_instances,
+                        2 * sizeof(VkAccelerationStructureInstanceKHR), &worker->instances);
+}
+
+static void close_worker(struct worker *worker)
+{
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    vk->DestroyCommandPool(stage->device, worker->own.pool, NULL);
+    vk->DestroyFence(stage->device, worker->fence, NULL);
+    vk->DestroyQueryPool(stage->device, worker->queries, NULL);
+    device_build_destroy(&device, &worker->triangles);
+    device_build_destroy(&device, &worker->instances);
+    stage_destroy(stage, &worker->tlas);
+    stage_destroy(stage, &worker->blas);
+    stage_free(&worker->host_triangles);
+    stage_free(&worker->host_instances);
+}
+
+static VkCommandBuffer record(struct worker *worker)
+{
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    VkCommandBuffer commands = device_begin(&worker->own, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    device_build(&worker->own, commands, &worker->triangles, worker->blas.handle, VK_NULL_HANDLE);
+    device_build(&worker->own, commands, &worker->instances, worker->tlas.handle, VK_NULL_HANDLE);
+    vk->CmdResetQueryPool(commands, worker->queries, 0, 1);
+    vk->CmdWriteAccelerationStructuresPropertiesKHR(
+        commands, 1, &worker->blas.handle,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, worker->queries, 0);
+    vk->CmdCopyQueryPoolResults(commands, worker->queries, 0, 1, worker->triangles.scratch.handle,
+                                0, 8, VK_QUERY_RESULT_64_BIT);
+    device_end(&worker->own, commands);
+    return commands;
+}
+
+static bool run(struct worker *worker, VkCommandBuffer commands)
+{
+    const VkSubmitInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+        .commandBufferCount = 1,
+        .pCommandBuffers = &commands,
+    };
+    pthread_mutex_lock(&queue_lock);
+    VkResult result = stage->vk.QueueSubmit(device.queue, 1, &info, worker->fence);
+    pthread_mutex_unlock(&queue_lock);
+    return result == VK_SUCCESS &&
+           stage->vk.WaitForFences(stage->device, 1, &worker->fence, VK_TRUE, UINT64_MAX) ==
+               VK_SUCCESS &&
+           stage->vk.ResetFences(stage->device, 1, &worker->fence) == VK_SUCCESS;
+}
+
+/* The host rebuilds what all TLASes may refer to. */
+static bool rebuild_shared(struct stage_build *build)
+{
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+    pthread_mutex_lock(&lock);
+    VkResult result = stage_build(stage, VK_NULL_HANDLE, build, shared.handle, VK_NULL_HANDLE);
+    pthread_mutex_unlock(&lock);
+    return result == VK_SUCCESS;
+}
+
+static bool look(const struct worker *worker)
+{
+    uint64_t size = 0;
+    stage_trace(stage, worker->tlas.handle, 0, 0);
+    return stage->vk.GetQueryPoolResults(stage->device, worker->queries, 0, 1, sizeof(size), &size,
+                                         sizeof(size), VK_QUERY_RESULT_64_BIT) == VK_SUCCESS &&
+           size > 0;
+}
+
+static void *work(void *argument)
+{
+    struct worker *worker = argument;
+    for (int round = 0; round < ROUNDS; round++) {
+        VkCommandBuffer commands = record(worker);
+        bool is_well = run(worker, commands) && run(worker, commands);
+        is_well = is_well && rebuild_shared(&worker->host_triangles) && look(worker);
+        stage->vk.FreeCommandBuffers(stage->device, worker->own.pool, 1, &commands);
+        worker->failures += !is_well;
+    }
+    return NULL;
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    static struct worker workers[THREADS];
+    pthread_t threads[THREADS];
+    struct stage_build build;
+    stage_triangles(&build, 4, 0);
+    shared = stage_create_for(stage, &build);
+    for (int i = 0; i < THREADS; i++)
+        open_worker(&workers[i]);
+    for (int i = 0; i < THREADS; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, work, &workers[i]), 0);
+    for (int i = 0; i < THREADS; i++)
+        pthread_join(threads[i], NULL);
+    for (int i = 0; i < THREADS; i++) {
+        assert_int_equal(workers[i].failures, 0);
+        close_worker(&workers[i]);
+    }
+    stage_destroy(stage, &shared);
+    stage_free(&build);
+    assert_int_equal(stage->kit.messages.count, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
+    const char *reason = device_stage_open(&device, "null");
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_stage_close(&device);
+    return failed;
+}
