@@ -42,12 +42,23 @@ static VkResult settle(const struct copy_call *call, VkResult result, struct cpu
                : VK_ERROR_VALIDATION_FAILED;
 }
 
+/* What `use` makes of the bytes of src. */
+static VkResult with_source(const struct copy_call *call,
+                            VkResult (*use)(const struct copy_call *call, const void *source))
+{
+    struct cpu_tree *source = cpu_structures_tree(call->device->structures, call->src);
+    const void *bytes = source ? cpu_tree_read(source) : NULL;
+    VkResult result = bytes ? use(call, bytes) : VK_ERROR_VALIDATION_FAILED;
+    cpu_tree_release(source);
+    return result;
+}
+
 /* ---- between structures */
 
 static VkResult copy_tree(const struct copy_call *call, const void *source)
 {
     struct cpu_structure_info dst;
-    if (!source || !cpu_structures_find(call->device->structures, call->dst, &dst))
+    if (!cpu_structures_find(call->device->structures, call->dst, &dst))
         return VK_ERROR_VALIDATION_FAILED;
     struct cpu_tree *tree = cpu_tree_create();
     if (!tree)
@@ -57,12 +68,8 @@ static VkResult copy_tree(const struct copy_call *call, const void *source)
 
 static VkResult run_copy(void *context, uint32_t part)
 {
-    const struct copy_call *call = context;
     (void)part;
-    struct cpu_tree *source = cpu_structures_tree(call->device->structures, call->src);
-    VkResult result = copy_tree(call, source ? cpu_tree_read(source) : NULL);
-    cpu_tree_release(source);
-    return result;
+    return with_source(context, copy_tree);
 }
 
 VkResult cpu_host_copy(struct cpu_device *device, uint64_t operation,
@@ -79,8 +86,6 @@ VkResult cpu_host_copy(struct cpu_device *device, uint64_t operation,
 
 static VkResult write_tree(const struct copy_call *call, const void *source)
 {
-    if (!source)
-        return VK_ERROR_VALIDATION_FAILED;
     uint64_t size = builder_serialized_size(source);
     if (!cpu_is_writable(call->to, size))
         return VK_ERROR_VALIDATION_FAILED;
@@ -92,12 +97,8 @@ static VkResult write_tree(const struct copy_call *call, const void *source)
 
 static VkResult run_serialize(void *context, uint32_t part)
 {
-    const struct copy_call *call = context;
     (void)part;
-    struct cpu_tree *source = cpu_structures_tree(call->device->structures, call->src);
-    VkResult result = write_tree(call, source ? cpu_tree_read(source) : NULL);
-    cpu_tree_release(source);
-    return result;
+    return with_source(context, write_tree);
 }
 
 VkResult cpu_host_serialize(struct cpu_device *device, uint64_t operation,

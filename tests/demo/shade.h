@@ -65,7 +65,7 @@ struct vec2 {
 };
 struct vec2 shade_chance(uint32_t pixel, uint32_t stream, uint32_t i);
 vec3 shade_to_sun(struct vec2 u);
-vec3 shade_around(vec3 normal, struct vec2 u);
+vec3 shade_around(vec3 axis, struct vec2 u);
 vec3 shade_sky(vec3 direction);
 
 /* Light that came to a surface: of the sun, if it isn't hidden, and from around. */
@@ -74,7 +74,7 @@ struct shade_light {
     bool in_sun, in_open;
     vec3 around;
 };
-vec3 shade_lit(const struct surface *hit, vec3 direction, const struct shade_light *light);
+vec3 shade_lit(const struct surface *hit, vec3 direction, const struct shade_light *from);
 float shade_mirror(const struct surface *hit, vec3 direction);
 
 vec3 shade_camera(void);

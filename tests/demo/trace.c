@@ -181,8 +181,9 @@ static void start_paths(struct batch *batch, uint32_t first_row)
     for (uint32_t y = first_row; y < first_row + ROWS && y < trace->height; ++y)
         for (uint32_t x = 0; x < trace->width; ++x)
             for (uint32_t i = 0; i < RENDER_GRID * RENDER_GRID; ++i) {
-                float within_x = ((float)(i % RENDER_GRID) + 0.5f) / RENDER_GRID;
-                float within_y = ((float)(i / RENDER_GRID) + 0.5f) / RENDER_GRID;
+                const uint32_t column = i % RENDER_GRID, row = i / RENDER_GRID;
+                const float within_x = ((float)column + 0.5f) / RENDER_GRID;
+                const float within_y = ((float)row + 0.5f) / RENDER_GRID;
                 batch->paths[batch->path_count++] = (struct path){
                     .origin = shade_camera(),
                     .direction = shade_camera_ray((float)x + within_x, (float)y + within_y,
