@@ -40,6 +40,18 @@
     COMMAND(acceleration_structure, CmdCopyAccelerationStructureToMemoryKHR)                       \
     COMMAND(acceleration_structure, CmdCopyMemoryToAccelerationStructureKHR)                       \
     COMMAND(acceleration_structure, CmdWriteAccelerationStructuresPropertiesKHR)                   \
+    COMMAND(ray_tracing_nv, CreateAccelerationStructureNV)                                         \
+    COMMAND(ray_tracing_nv, DestroyAccelerationStructureNV)                                        \
+    COMMAND(ray_tracing_nv, GetAccelerationStructureMemoryRequirementsNV)                          \
+    COMMAND(ray_tracing_nv, BindAccelerationStructureMemoryNV)                                     \
+    COMMAND(ray_tracing_nv, GetAccelerationStructureHandleNV)                                      \
+    COMMAND(ray_tracing_nv, CmdBuildAccelerationStructureNV)                                       \
+    COMMAND(ray_tracing_nv, CmdCopyAccelerationStructureNV)                                        \
+    COMMAND(ray_tracing_nv, CmdWriteAccelerationStructuresPropertiesNV)                            \
+    COMMAND(ray_tracing_nv, CreateRayTracingPipelinesNV)                                           \
+    COMMAND(ray_tracing_nv, CompileDeferredNV)                                                     \
+    COMMAND(ray_tracing_nv, GetRayTracingShaderGroupHandlesNV)                                     \
+    COMMAND(ray_tracing_nv, CmdTraceRaysNV)                                                        \
     COMMAND(deferred_host_operations, CreateDeferredOperationKHR)                                  \
     COMMAND(deferred_host_operations, DestroyDeferredOperationKHR)                                 \
     COMMAND(deferred_host_operations, GetDeferredOperationMaxConcurrencyKHR)                       \
@@ -124,8 +136,8 @@
 
 /* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
 #define CPU_OWN_COMMANDS(COMMAND)                                                                  \
-    COMMAND(acceleration_structure, TraceRaysASSAY)                                                \
-    COMMAND(acceleration_structure, GetCountersASSAY)
+    COMMAND(structures, TraceRaysASSAY)                                                            \
+    COMMAND(structures, GetCountersASSAY)
 
 #define DECLARE_COMMAND(name) __typeof__(*(PFN_vk##name)0) cpu_##name;
 #define DECLARE_SUPPLIED(extension, name) DECLARE_COMMAND(name)

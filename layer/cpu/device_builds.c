@@ -80,9 +80,10 @@ static void copy_inputs(struct cpu_recorder *recorder, struct cpu_recorded_build
     gather_instances(recorder, build);
 }
 
-static void add_item(const struct cpu_recorder *recorder, struct cpu_recorded_build *build)
+void cpu_recorder_add_build(struct cpu_recorder *recorder, struct cpu_recorded_build *build)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
+    copy_inputs(recorder, build);
     const struct cpu_item item = {
         .kind = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ? CPU_ITEM_UPDATE
                                                                               : CPU_ITEM_BUILD,
@@ -128,8 +129,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructuresKHR(
         if (!build)
             continue;
         cpu_recorded_build_normalize(build);
-        copy_inputs(&recorder, build);
-        add_item(&recorder, build);
+        cpu_recorder_add_build(&recorder, build);
     }
     cpu_recorder_end(&recorder);
 }
@@ -177,8 +177,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructuresIndirectKHR(
             cpu_recorded_build_free(build);
             continue;
         }
-        copy_inputs(&recorder, build);
-        add_item(&recorder, build);
+        cpu_recorder_add_build(&recorder, build);
     }
     cpu_recorder_end(&recorder);
 }

@@ -3,19 +3,32 @@
 #include "cpu/commands.h"
 #include "cpu/recorder.h"
 
+static void record_copy(VkCommandBuffer commands, uint64_t dst, uint64_t src,
+                        VkCopyAccelerationStructureModeKHR mode)
+{
+    struct cpu_recorder recorder;
+    if (!cpu_recorder_begin(&recorder, commands))
+        return;
+    const struct cpu_item item = {
+        .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? CPU_ITEM_COMPACT
+                                                                        : CPU_ITEM_CLONE,
+        .dst = dst,
+        .src = src,
+    };
+    cpu_recorder_add(&recorder, &item);
+}
+
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
 {
-    struct cpu_recorder recorder;
-    if (!cpu_recorder_begin(&recorder, commandBuffer))
-        return;
-    const struct cpu_item item = {
-        .kind = pInfo->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? CPU_ITEM_COMPACT
-                                                                               : CPU_ITEM_CLONE,
-        .dst = (uint64_t)pInfo->dst,
-        .src = (uint64_t)pInfo->src,
-    };
-    cpu_recorder_add(&recorder, &item);
+    record_copy(commandBuffer, (uint64_t)pInfo->dst, (uint64_t)pInfo->src, pInfo->mode);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureNV(
+    VkCommandBuffer commandBuffer, VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
+    VkCopyAccelerationStructureModeKHR mode)
+{
+    record_copy(commandBuffer, (uint64_t)dst, (uint64_t)src, mode);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(

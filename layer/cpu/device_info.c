@@ -1,19 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Creating a device below the backend: which of what the application enables the driver may see. */
 #include <stdlib.h>
-#include <string.h>
 
 #include "cpu/chain_copy.h"
 #include "cpu/offer.h"
 #include "cpu/overlay.h"
 #include "cpu/refuse.h"
 #include "registry.h"
-
-static bool is_offered(const char *extension)
-{
-    return strcmp(extension, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) == 0 ||
-           strcmp(extension, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0;
-}
 
 /* ---- what cannot work */
 
@@ -23,7 +16,7 @@ static VkResult check_extensions(const struct layer_instance *instance,
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++) {
         const char *name = create_info->ppEnabledExtensionNames[i];
-        if (is_offered(name) || !registry_is_ray_tracing(name))
+        if (cpu_offers_extension(name) || !registry_is_ray_tracing(name))
             continue;
         cpu_refuse(instance, "vkCreateDevice", name);
         result = VK_ERROR_EXTENSION_NOT_PRESENT;
@@ -71,7 +64,7 @@ static const char **names_below(const VkDeviceCreateInfo *create_info, uint32_t 
     const char **names = malloc((create_info->enabledExtensionCount + 1) * sizeof(*names));
     *count = 0;
     for (uint32_t i = 0; names && i < create_info->enabledExtensionCount; i++)
-        if (!is_offered(create_info->ppEnabledExtensionNames[i]))
+        if (!cpu_offers_extension(create_info->ppEnabledExtensionNames[i]))
             names[(*count)++] = create_info->ppEnabledExtensionNames[i];
     return names;
 }

@@ -36,9 +36,18 @@ bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical
 static const VkExtensionProperties offered[] = {
     {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_ACCELERATION_STRUCTURE_SPEC_VERSION},
     {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_SPEC_VERSION},
+    {VK_NV_RAY_TRACING_EXTENSION_NAME, VK_NV_RAY_TRACING_SPEC_VERSION},
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
+
+bool cpu_offers_extension(const char *name)
+{
+    for (size_t i = 0; i < OFFERED; i++)
+        if (strcmp(offered[i].extensionName, name) == 0)
+            return true;
+    return false;
+}
 
 /* All of the driver's, with room for those offered; the caller frees them. */
 static VkResult list_of_driver(PFN_vkEnumerateDeviceExtensionProperties enumerate,
@@ -108,13 +117,33 @@ VkPhysicalDeviceAccelerationStructureFeaturesKHR cpu_features(void)
 /* Counts are the least that the specification allows, so that an application which stays within
  * them runs on every device, and the alignment is the strictest that it allows. No descriptors:
  * shaders cannot reach what the host has built. */
+enum {
+    GEOMETRIES_MAX = (1 << 24) - 1,
+    INSTANCES_MAX = (1 << 24) - 1,
+    PRIMITIVES_MAX = (1 << 29) - 1,
+};
+
 static VkPhysicalDeviceAccelerationStructurePropertiesKHR limits(void)
 {
     return (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
-        .maxGeometryCount = (1 << 24) - 1,
-        .maxInstanceCount = (1 << 24) - 1,
-        .maxPrimitiveCount = (1 << 29) - 1,
+        .maxGeometryCount = GEOMETRIES_MAX,
+        .maxInstanceCount = INSTANCES_MAX,
+        .maxPrimitiveCount = PRIMITIVES_MAX,
         .minAccelerationStructureScratchOffsetAlignment = 256,
+    };
+}
+
+/* Likewise; and no recursion, for there are no pipelines. The sizes of a shader binding table are
+ * those that the specification allows, for applications that compute with them. */
+static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)
+{
+    return (VkPhysicalDeviceRayTracingPropertiesNV){
+        .shaderGroupHandleSize = 16,
+        .maxShaderGroupStride = 4096,
+        .shaderGroupBaseAlignment = 64,
+        .maxGeometryCount = GEOMETRIES_MAX,
+        .maxInstanceCount = INSTANCES_MAX,
+        .maxTriangleCount = PRIMITIVES_MAX,
     };
 }
 
@@ -133,6 +162,7 @@ static void answer_chain(void *chain)
 {
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR our_features = cpu_features();
     const VkPhysicalDeviceAccelerationStructurePropertiesKHR our_limits = limits();
+    const VkPhysicalDeviceRayTracingPropertiesNV our_limits_nv = limits_nv();
     for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
         const struct registry_structure *structure = registry_find_structure(out->sType);
         if (!structure || !structure->ray_tracing)
@@ -143,6 +173,8 @@ static void answer_chain(void *chain)
         else if (out->sType ==
                  VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR)
             ours = &our_limits;
+        else if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV)
+            ours = &our_limits_nv;
         answer(out, structure->size, ours);
     }
 }

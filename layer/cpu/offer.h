@@ -9,6 +9,9 @@
  * are what VK_KHR_acceleration_structure needs. */
 bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical_device);
 
+/* Whether an extension is among those that the backend offers, where it offers any. */
+bool cpu_offers_extension(const char *name);
+
 /* The features that the backend has; sType and pNext are 0. */
 VkPhysicalDeviceAccelerationStructureFeaturesKHR cpu_features(void);
 

@@ -91,9 +91,10 @@ static void cover(struct layer_device *device, const struct cpu_overlay *overlay
 
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
 {
-    const bool structures = is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    const bool khr = is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    const bool nv = is_enabled(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
     const bool deferred = is_enabled(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
-    if ((!structures && !deferred) || !cpu_offers(device->instance, device->physical_device))
+    if ((!khr && !nv && !deferred) || !cpu_offers(device->instance, device->physical_device))
         return VK_SUCCESS;
     struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
     uint8_t uuid[VK_UUID_SIZE];
@@ -109,7 +110,9 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
         cpu_gather_create(device, &overlay->gather) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     overlay->set_loader_data = find_loader_data_setter(create_info);
-    overlay->acceleration_structure = structures;
+    overlay->acceleration_structure = khr;
+    overlay->ray_tracing_nv = nv;
+    overlay->structures = khr || nv;
     overlay->deferred_host_operations = deferred;
     overlay->next = device->vk;
     cover(device, overlay);

@@ -45,7 +45,8 @@ struct cpu_overlay {
     pthread_mutex_t tickets_lock;       /* guards: */
     struct fence_ticket *unfinished;    /* that nobody needs, but the device still uses */
     /* extensions that the application has enabled, and that are the backend's */
-    bool acceleration_structure, deferred_host_operations;
+    bool acceleration_structure, ray_tracing_nv, deferred_host_operations;
+    bool structures; /* one of the first two */
 };
 
 /* Once device->vk and device->facts are filled in. */

@@ -98,30 +98,49 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
         cpu_recorder_add(&recorder, &item);
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesKHR(
-    VkCommandBuffer commandBuffer, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    VkQueryPool queryPool, uint32_t firstQuery)
+/* `structures`: handles of either kind. The type of queries is the pool's own, or the application
+ * is wrong. */
+static void record_writes(VkCommandBuffer commands, uint32_t count, const void *structures,
+                          VkQueryPool pool, uint32_t first)
 {
     struct cpu_recorder recorder;
     struct cpu_item item = {
         .kind = CPU_ITEM_WRITE_QUERIES,
-        .pool = (uint64_t)queryPool,
-        .first = firstQuery,
-        .count = accelerationStructureCount,
+        .pool = (uint64_t)pool,
+        .first = first,
+        .count = count,
     };
-    const size_t size = accelerationStructureCount * sizeof(*pAccelerationStructures);
-    (void)queryType; /* the pool's own, or the application is wrong */
-    if (!cpu_recorder_begin(&recorder, commandBuffer) || !is_own(recorder.device->cpu, queryPool) ||
-        !readable(&recorder.command_buffer->readable, pAccelerationStructures, size))
+    const size_t size = count * sizeof(*item.structures);
+    if (!cpu_recorder_begin(&recorder, commands) || !is_own(recorder.device->cpu, pool) ||
+        !readable(&recorder.command_buffer->readable, structures, size))
         return;
     item.structures = malloc(size);
     if (!item.structures) {
         cpu_recorder_lose(&recorder);
         return;
     }
-    memcpy(item.structures, pAccelerationStructures, size);
+    memcpy(item.structures, structures, size);
     cpu_recorder_add(&recorder, &item);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesKHR(
+    VkCommandBuffer commandBuffer, uint32_t accelerationStructureCount,
+    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
+    VkQueryPool queryPool, uint32_t firstQuery)
+{
+    (void)queryType;
+    record_writes(commandBuffer, accelerationStructureCount, pAccelerationStructures, queryPool,
+                  firstQuery);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesNV(
+    VkCommandBuffer commandBuffer, uint32_t accelerationStructureCount,
+    const VkAccelerationStructureNV *pAccelerationStructures, VkQueryType queryType,
+    VkQueryPool queryPool, uint32_t firstQuery)
+{
+    (void)queryType;
+    record_writes(commandBuffer, accelerationStructureCount, pAccelerationStructures, queryPool,
+                  firstQuery);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBuffer,

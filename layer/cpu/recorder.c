@@ -81,6 +81,8 @@ bool cpu_recorder_find(const struct cpu_recorder *recorder, uint64_t address,
                        struct cpu_target *target)
 {
     struct address_facts facts = {0};
+    if (recorder->addresses)
+        return recorder->addresses->find(recorder->addresses->context, address, target);
     unsigned token = resources_begin_reading(recorder->device->resources);
     resources_find_address(recorder->device->resources, address, &facts);
     resources_end_reading(recorder->device->resources, token);

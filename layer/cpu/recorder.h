@@ -7,11 +7,18 @@
 #include "cpu/overlay.h"
 #include "cpu/recording.h"
 
+/* Which byte of a buffer an address stands for. */
+struct cpu_addresses {
+    bool (*find)(void *context, uint64_t address, struct cpu_target *target);
+    void *context;
+};
+
 struct cpu_recorder {
     struct layer_device *device;
     VkCommandBuffer handle;
     struct command_buffer *command_buffer;
     struct cpu_recording *recording;
+    const struct cpu_addresses *addresses; /* NULL: they are device addresses */
     bool has_copied;
 };
 
@@ -28,7 +35,10 @@ void cpu_recorder_end(const struct cpu_recorder *recorder);
 /* What recording a command buffer has, or NULL. */
 struct cpu_recording *cpu_recording_of(const struct layer_device *device, VkCommandBuffer handle);
 
-/* Records a copy of `size` bytes at a device address, as many of them as the buffer there has.
+/* Records copies of what a build will read, and the build, which it takes over. */
+void cpu_recorder_add_build(struct cpu_recorder *recorder, struct cpu_recorded_build *build);
+
+/* Records a copy of `size` bytes at an address, as many of them as the buffer there has.
  * False where it has none, or without memory. */
 bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t size,
                        struct cpu_snapshot *snapshot);

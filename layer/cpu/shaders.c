@@ -48,9 +48,9 @@ static bool code_traces(const uint32_t *code, size_t size)
     return false;
 }
 
-static VkResult refuse(VkDevice device, const char *command)
+static VkResult refuse(const void *dispatchable, const char *command)
 {
-    cpu_refuse(layer_find_device(device)->instance, command, "a shader that traces rays");
+    cpu_refuse(layer_find_device(dispatchable)->instance, command, "a shader that traces rays");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -124,4 +124,65 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateGraphicsPipelines(
                                         pPipelines);
     return cpu_next(device)->CreateGraphicsPipelines(device, pipelineCache, createInfoCount,
                                                      pCreateInfos, pAllocator, pPipelines);
+}
+
+/* ---- the shader side of VK_NV_ray_tracing */
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRayTracingPipelinesNV(
+    VkDevice device, VkPipelineCache pipelineCache, uint32_t createInfoCount,
+    const VkRayTracingPipelineCreateInfoNV *pCreateInfos, const VkAllocationCallbacks *pAllocator,
+    VkPipeline *pPipelines)
+{
+    (void)pipelineCache;
+    (void)pCreateInfos;
+    (void)pAllocator;
+    return refuse_pipelines(device, "vkCreateRayTracingPipelinesNV", createInfoCount, pPipelines);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_CompileDeferredNV(VkDevice device, VkPipeline pipeline,
+                                                     uint32_t shader)
+{
+    (void)pipeline;
+    (void)shader;
+    return refuse(device, "vkCompileDeferredNV");
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_GetRayTracingShaderGroupHandlesNV(VkDevice device,
+                                                                     VkPipeline pipeline,
+                                                                     uint32_t firstGroup,
+                                                                     uint32_t groupCount,
+                                                                     size_t dataSize, void *pData)
+{
+    (void)pipeline;
+    (void)firstGroup;
+    (void)groupCount;
+    (void)dataSize;
+    (void)pData;
+    return refuse(device, "vkGetRayTracingShaderGroupHandlesNV");
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdTraceRaysNV(
+    VkCommandBuffer commandBuffer, VkBuffer raygenShaderBindingTableBuffer,
+    VkDeviceSize raygenShaderBindingOffset, VkBuffer missShaderBindingTableBuffer,
+    VkDeviceSize missShaderBindingOffset, VkDeviceSize missShaderBindingStride,
+    VkBuffer hitShaderBindingTableBuffer, VkDeviceSize hitShaderBindingOffset,
+    VkDeviceSize hitShaderBindingStride, VkBuffer callableShaderBindingTableBuffer,
+    VkDeviceSize callableShaderBindingOffset, VkDeviceSize callableShaderBindingStride,
+    uint32_t width, uint32_t height, uint32_t depth)
+{
+    (void)raygenShaderBindingTableBuffer;
+    (void)raygenShaderBindingOffset;
+    (void)missShaderBindingTableBuffer;
+    (void)missShaderBindingOffset;
+    (void)missShaderBindingStride;
+    (void)hitShaderBindingTableBuffer;
+    (void)hitShaderBindingOffset;
+    (void)hitShaderBindingStride;
+    (void)callableShaderBindingTableBuffer;
+    (void)callableShaderBindingOffset;
+    (void)callableShaderBindingStride;
+    (void)width;
+    (void)height;
+    (void)depth;
+    refuse(commandBuffer, "vkCmdTraceRaysNV");
 }

@@ -21,11 +21,24 @@ static bool arrays_are_readable(struct readable_cache *cache,
     return has_geometries && (!ranges || readable(cache, ranges, count * sizeof(*ranges)));
 }
 
+VkResult cpu_build_info_allocate(struct cpu_build_info *build, uint32_t count)
+{
+    build->info.geometryCount = count;
+    if (count == 0)
+        return VK_SUCCESS;
+    build->geometries = calloc(count, sizeof(*build->geometries) + sizeof(*build->ranges));
+    if (!build->geometries)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    build->ranges = (VkAccelerationStructureBuildRangeInfoKHR *)(build->geometries + count);
+    build->info.pGeometries = build->geometries;
+    return VK_SUCCESS;
+}
+
 static bool copy_arrays(struct readable_cache *cache,
+                        const VkAccelerationStructureBuildGeometryInfoKHR *info,
                         const VkAccelerationStructureBuildRangeInfoKHR *ranges,
                         struct cpu_build_info *copy)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR *info = &copy->info;
     for (uint32_t i = 0; i < info->geometryCount; i++) {
         const VkAccelerationStructureGeometryKHR *from =
             info->pGeometries ? &info->pGeometries[i] : info->ppGeometries[i];
@@ -49,21 +62,17 @@ VkResult cpu_build_info_copy(struct readable_cache *cache,
         return VK_ERROR_VALIDATION_FAILED;
     copy->info = *info;
     copy->info.pNext = NULL;
-    uint32_t count = info->geometryCount;
-    if (count == 0)
+    if (info->geometryCount == 0)
         return VK_SUCCESS;
     if (!arrays_are_readable(cache, info, ranges))
         return VK_ERROR_VALIDATION_FAILED;
-    copy->geometries = calloc(count, sizeof(*copy->geometries) + sizeof(*copy->ranges));
-    if (!copy->geometries)
+    if (cpu_build_info_allocate(copy, info->geometryCount) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    copy->ranges = (VkAccelerationStructureBuildRangeInfoKHR *)(copy->geometries + count);
-    if (!copy_arrays(cache, ranges, copy)) {
+    copy->info.ppGeometries = NULL;
+    if (!copy_arrays(cache, info, ranges, copy)) {
         cpu_build_info_release(copy);
         return VK_ERROR_VALIDATION_FAILED;
     }
-    copy->info.pGeometries = copy->geometries;
-    copy->info.ppGeometries = NULL;
     return VK_SUCCESS;
 }
 
@@ -75,6 +84,28 @@ void cpu_build_info_release(struct cpu_build_info *copy)
 
 /* ---- sizes */
 
+static uint64_t find_nothing(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    (void)context;
+    (void)address;
+    (void)size;
+    *bytes = NULL;
+    return 0;
+}
+
+VkResult cpu_build_info_sizes(const struct cpu_build_info *build, const uint32_t *counts,
+                              struct builder_sizes *sizes)
+{
+    const struct cpu_memory nothing = {find_nothing, NULL};
+    struct cpu_input input;
+    *sizes = (struct builder_sizes){0};
+    VkResult result = cpu_input_open(build, &nothing, &input);
+    if (result == VK_SUCCESS)
+        builder_get_sizes(&input.input, counts, sizes);
+    cpu_input_close(&input);
+    return result;
+}
+
 void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                      const uint32_t *counts, struct builder_sizes *sizes)
 {
@@ -83,12 +114,7 @@ void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
     struct cpu_build_info build;
     if (cpu_build_info_copy(&cache, info, NULL, &build) != VK_SUCCESS)
         return;
-    uint32_t count = build.info.geometryCount;
-    struct cpu_input input = {0};
-    struct cpu_memory nothing = {0};
-    if (readable(&cache, counts, sizeof(*counts) * (size_t)count) &&
-        cpu_input_open(&build, &nothing, &input) == VK_SUCCESS)
-        builder_get_sizes(&input.input, counts, sizes);
-    cpu_input_close(&input);
+    if (readable(&cache, counts, sizeof(*counts) * (size_t)build.info.geometryCount))
+        cpu_build_info_sizes(&build, counts, sizes);
     cpu_build_info_release(&build);
 }

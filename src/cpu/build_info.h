@@ -23,7 +23,15 @@ VkResult cpu_build_info_copy(struct readable_cache *cache,
                              struct cpu_build_info *copy);
 void cpu_build_info_release(struct cpu_build_info *copy);
 
-/* vkGetAccelerationStructureBuildSizesKHR: zeros for geometries that the builder doesn't take. */
+/* Room for that many geometries and their ranges, in parameters that have none. */
+VkResult cpu_build_info_allocate(struct cpu_build_info *build, uint32_t count);
+
+/* `counts`: NULL: those of the ranges. Zeros for geometries that the builder doesn't take. */
+VkResult cpu_build_info_sizes(const struct cpu_build_info *build, const uint32_t *counts,
+                              struct builder_sizes *sizes);
+
+/* vkGetAccelerationStructureBuildSizesKHR: zeros also where a parameter can't be read, or without
+ * memory. */
 void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                      const uint32_t *counts, struct builder_sizes *sizes);
 

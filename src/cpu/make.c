@@ -125,6 +125,7 @@ bool cpu_property(const void *tree, VkQueryType type, uint64_t *value)
 {
     switch (type) {
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
         *value = builder_compacted_size(tree);
         return true;
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:

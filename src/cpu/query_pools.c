@@ -104,6 +104,7 @@ void cpu_query_pools_remove(struct cpu_query_pools *pools, uint64_t handle)
 bool cpu_query_type_is_known(VkQueryType type)
 {
     return type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR ||
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV ||
            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR ||
            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR ||
            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR;

@@ -41,6 +41,7 @@ struct cpu_structure_info {
     uint64_t size;
     uint64_t buffer_id; /* that no other buffer ever has; 0: not known */
     uint64_t buffer_size, offset;
+    uint64_t build_scratch, update_scratch; /* of VK_NV_ray_tracing, which asks by structure */
 };
 VkResult cpu_structures_add(struct cpu_structures *structures,
                             const struct cpu_structure_info *info, uint64_t *handle);

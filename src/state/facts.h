@@ -78,8 +78,9 @@ struct buffer_facts {
     uint64_t id; /* never reused; 0 unless alive */
     enum tristate alive;
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    VkDeviceSize size;      /* these two: where alive == YES */
+    VkDeviceSize size;      /* these three: where alive == YES */
     VkBufferUsageFlags2 usage;
+    enum address_status status; /* of its bytes, had they addresses */
 };
 
 /* What vkGetAccelerationStructureMemoryRequirementsNV of the next layer says, bytes. */

@@ -114,6 +114,7 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
     facts->id = buffer->where.id;
     facts->size = buffer->where.size;
     facts->usage = buffer->where.usage;
+    facts->status = (enum address_status)buffer->where.status;
 }
 
 uint64_t resources_deaths(struct resources *resources)

@@ -414,6 +414,28 @@ static void test_shaders(void **state)
     assert_int_equal(seen.calls, 22);
 }
 
+static void test_pipelines_of_nv(void **state)
+{
+    (void)state;
+    VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
+    char data[16];
+    assert_int_equal(
+        cpu_CreateRayTracingPipelinesNV(DEVICE, VK_NULL_HANDLE, 2, NULL, NULL, pipelines),
+        VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_true(pipelines[0] == VK_NULL_HANDLE && pipelines[1] == VK_NULL_HANDLE);
+    assert_string_equal(refused_command, "vkCreateRayTracingPipelinesNV");
+    assert_int_equal(cpu_CompileDeferredNV(DEVICE, VK_NULL_HANDLE, 0),
+                     VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_int_equal(
+        cpu_GetRayTracingShaderGroupHandlesNV(DEVICE, VK_NULL_HANDLE, 0, 1, sizeof(data), data),
+        VK_ERROR_VALIDATION_FAILED_EXT);
+    cpu_CmdTraceRaysNV((VkCommandBuffer)DEVICE, VK_NULL_HANDLE, 0, VK_NULL_HANDLE, 0, 0,
+                       VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
+    assert_string_equal(refused_command, "vkCmdTraceRaysNV");
+    assert_int_equal(refusals, 4);
+    assert_int_equal(seen.calls, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -424,6 +446,7 @@ int main(void)
         cmocka_unit_test_setup(test_writes, clear),
         cmocka_unit_test_setup(test_descriptors_in_memory, clear),
         cmocka_unit_test_setup(test_shaders, clear),
+        cmocka_unit_test_setup(test_pipelines_of_nv, clear),
     };
     VkuDeviceDispatchTable *next = &below->next;
     next->CreateBuffer = create_buffer;

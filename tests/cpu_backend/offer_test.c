@@ -43,7 +43,8 @@ static void test_extensions(void **state)
     for (size_t i = 0; i < registry_ray_tracing_count; i++) {
         const char *name = registry_ray_tracing[i];
         const bool is_offered = strcmp(name, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) == 0 ||
-                                strcmp(name, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0;
+                                strcmp(name, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0 ||
+                                strcmp(name, VK_NV_RAY_TRACING_EXTENSION_NAME) == 0;
         assert_int_equal(kit_count_extension(&kit, name), is_offered);
     }
     for (uint32_t i = 0; i < kit.extension_count; i++)
@@ -63,7 +64,7 @@ static void test_other_extensions(void **state)
         assert_string_equal(kit.extensions[at].extensionName, theirs->extensionName);
         assert_int_equal(kit.extensions[at++].specVersion, theirs->specVersion);
     }
-    assert_int_equal(at + 2, kit.extension_count);
+    assert_int_equal(at + 3, kit.extension_count);
     if (platform.is_null)
         assert_int_equal(kit_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME), 1);
     kit_close(&other);
@@ -144,9 +145,13 @@ static void test_properties(void **state)
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
         .maxRayRecursionDepth = 77};
+    VkPhysicalDeviceRayTracingPropertiesNV nv = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV,
+        .pNext = &pipelines,
+        .maxDescriptorSetAccelerationStructures = 77};
     VkPhysicalDeviceAccelerationStructurePropertiesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
-        .pNext = &pipelines};
+        .pNext = &nv};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &structures};
     kit.vk.GetPhysicalDeviceProperties2(kit.physical, &properties);
@@ -156,7 +161,14 @@ static void test_properties(void **state)
     assert_true(structures.maxPrimitiveCount >= (1 << 29) - 1);
     assert_int_equal(structures.minAccelerationStructureScratchOffsetAlignment, 256);
     assert_int_equal(structures.maxPerStageDescriptorAccelerationStructures, 0);
-    assert_ptr_equal(structures.pNext, &pipelines);
+    assert_true(nv.maxGeometryCount >= (1 << 24) - 1);
+    assert_true(nv.maxInstanceCount >= (1 << 24) - 1);
+    assert_true(nv.maxTriangleCount >= (1 << 29) - 1);
+    assert_int_equal(nv.shaderGroupHandleSize, 16);
+    assert_int_equal(nv.shaderGroupBaseAlignment, 64);
+    assert_int_equal(nv.maxDescriptorSetAccelerationStructures, 0);
+    assert_ptr_equal(structures.pNext, &nv);
+    assert_ptr_equal(nv.pNext, &pipelines);
     assert_int_equal(pipelines.maxRayRecursionDepth, 0);
     assert_true(properties.properties.limits.maxMemoryAllocationCount > 0);
 }
@@ -206,6 +218,54 @@ static void test_commands_by_name(void **state)
     assert_null(kit.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
     vk.DestroyDevice(device, NULL);
     assert_int_equal(kit.messages.count, 0);
+}
+
+/* Either of the extensions that have structures is enough to trace them. */
+static void test_nv_commands_by_name(void **state)
+{
+    (void)state;
+    const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    assert_int_equal(kit_create_device(&kit, NULL, extensions, 1, &device, &vk), VK_SUCCESS);
+    assert_non_null(vk.CreateAccelerationStructureNV);
+    assert_non_null(vk.CmdBuildAccelerationStructureNV);
+    assert_non_null(vk.CmdTraceRaysNV);
+    assert_null(vk.CreateAccelerationStructureKHR);
+    assert_null(vk.CreateDeferredOperationKHR);
+    assert_non_null(kit.get_device_proc_addr(device, "vkTraceRaysASSAY"));
+    vk.DestroyDevice(device, NULL);
+
+    extensions[0] = VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME;
+    assert_int_equal(kit_create_device(&kit, NULL, extensions, 1, &device, &vk), VK_SUCCESS);
+    assert_null(kit.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
+    assert_null(kit.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
+    vk.DestroyDevice(device, NULL);
+    assert_int_equal(kit.messages.count, 0);
+}
+
+/* What a driver has of the same extension isn't asked. */
+static void test_over_a_driver_with_nv(void **state)
+{
+    (void)state;
+    if (!platform.is_null)
+        skip();
+    static const struct kit_setup setup = {.driver_traces = true};
+    static const char *const extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    VkAccelerationStructureNV structure;
+    const VkAccelerationStructureCreateInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
+        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV}};
+    kit_open(&other, &platform, &setup);
+    assert_int_equal(kit_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
+    assert_int_equal(kit_create_device(&other, NULL, extensions, 1, &device, &vk), VK_SUCCESS);
+    assert_int_equal(vk.CreateAccelerationStructureNV(device, &info, NULL, &structure), VK_SUCCESS);
+    vk.DestroyAccelerationStructureNV(device, structure, NULL);
+    assert_int_equal(platform.null_driver.calls("vkCreateAccelerationStructureNV"), 0);
+    vk.DestroyDevice(device, NULL);
+    kit_close(&other);
 }
 
 static void test_two_devices(void **state)
@@ -349,6 +409,8 @@ int main(int argc, char **argv)
         cmocka_unit_test_setup_teardown(test_properties, open_kit, close_kit),
         cmocka_unit_test_setup_teardown(test_formats, open_kit, close_kit),
         cmocka_unit_test_setup_teardown(test_commands_by_name, open_kit, close_kit),
+        cmocka_unit_test_setup_teardown(test_nv_commands_by_name, open_kit, close_kit),
+        cmocka_unit_test(test_over_a_driver_with_nv),
         cmocka_unit_test_setup_teardown(test_two_devices, open_kit, close_kit),
         cmocka_unit_test_setup_teardown(test_chains, open_kit, close_kit),
         cmocka_unit_test_setup_teardown(test_what_is_not_offered, open_kit, close_kit),

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands of backend cpu: builds of VK_NV_ray_tracing. Their data is named by buffer and offset,
+ * so each buffer is given addresses that mean it within the build alone. */
+#include <stdlib.h>
+
+#include "cpu/commands.h"
+#include "cpu/nv_info.h"
+#include "cpu/recorder.h"
+
+enum {
+    NOWHERE = 1,         /* in no buffer */
+    FIRST_ADDRESS = 256, /* of the first one */
+    ALIGNMENT = 256,
+};
+
+struct input_buffer {
+    VkBuffer handle;
+    uint64_t address, size;
+};
+
+struct inputs {
+    struct cpu_recorder *recorder;
+    struct input_buffer *buffers;
+    uint32_t count, capacity;
+    uint64_t next_address;
+};
+
+static bool reserve(struct inputs *inputs)
+{
+    if (inputs->count < inputs->capacity)
+        return true;
+    uint32_t capacity = inputs->capacity ? inputs->capacity * 2 : 8;
+    struct input_buffer *grown = realloc(inputs->buffers, capacity * sizeof(*grown));
+    if (!grown) {
+        cpu_recorder_lose(inputs->recorder);
+        return false;
+    }
+    inputs->buffers = grown;
+    inputs->capacity = capacity;
+    return true;
+}
+
+/* NULL for what can't be copied from, or without memory. */
+static const struct input_buffer *add_buffer(struct inputs *inputs, VkBuffer handle)
+{
+    struct resources *resources = inputs->recorder->device->resources;
+    struct buffer_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_buffer(resources, handle, &facts);
+    resources_end_reading(resources, token);
+    if (facts.alive != YES || facts.status != ADDRESS_IN_BUFFER ||
+        facts.size > UINT64_MAX - ALIGNMENT - inputs->next_address || !reserve(inputs))
+        return NULL;
+    struct input_buffer *buffer = &inputs->buffers[inputs->count++];
+    *buffer = (struct input_buffer){handle, inputs->next_address, facts.size};
+    inputs->next_address += (facts.size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    return buffer;
+}
+
+static uint64_t address_of(void *context, VkBuffer handle, VkDeviceSize offset)
+{
+    struct inputs *inputs = context;
+    const struct input_buffer *buffer = NULL;
+    for (uint32_t i = 0; i < inputs->count && !buffer; i++)
+        if (inputs->buffers[i].handle == handle)
+            buffer = &inputs->buffers[i];
+    if (!buffer)
+        buffer = add_buffer(inputs, handle);
+    return buffer && offset < buffer->size ? buffer->address + offset : NOWHERE;
+}
+
+static bool find(void *context, uint64_t address, struct cpu_target *target)
+{
+    const struct inputs *inputs = context;
+    for (uint32_t i = 0; i < inputs->count; i++) {
+        const struct input_buffer *buffer = &inputs->buffers[i];
+        if (address < buffer->address || address - buffer->address >= buffer->size)
+            continue;
+        uint64_t offset = address - buffer->address;
+        *target = (struct cpu_target){buffer->handle, offset, buffer->size - offset};
+        return true;
+    }
+    return false;
+}
+
+/* NULL where a parameter can't be read, or without memory: then nothing is built. */
+static struct cpu_recorded_build *translate(const struct cpu_recorder *recorder,
+                                            const VkAccelerationStructureInfoNV *info,
+                                            const struct cpu_nv_data *data)
+{
+    struct cpu_recorded_build *build = calloc(1, sizeof(*build));
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (build)
+        result =
+            cpu_nv_info_copy(&recorder->command_buffer->readable, info, data, &build->parameters);
+    if (result == VK_SUCCESS)
+        return build;
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
+        cpu_recorder_lose(recorder);
+    free(build);
+    return NULL;
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructureNV(
+    VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
+    VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
+    VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
+    VkDeviceSize scratchOffset)
+{
+    struct cpu_recorder recorder;
+    struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
+    const struct cpu_addresses addresses = {find, &inputs};
+    const struct cpu_nv_data data = {address_of, &inputs, instanceData, instanceOffset};
+    (void)scratch;
+    (void)scratchOffset;
+    if (!cpu_recorder_begin(&recorder, commandBuffer))
+        return;
+    recorder.addresses = &addresses;
+    struct cpu_recorded_build *build = translate(&recorder, pInfo, &data);
+    if (build) {
+        VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
+        info->mode = update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                            : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+        info->dstAccelerationStructure = (VkAccelerationStructureKHR)dst;
+        info->srcAccelerationStructure = (VkAccelerationStructureKHR)src;
+        cpu_recorder_add_build(&recorder, build);
+    }
+    cpu_recorder_end(&recorder);
+    free(inputs.buffers);
+}

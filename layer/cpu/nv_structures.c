@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands of backend cpu: structures of VK_NV_ray_tracing as objects. They share a table with
+ * those of VK_KHR_acceleration_structure. */
+#include <string.h>
+
+#include "cpu/commands.h"
+#include "cpu/memory.h"
+#include "cpu/nv_info.h"
+#include "cpu/overlay.h"
+
+enum { MEMORY_ALIGNMENT = 256 };
+
+static struct cpu_structures *structures_of(VkDevice device)
+{
+    return cpu_overlay_of(device)->device->structures;
+}
+
+/* What a structure will take is settled now. */
+static VkResult describe(const VkAccelerationStructureCreateInfoNV *create_info,
+                         struct cpu_structure_info *info)
+{
+    struct readable_cache cache = {0};
+    struct cpu_build_info build;
+    struct builder_sizes sizes;
+    *info = (struct cpu_structure_info){.type = create_info->info.type,
+                                        .size = create_info->compactedSize};
+    if (create_info->compactedSize)
+        return VK_SUCCESS;
+    VkResult result = cpu_nv_info_copy(&cache, &create_info->info, NULL, &build);
+    if (result == VK_SUCCESS)
+        result = cpu_build_info_sizes(&build, NULL, &sizes);
+    cpu_build_info_release(&build);
+    if (result == VK_SUCCESS && sizes.structure) {
+        info->size = sizes.structure;
+        info->build_scratch = sizes.build_scratch + CPU_SCRATCH_SLACK;
+        info->update_scratch = sizes.update_scratch + CPU_SCRATCH_SLACK;
+    }
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateAccelerationStructureNV(
+    VkDevice device, const VkAccelerationStructureCreateInfoNV *pCreateInfo,
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureNV *pAccelerationStructure)
+{
+    struct cpu_structure_info info;
+    uint64_t handle = 0;
+    (void)pAllocator;
+    VkResult result = describe(pCreateInfo, &info);
+    if (result == VK_SUCCESS)
+        result = cpu_structures_add(structures_of(device), &info, &handle);
+    *pAccelerationStructure =
+        result == VK_SUCCESS ? (VkAccelerationStructureNV)handle : VK_NULL_HANDLE;
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL
+cpu_DestroyAccelerationStructureNV(VkDevice device, VkAccelerationStructureNV accelerationStructure,
+                                   const VkAllocationCallbacks *pAllocator)
+{
+    (void)pAllocator;
+    cpu_private_data_forget_object(&cpu_overlay_of(device)->device->private_data,
+                                   (uint64_t)accelerationStructure);
+    cpu_structures_remove(structures_of(device), (uint64_t)accelerationStructure);
+}
+
+/* ---- memory, of which none is ever touched */
+
+/* All types but those that are for one use alone, or for a feature. */
+static uint32_t memory_types(const struct layer_device *device)
+{
+    const VkMemoryPropertyFlags special =
+        VK_MEMORY_PROPERTY_PROTECTED_BIT | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT |
+        VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD | VK_MEMORY_PROPERTY_RDMA_CAPABLE_BIT_NV;
+    VkPhysicalDeviceMemoryProperties properties;
+    uint32_t types = 0;
+    device->instance->vk.GetPhysicalDeviceMemoryProperties(device->physical_device, &properties);
+    for (uint32_t i = 0; i < properties.memoryTypeCount; i++)
+        if (!(properties.memoryTypes[i].propertyFlags & special))
+            types |= 1u << i;
+    return types;
+}
+
+static VkDeviceSize required_size(const struct cpu_structure_info *info,
+                                  VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    switch (type) {
+    case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV:
+        return info->build_scratch;
+    case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV:
+        return info->update_scratch;
+    default:
+        return info->size;
+    }
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_GetAccelerationStructureMemoryRequirementsNV(
+    VkDevice device, const VkAccelerationStructureMemoryRequirementsInfoNV *pInfo,
+    VkMemoryRequirements2KHR *pMemoryRequirements)
+{
+    struct cpu_structure_info info = {0};
+    cpu_structures_find(structures_of(device), (uint64_t)pInfo->accelerationStructure, &info);
+    pMemoryRequirements->memoryRequirements = (VkMemoryRequirements){
+        .size = required_size(&info, pInfo->type),
+        .alignment = MEMORY_ALIGNMENT,
+        .memoryTypeBits = memory_types(layer_find_device(device)),
+    };
+    for (VkBaseOutStructure *out = pMemoryRequirements->pNext; out; out = out->pNext) {
+        VkMemoryDedicatedRequirements *dedicated = (VkMemoryDedicatedRequirements *)out;
+        if (out->sType == VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS)
+            dedicated->prefersDedicatedAllocation = dedicated->requiresDedicatedAllocation =
+                VK_FALSE;
+    }
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL
+cpu_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
+                                      const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+{
+    (void)device;
+    (void)bindInfoCount;
+    (void)pBindInfos;
+    return VK_SUCCESS;
+}
+
+/* ---- what instances refer to */
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureHandleNV(
+    VkDevice device, VkAccelerationStructureNV accelerationStructure, size_t dataSize, void *pData)
+{
+    struct cpu_structure_info info;
+    const uint64_t handle = (uint64_t)accelerationStructure;
+    if (dataSize < sizeof(handle) || !cpu_is_writable(pData, sizeof(handle)) ||
+        !cpu_structures_find(structures_of(device), handle, &info))
+        return VK_ERROR_VALIDATION_FAILED;
+    memcpy(pData, &handle, sizeof(handle));
+    return VK_SUCCESS;
+}

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From VkAccelerationStructureInfoNV to a build's parameters. */
+#include "cpu/nv_info.h"
+
+static VkDeviceOrHostAddressConstKHR address(const struct cpu_nv_data *data, VkBuffer buffer,
+                                             VkDeviceSize offset)
+{
+    uint64_t found = data && buffer ? data->find(data->context, buffer, offset) : 0;
+    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = found};
+}
+
+/* Nothing is drawn of no vertices, whatever the indices say. */
+static uint32_t count_triangles(const VkGeometryTrianglesNV *from)
+{
+    bool is_indexed = from->indexType != VK_INDEX_TYPE_NONE_NV && from->vertexCount;
+    return (is_indexed ? from->indexCount : from->vertexCount) / 3;
+}
+
+static void translate_triangles(const VkGeometryTrianglesNV *from, const struct cpu_nv_data *data,
+                                VkAccelerationStructureGeometryTrianglesDataKHR *to)
+{
+    to->vertexFormat = from->vertexFormat;
+    to->vertexData = address(data, from->vertexData, from->vertexOffset);
+    to->vertexStride = from->vertexStride;
+    to->maxVertex = from->vertexCount ? from->vertexCount - 1 : 0;
+    to->indexType = from->indexType;
+    if (from->indexType != VK_INDEX_TYPE_NONE_NV)
+        to->indexData = address(data, from->indexData, from->indexOffset);
+    to->transformData = address(data, from->transformData, from->transformOffset);
+}
+
+static void translate_geometry(const VkGeometryNV *from, const struct cpu_nv_data *data,
+                               VkAccelerationStructureGeometryKHR *to, uint32_t *count)
+{
+    const VkGeometryAABBNV *aabbs = &from->geometry.aabbs;
+    to->geometryType = from->geometryType;
+    to->flags = from->flags;
+    switch (from->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_NV:
+        translate_triangles(&from->geometry.triangles, data, &to->geometry.triangles);
+        *count = count_triangles(&from->geometry.triangles);
+        break;
+    case VK_GEOMETRY_TYPE_AABBS_NV:
+        to->geometry.aabbs.data = address(data, aabbs->aabbData, aabbs->offset);
+        to->geometry.aabbs.stride = aabbs->stride;
+        *count = aabbs->numAABBs;
+        break;
+    default: /* no instances here, so that the builder refuses it */
+        to->geometryType = VK_GEOMETRY_TYPE_MAX_ENUM_KHR;
+    }
+}
+
+static VkResult copy_geometries(struct readable_cache *cache,
+                                const VkAccelerationStructureInfoNV *info,
+                                const struct cpu_nv_data *data, struct cpu_build_info *copy)
+{
+    const size_t count = info->geometryCount;
+    if (!readable(cache, info->pGeometries, count * sizeof(*info->pGeometries)))
+        return VK_ERROR_VALIDATION_FAILED;
+    VkResult result = cpu_build_info_allocate(copy, info->geometryCount);
+    for (size_t i = 0; result == VK_SUCCESS && i < count; i++)
+        translate_geometry(&info->pGeometries[i], data, &copy->geometries[i],
+                           &copy->ranges[i].primitiveCount);
+    return result;
+}
+
+static VkResult copy_instances(const VkAccelerationStructureInfoNV *info,
+                               const struct cpu_nv_data *data, struct cpu_build_info *copy)
+{
+    VkResult result = cpu_build_info_allocate(copy, 1);
+    if (result != VK_SUCCESS)
+        return result;
+    copy->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    if (data)
+        copy->geometries[0].geometry.instances.data =
+            address(data, data->instances, data->instance_offset);
+    copy->ranges[0].primitiveCount = info->instanceCount;
+    return VK_SUCCESS;
+}
+
+VkResult cpu_nv_info_copy(struct readable_cache *cache, const VkAccelerationStructureInfoNV *info,
+                          const struct cpu_nv_data *data, struct cpu_build_info *copy)
+{
+    *copy = (struct cpu_build_info){0};
+    if (!readable(cache, info, sizeof(*info)))
+        return VK_ERROR_VALIDATION_FAILED;
+    copy->info.type = info->type;
+    copy->info.flags = info->flags;
+    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV
+               ? copy_instances(info, data, copy)
+               : copy_geometries(cache, info, data, copy);
+}
