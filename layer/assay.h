@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What VK_LAYER_ASSAY_validation offers to tests and tools beyond Vulkan: tracing of acceleration
  * structures on the CPU, and counters. Only for devices of backend cpu (assay_validation.backend =
- * cpu) that enable VK_KHR_acceleration_structure: vkGetDeviceProcAddr answers NULL for others.
+ * cpu) that enable VK_KHR_acceleration_structure or VK_NV_ray_tracing: vkGetDeviceProcAddr answers
+ * NULL for others.
  *
  *     PFN_vkTraceRaysASSAY trace =
  *         (PFN_vkTraceRaysASSAY)vkGetDeviceProcAddr(device, "vkTraceRaysASSAY");
@@ -72,10 +73,10 @@ typedef enum AssayAnswer {
 typedef AssayAnswer(VKAPI_PTR *PFN_AssayCandidate)(void *userData, uint32_t rayIndex,
                                                    AssayHit *candidate);
 
-/* Traces `rayCount` rays against what `accelerationStructure`, a handle or a device address from
- * vkGetAccelerationStructureDeviceAddressKHR, holds now, and writes one hit each. Bottom levels are
- * found by the references of a top level's instances; instances of what isn't built (any more) are
- * not hit. On the caller's thread; several may trace at once, and what is destroyed or rebuilt
+/* Traces `rayCount` rays against what `accelerationStructure` holds now, and writes one hit each: a
+ * VkAccelerationStructureKHR or -NV, or what vkGetAccelerationStructureDeviceAddressKHR or
+ * vkGetAccelerationStructureHandleNV tells of one. Bottom levels are found by the references of a
+ * top level's instances; instances of what isn't built (any more) are not hit. On the caller's thread; several may trace at once, and what is destroyed or rebuilt
  * meanwhile is traced as it was. Setting up takes time in proportion to the instances, so one call
  * should have many rays.
  *
