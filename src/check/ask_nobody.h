@@ -26,6 +26,9 @@
 #undef ASK_dense
 #undef ASK_used_micromap
 #undef ASK_updated_micromap
+#undef ASK_box
+#undef ASK_indices
+#undef ASK_transform
 #undef ASK_update
 #undef ASK_updated_geometry
 #undef ASK_updated_dense
@@ -53,6 +56,9 @@
 #define ASK_dense(name, level)
 #define ASK_used_micromap(name, level)
 #define ASK_updated_micromap(name, level)
+#define ASK_box(name, level)
+#define ASK_indices(name, level)
+#define ASK_transform(name, level)
 #define ASK_update(name, level)
 #define ASK_updated_geometry(name, level)
 #define ASK_updated_dense(name, level)

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/content.h"
 #include "check/extensions.h"
 #include "check/indirect.h"
 #include "check/pairs.h"
@@ -59,6 +60,8 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
         walk_range(walk, &range, LEVEL_STATE);
     if (walk->context->see_input)
         see_inputs(walk->context, geometry);
+    if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
+        check_host_contents(walk, &range);
 }
 
 static void check_geometries(struct walk *walk, const struct build_view *build,

@@ -11,6 +11,7 @@
 enum value_kind {
     VALUE_HEX,    /* an address or a bit pattern: 0x1010 */
     VALUE_NUMBER, /* a count or a size: 256 */
+    VALUE_REAL,   /* a number with a fraction: 0.5 */
     VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
     VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
     VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
@@ -22,7 +23,10 @@ struct value {
     uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
     VkObjectType object_type; /* VALUE_OBJECT */
     uint64_t number;          /* VALUE_HEX, VALUE_NUMBER, VALUE_OBJECT, VALUE_BUILT */
-    const char *text;         /* VALUE_TEXT, VALUE_FIELD */
+    union {
+        const char *text; /* VALUE_TEXT, VALUE_FIELD */
+        double real;      /* VALUE_REAL */
+    };
 };
 
 enum { FINDING_VALUES = 6 };
@@ -44,6 +48,11 @@ static inline struct value hex(uint64_t number)
 static inline struct value number(uint64_t number)
 {
     return (struct value){.kind = VALUE_NUMBER, .number = number};
+}
+
+static inline struct value real(double real)
+{
+    return (struct value){.kind = VALUE_REAL, .real = real};
 }
 
 static inline struct value text(const char *text)

@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 
+#include "check/content_view.h"
 #include "check/extension_view.h"
 #include "check/finding.h"
 #include "check/micromap_view.h"

@@ -165,6 +165,9 @@ static void append_value(struct text_buffer *text, struct message *message,
     case VALUE_NUMBER:
         text_append(text, "%" PRIu64, value->number);
         return;
+    case VALUE_REAL:
+        text_append(text, "%.9g", value->real);
+        return;
     case VALUE_TEXT:
         text_append(text, "%s", value->text ? value->text : "");
         return;

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { SECOND_BOXES = 1024 /* of AABBS, in bytes */ };
+
 #define GEOMETRY(scene, build, index) (&(scene)->geometries[build][index])
 
 uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
@@ -46,11 +48,14 @@ static void fill_vertices(struct scene *scene)
     }
 }
 
+/* The first at a stride of 24, then at one of 32. */
 static void fill_boxes(struct scene *scene)
 {
     float *box = (float *)(void *)scene->boxes.host;
-    for (uint32_t i = 0; i < SCENE_BUFFER_SIZE / sizeof(float); i++)
-        box[i] = i / 3 % 2 == 0 ? 0.0f : 1.0f;
+    for (uint32_t i = 0; i < SCENE_BUFFER_SIZE / sizeof(float); i++) {
+        const uint32_t number = i < SECOND_BOXES / sizeof(float) ? i % 6 : i % 8;
+        box[i] = number < 3 ? 0.0f : 1.0f;
+    }
 }
 
 static void fill_instances(struct scene *scene)
@@ -144,7 +149,7 @@ static void set_geometries(struct scene *scene)
     set_triangles(scene, UNINDEXED, 0, VK_INDEX_TYPE_NONE_KHR, 0);
     set_triangles(scene, UNINDEXED, 1, VK_INDEX_TYPE_UINT16, SCENE_BUFFER_SIZE / 2);
     set_boxes(scene, 0, 0, 24);
-    set_boxes(scene, 1, 1024, 32);
+    set_boxes(scene, 1, SECOND_BOXES, 32);
     set_instances(scene);
 }
 

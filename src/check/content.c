@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading input data: once from its begin to its end, in place. */
+#include "check/content.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "check/geometry_data.h"
+#include "check/predicates.h"
+
+const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
+{
+    const struct cpu_memory *memory = content->memory;
+    uint64_t begin, extent;
+    const void *bytes;
+    if (!address.deviceAddress || !count ||
+        __builtin_add_overflow(address.deviceAddress, offset, &begin) ||
+        __builtin_mul_overflow(count - 1, stride, &extent) ||
+        __builtin_add_overflow(extent, size, &extent))
+        return NULL;
+    return memory->find(memory->context, begin, extent, &bytes) == extent ? bytes : NULL;
+}
+
+/* Of all data that a rule asks about, the first that breaks it is told. */
+#define ASK_ONCE(name, view)                                                                       \
+    if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
+        content->wants[RULE_##name] = false;                                                       \
+        walk_hand_on(content->walk, RULE_##name, &location, &finding);                             \
+    }
+
+#include "check/ask_nobody.h"
+#undef ASK_indices
+#define ASK_indices(name, level) ASK_ONCE(name, indices)
+
+void content_walk_indices(struct content *content, const struct indices_view *indices)
+{
+    const struct location location = walk_location(indices->geometry, SUBJECT_RANGE);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_box
+#define ASK_box(name, level) ASK_ONCE(name, box)
+
+void content_walk_box(struct content *content, const struct box_view *box)
+{
+    const struct location location = walk_location(box->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_transform
+#define ASK_transform(name, level) ASK_ONCE(name, transform)
+
+void content_walk_transform(struct content *content, const struct transform_view *transform)
+{
+    const struct location location = walk_location(transform->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+/* ---- triangles */
+
+static uint32_t read_index(const uint8_t *indices, uint32_t size, uint64_t position)
+{
+    uint32_t index = 0;
+    uint16_t narrow;
+    switch (size) {
+    case sizeof(uint32_t):
+        memcpy(&index, indices + position * sizeof(index), sizeof(index));
+        return index;
+    case sizeof(uint16_t):
+        memcpy(&narrow, indices + position * sizeof(narrow), sizeof(narrow));
+        return narrow;
+    default:
+        return indices[position];
+    }
+}
+
+/* The bits that are spent on telling vertices apart: indices beyond them aren't counted. */
+#define COUNTED_MAX (UINT32_C(1) << 27)
+
+/* How many different vertices are used; no more than `enough` are counted. */
+static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t count,
+                               uint64_t enough)
+{
+    uint8_t *seen = calloc(COUNTED_MAX / 8, 1);
+    uint64_t found = 0;
+    for (uint64_t i = 0; seen && i < count && found < enough; i++) {
+        uint32_t index = read_index(indices, size, i);
+        uint8_t bit = (uint8_t)(1 << index % 8);
+        if (index >= COUNTED_MAX || (seen[index / 8] & bit))
+            continue;
+        seen[index / 8] |= bit;
+        found++;
+    }
+    free(seen);
+    return found;
+}
+
+/* Only where an index is beyond maxVertex can more vertices be used than there are. */
+static void view_indices(const uint8_t *indices, uint32_t size, struct indices_view *view)
+{
+    uint64_t count = (uint64_t)view->range->primitiveCount * 3;
+    uint32_t first = view->range->firstVertex, max = view->max_vertex;
+    uint64_t limit = first <= max ? (uint64_t)max - first + 1 : 0;
+    for (uint64_t i = 0; i < count; i++) {
+        uint32_t index = read_index(indices, size, i);
+        if (index < limit)
+            continue;
+        view->is_beyond = true;
+        view->primitive = (uint32_t)(i / 3);
+        view->index = index;
+        break;
+    }
+    if (view->is_beyond && count > (uint64_t)max + 1)
+        view->consumed = count_vertices(indices, size, count, (uint64_t)max + 2);
+}
+
+static void read_indices(struct content *content,
+                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    uint32_t size = index_type_size(triangles->indexType);
+    uint64_t count = (uint64_t)range->primitiveCount * 3;
+    struct indices_view view = {
+        .geometry = content->range->geometry, .range = range, .max_vertex = triangles->maxVertex};
+    if (size) {
+        const uint8_t *indices =
+            content_find(content, triangles->indexData, range->primitiveOffset, count, size, size);
+        if (!indices)
+            return;
+        view_indices(indices, size, &view);
+    } else if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR) {
+        view.consumed = count;
+    }
+    content_walk_indices(content, &view);
+}
+
+static void read_transform(struct content *content,
+                           const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    struct transform_view view = {.geometry = content->range->geometry};
+    const uint8_t *matrix = content_find(content, triangles->transformData, range->transformOffset,
+                                         range->primitiveCount ? 1 : 0, 0, sizeof(view.matrix));
+    if (!matrix)
+        return;
+    memcpy(&view.matrix, matrix, sizeof(view.matrix));
+    content_walk_transform(content, &view);
+}
+
+/* ---- boxes */
+
+static void read_boxes(struct content *content,
+                       const VkAccelerationStructureGeometryAabbsDataKHR *aabbs)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    struct box_view view = {.geometry = content->range->geometry};
+    const uint8_t *next =
+        content_find(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
+                     aabbs->stride, sizeof(view.positions));
+    if (!next)
+        return;
+    for (; view.primitive < range->primitiveCount; view.primitive++, next += aabbs->stride) {
+        memcpy(&view.positions, next, sizeof(view.positions));
+        content_walk_box(content, &view);
+    }
+}
+
+/* ---- geometries */
+
+static void check_contents(struct walk *walk, const struct range_view *range,
+                           const struct cpu_memory *memory)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    struct content content = {.walk = walk, .range = range, .memory = memory};
+    memcpy(content.wants, walk->wants, sizeof(content.wants));
+    if (triangles) {
+        read_indices(&content, triangles);
+        read_transform(&content, triangles);
+    }
+    if (aabbs)
+        read_boxes(&content, aabbs);
+}
+
+/* The host's memory: addresses are pointers. Where probing is forbidden and all counts as readable,
+ * no wild stride may keep the layer busy for hours. */
+#define EXTENT_MAX (SIZE_MAX >> 24)
+
+static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t size,
+                                    const void **bytes)
+{
+    *bytes = (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
+    return size < EXTENT_MAX ? readable_extent(context, *bytes, (size_t)size) : 0;
+}
+
+void check_host_contents(struct walk *walk, const struct range_view *range)
+{
+    const struct cpu_memory memory = {find_in_host_memory, walk->context->readable};
+    if (range->range)
+        check_contents(walk, range, &memory);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The views of input data, as it was read; made only at level CONTENT. */
+#ifndef ASSAY_CHECK_CONTENT_VIEW_H
+#define ASSAY_CHECK_CONTENT_VIEW_H
+
+#include "check/view.h"
+
+/* The vertices that a geometry of triangles uses. */
+struct indices_view {
+    const struct geometry_view *geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range;
+    uint32_t max_vertex;
+    /* The first primitive with an index beyond maxVertex less firstVertex, and that index. */
+    bool is_beyond;
+    uint32_t primitive, index;
+    uint64_t consumed; /* that many different vertices at least */
+};
+
+/* One VkAabbPositionsKHR. */
+struct box_view {
+    const struct geometry_view *geometry;
+    uint32_t primitive;
+    VkAabbPositionsKHR positions;
+};
+
+/* One VkTransformMatrixKHR: of an instance, or of a geometry. */
+struct transform_view {
+    const struct geometry_view *geometry;
+    bool is_of_instance;
+    uint32_t instance;
+    VkTransformMatrixKHR matrix;
+};
+
+#endif

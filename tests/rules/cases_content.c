@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The data of triangles and boxes of host builds, and their transforms. */
+#include <math.h>
+#include <string.h>
+
+#include "case.h"
+
+static const struct setup with_content = {.level = "content"};
+static const struct setup with_small_indices = {.enable = ENABLE_UINT8_KHR, .level = "content"};
+
+/* ---- boxes: of AABBS, 0 at stride 24, 1 at stride 32 from 1024 on ---- */
+
+static float *box_at(struct scene *scene, size_t offset)
+{
+    return (float *)(void *)(scene->boxes.host + offset);
+}
+
+enum { MIN_X, MIN_Y, MIN_Z, MAX_X, MAX_Y, MAX_Z };
+
+/* Sets a number of a box. */
+#define BOX(name, offset, member, value)                                                           \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        box_at(scene, offset)[member] = (value);                                                   \
+    }
+
+BOX(box_beyond_max_x, 48, MIN_X, 1.5f)
+BOX(box_up_to_max_x, 48, MIN_X, 1.0f)
+BOX(box_beyond_max_y, 24, MIN_Y, 2.0f)
+BOX(box_beyond_max_z, 1024 + 32, MAX_Z, -0.5f)
+BOX(box_without_max_x, 0, MAX_X, NAN)
+BOX(box_without_min_y, 0, MIN_Y, NAN)
+BOX(box_without_max_z, 0, MAX_Z, NAN)
+BOX(box_behind_the_last, 72, MIN_X, 9.0f)
+BOX(box_between_the_strides, 1024 + 24, MIN_X, 9.0f)
+
+/* Without minX nothing else counts. */
+static void inactive_box_upside_down(struct scene *scene)
+{
+    box_at(scene, 0)[MIN_X] = NAN;
+    box_at(scene, 0)[MIN_Y] = 7.0f;
+    box_at(scene, 0)[MAX_Z] = NAN;
+}
+
+static void infinite_boxes(struct scene *scene)
+{
+    box_at(scene, 0)[MIN_X] = -INFINITY;
+    box_at(scene, 0)[MAX_X] = INFINITY;
+    box_at(scene, 24)[MIN_Y] = box_at(scene, 24)[MAX_Y] = INFINITY;
+    box_at(scene, 48)[MIN_Z] = 0.0f;
+    box_at(scene, 48)[MAX_Z] = -0.0f;
+}
+
+static void two_boxes_upside_down(struct scene *scene)
+{
+    box_at(scene, 24)[MIN_X] = box_at(scene, 48)[MIN_X] = 2.0f;
+}
+
+static void boxes_of_both_upside_down(struct scene *scene)
+{
+    two_boxes_upside_down(scene);
+    box_at(scene, 1024)[MIN_X] = 2.0f;
+}
+
+/* ---- indices: of UNINDEXED, 1, from 2048 on ---- */
+
+enum { SHORTS = SCENE_BUFFER_SIZE / 2 };
+
+static uint16_t *short_indices(struct scene *scene)
+{
+    return (uint16_t *)(void *)(scene->indices.host + SHORTS);
+}
+
+static void short_index_beyond(struct scene *scene)
+{
+    short_indices(scene)[4] = 6;
+}
+
+static void short_index_at_the_end(struct scene *scene)
+{
+    short_indices(scene)[4] = 5;
+}
+
+static void short_index_behind_the_last(struct scene *scene)
+{
+    short_indices(scene)[6] = 600;
+}
+
+/* Where a restart index would be. */
+static void largest_short_index(struct scene *scene)
+{
+    short_indices(scene)[0] = 0xffff;
+}
+
+static void wide_indices(struct scene *scene, uint32_t last)
+{
+    const uint32_t indices[6] = {0, 1, 2, 3, 2, last};
+    memcpy(short_indices(scene), indices, sizeof(indices));
+    scene->TRIANGLES(UNINDEXED, 1).indexType = VK_INDEX_TYPE_UINT32;
+}
+
+static void wide_index_beyond(struct scene *scene)
+{
+    wide_indices(scene, UINT32_MAX);
+}
+
+static void wide_index_at_the_end(struct scene *scene)
+{
+    wide_indices(scene, 5);
+}
+
+static void byte_index_beyond(struct scene *scene)
+{
+    const uint8_t indices[6] = {0, 1, 2, 3, 2, 255};
+    memcpy(short_indices(scene), indices, sizeof(indices));
+    scene->TRIANGLES(UNINDEXED, 1).indexType = VK_INDEX_TYPE_UINT8_KHR;
+}
+
+/* A few vertices far apart are no more than there are. */
+static void few_vertices_far_apart(struct scene *scene)
+{
+    const uint16_t indices[6] = {0, 1, 900, 1, 0, 900};
+    memcpy(short_indices(scene), indices, sizeof(indices));
+}
+
+/* ---- transforms: INDEXED's own, at an offset ---- */
+
+static void use_transform(struct scene *scene, const float matrix[3][4])
+{
+    scene->ranges[INDEXED][0].transformOffset = SCENE_TRANSFORM_OFFSET;
+    memcpy(scene->transforms.host + SCENE_TRANSFORM_OFFSET, matrix, 12 * sizeof(float));
+}
+
+#define TRANSFORM(name, ...)                                                                       \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        static const float matrix[3][4] = {__VA_ARGS__};                                           \
+        use_transform(scene, matrix);                                                              \
+    }
+
+TRANSFORM(zero_transform, {0})
+TRANSFORM(tiny_transform, {1e-20f}, {0, 1e-20f}, {0, 0, 1e-20f})
+TRANSFORM(small_transform, {1e-12f, 0, 0, 5}, {0, 1e-12f}, {0, 0, 1e-12f})
+TRANSFORM(huge_transform, {1e15f}, {0, -1e15f}, {0, 0, 1e15f})
+TRANSFORM(flat_transform, {1, 2, 3}, {4, 5, 6}, {7, 8, 9})
+/* The last number is one float more than 9. */
+TRANSFORM(almost_flat_transform, {1, 2, 3}, {4, 5, 6}, {7, 8, 9.00000095f})
+TRANSFORM(undefined_transform, {NAN}, {0, 1}, {0, 0, 1})
+TRANSFORM(infinite_transform, {1}, {0, INFINITY}, {0, 0, 1})
+/* The fourth column moves, and is no part of it. */
+TRANSFORM(infinite_move, {1, 0, 0, INFINITY}, {0, 1, 0, 0}, {0, 0, 1, 0})
+
+/* At the offset that isn't read. */
+static void zero_transform_elsewhere(struct scene *scene)
+{
+    memset(scene->transforms.host + SCENE_TRANSFORM_OFFSET, 0, 12 * sizeof(float));
+}
+
+#define BOXES_LEAD_TO(index)                                                                       \
+    "pInfos[2].pGeometries[" #index "].geometry.aabbs.data.hostAddress leads to primitive "
+#define TRANSFORM_LEADS                                                                            \
+    "pInfos[0].pGeometries[0].geometry.triangles.transformData.hostAddress leads to a matrix"
+
+static const struct test_case cases[] = {
+    {.name = "box_min_x_beyond_max_x",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .setup = &with_content,
+     .mutate = box_beyond_max_x,
+     .mutate_twin = box_up_to_max_x,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(0) "2, whose minX 1.5 is not at most its maxX (1)"},
+    {.name = "box_min_y_beyond_max_y",
+     RULES(RULE_aabb_min_y_is_at_most_max_y),
+     .setup = &with_content,
+     .mutate = box_beyond_max_y,
+     .mutate_twin = infinite_boxes,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(0) "1, whose minY 2 "},
+    {.name = "box_min_z_beyond_max_z_at_a_stride",
+     RULES(RULE_aabb_min_z_is_at_most_max_z),
+     .setup = &with_content,
+     .mutate = box_beyond_max_z,
+     .mutate_twin = box_between_the_strides,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(1) "1, whose minZ 0 is not at most its maxZ (-0.5)"},
+    {.name = "box_max_x_nan",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .setup = &with_content,
+     .mutate = box_without_max_x,
+     .mutate_twin = inactive_box_upside_down,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(0) "0"},
+    {.name = "box_min_y_nan",
+     RULES(RULE_aabb_min_y_is_at_most_max_y),
+     .setup = &with_content,
+     .mutate = box_without_min_y,
+     .mutate_twin = inactive_box_upside_down,
+     .commands = ON_HOST},
+    {.name = "box_max_z_nan",
+     RULES(RULE_aabb_min_z_is_at_most_max_z),
+     .setup = &with_content,
+     .mutate = box_without_max_z,
+     .mutate_twin = inactive_box_upside_down,
+     .commands = ON_HOST},
+    {.name = "box_upside_down_behind_the_last",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .setup = &with_content,
+     .mutate = box_behind_the_last,
+     .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 24)),
+     .mutate_twin = box_behind_the_last,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(0) "2"},
+    {.name = "boxes_upside_down_but_none_built",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = two_boxes_upside_down,
+     .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 0)),
+     .commands = ON_HOST},
+    {.name = "two_boxes_upside_down_are_told_once",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .setup = &with_content,
+     .mutate = two_boxes_upside_down,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(0) "1",
+     .count = 1},
+    {.name = "boxes_of_two_geometries_upside_down",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .setup = &with_content,
+     .mutate = boxes_of_both_upside_down,
+     .commands = ON_HOST,
+     .path = BOXES_LEAD_TO(1) "0",
+     .count = 2},
+    {.name = "boxes_upside_down_in_device_memory",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = two_boxes_upside_down,
+     .commands = ON_COMMAND_BUFFERS,
+     .may_fail_on_cpu = true},
+    {.name = "boxes_upside_down_below_level_content",
+     RULES(RULE_aabb_min_x_is_at_most_max_x),
+     .silent = true,
+     .mutate = two_boxes_upside_down,
+     .commands = ON_HOST,
+     .may_fail_on_cpu = true},
+
+    {.name = "short_index_beyond_max_vertex",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .mutate = short_index_beyond,
+     .mutate_twin = short_index_at_the_end,
+     .commands = ON_HOST,
+     .path = "ppBuildRangeInfos[1][1].firstVertex 0 with index 6 of primitive 1 names vertex 6"},
+    {.name = "short_index_beyond_max_vertex_by_first_vertex",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].firstVertex, 3)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].firstVertex, 2)),
+     .commands = ON_HOST,
+     .path = "ppBuildRangeInfos[1][1].firstVertex 3 with index 3 of primitive 1 names vertex 6"},
+    {.name = "first_vertex_beyond_max_vertex",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].firstVertex, UINT32_MAX)),
+     .commands = ON_HOST,
+     .path = "ppBuildRangeInfos[1][1].firstVertex 4294967295 with index 0 of primitive 0"},
+    {.name = "short_index_beyond_max_vertex_by_offset",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .mutate = short_index_behind_the_last,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 2)),
+     .mutate_twin = short_index_behind_the_last,
+     .commands = ON_HOST,
+     .path = "index 600 of primitive 1"},
+    {.name = "largest_short_index_restarts_nothing",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .mutate = largest_short_index,
+     .commands = ON_HOST,
+     .path = "index 65535 of primitive 0"},
+    {.name = "largest_short_index_but_none_built",
+     RULES(RULE_indices_are_within_max_vertex),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = largest_short_index,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 0)),
+     .commands = ON_HOST},
+    {.name = "wide_index_beyond_max_vertex",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .mutate = wide_index_beyond,
+     .mutate_twin = wide_index_at_the_end,
+     .commands = ON_HOST,
+     .path = "index 4294967295 of primitive 1"},
+    {.name = "byte_index_beyond_max_vertex",
+     RULES(RULE_indices_are_within_max_vertex, RULE_index_type_is_16_or_32_bits_or_none),
+     .setup = &with_small_indices,
+     .mutate = byte_index_beyond,
+     .commands = ON_HOST},
+    {.name = "more_vertices_indexed_than_there_are",
+     RULES(RULE_consumed_vertices_are_within_max_vertex, RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 2)),
+     .twin_edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 3)),
+     .commands = ON_HOST,
+     .path = "ppBuildRangeInfos[1][1]."},
+    {.name = "few_vertices_far_apart",
+     RULES(RULE_indices_are_within_max_vertex),
+     .setup = &with_content,
+     .mutate = few_vertices_far_apart,
+     .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 2)),
+     .commands = ON_HOST},
+    {.name = "more_vertices_consumed_than_there_are",
+     RULES(RULE_consumed_vertices_are_within_max_vertex,
+           RULE_unindexed_vertices_are_within_max_vertex),
+     .setup = &with_content,
+     .edits = EDITS(SET(TRIANGLES(UNINDEXED, 0).maxVertex, 4)),
+     .commands = ON_HOST,
+     .path = "ppBuildRangeInfos[1][0].primitiveCount 2"},
+    {.name = "as_many_vertices_consumed_as_there_are",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1)),
+     .commands = ON_HOST},
+
+    {.name = "transform_of_zeros",
+     RULES(RULE_transform_matrix_is_invertible),
+     .setup = &with_content,
+     .mutate = zero_transform,
+     .mutate_twin = zero_transform_elsewhere,
+     .commands = ON_HOST,
+     .path = TRANSFORM_LEADS " whose first three columns have determinant 0"},
+    {.name = "transform_to_a_plane",
+     RULES(RULE_transform_matrix_is_invertible),
+     .setup = &with_content,
+     .mutate = flat_transform,
+     .mutate_twin = almost_flat_transform,
+     .commands = ON_HOST,
+     .path = TRANSFORM_LEADS},
+    {.name = "transform_with_nan",
+     RULES(RULE_transform_matrix_is_invertible),
+     .setup = &with_content,
+     .mutate = undefined_transform,
+     .mutate_twin = small_transform,
+     .commands = ON_HOST,
+     .path = TRANSFORM_LEADS " whose first three columns have an element that is not finite"},
+    {.name = "transform_with_infinity",
+     RULES(RULE_transform_matrix_is_invertible),
+     .setup = &with_content,
+     .mutate = infinite_transform,
+     .mutate_twin = infinite_move,
+     .commands = ON_HOST},
+    {.name = "transform_to_next_to_nothing",
+     RULES(RULE_transform_matrix_is_invertible),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = tiny_transform,
+     .commands = ON_HOST},
+    {.name = "transform_to_far_away",
+     RULES(RULE_transform_matrix_is_invertible),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = huge_transform,
+     .commands = ON_HOST},
+    {.name = "transform_of_zeros_of_nothing",
+     RULES(RULE_transform_matrix_is_invertible),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = zero_transform,
+     .edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0)),
+     .commands = ON_HOST},
+};
+
+CASE_LIST(cases_content, cases);
