@@ -76,9 +76,9 @@ typedef AssayAnswer(VKAPI_PTR *PFN_AssayCandidate)(void *userData, uint32_t rayI
 /* Traces `rayCount` rays against what `accelerationStructure` holds now, and writes one hit each: a
  * VkAccelerationStructureKHR or -NV, or what vkGetAccelerationStructureDeviceAddressKHR or
  * vkGetAccelerationStructureHandleNV tells of one. Bottom levels are found by the references of a
- * top level's instances; instances of what isn't built (any more) are not hit. On the caller's thread; several may trace at once, and what is destroyed or rebuilt
- * meanwhile is traced as it was. Setting up takes time in proportion to the instances, so one call
- * should have many rays.
+ * top level's instances; instances of what isn't built (any more) are not hit. On the caller's
+ * thread; several may trace at once, and what is destroyed or rebuilt meanwhile is traced as it
+ * was. Setting up takes time in proportion to the instances, so one call should have many rays.
  *
  * raySize and hitSize: sizeof(AssayRay) and sizeof(AssayHit).
  *

@@ -20,13 +20,6 @@ enum {
 static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
                                   SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
 
-static void expect_silence(void)
-{
-    for (uint32_t i = 0; i < messages_kept(&stage->kit.messages); i++)
-        print_error("%s: %s\n", stage->kit.messages.items[i].id, stage->kit.messages.items[i].text);
-    assert_int_equal(stage->kit.messages.count, 0);
-}
-
 /* ---- scenes: a BLAS of triangles, and a TLAS of two instances of it */
 
 struct scene {
@@ -56,7 +49,7 @@ static void close_scene(struct scene *scene)
     stage_destroy(stage, &scene->blas);
     stage_free(&scene->host_triangles);
     stage_free(&scene->host_instances);
-    expect_silence();
+    device_expect_silence(&device);
 }
 
 /* Triangles at (x, y, z), as far as the command buffer goes. */
@@ -80,38 +73,6 @@ static bool is_at(VkAccelerationStructureKHR structure, float y)
 {
     return stage_trace(stage, structure, y + 0.25f, 0.25f).isHit &&
            !stage_trace(stage, structure, y - 0.25f, 0.25f).isHit;
-}
-
-/* The serialized form; for free(). */
-static void *serialize(VkAccelerationStructureKHR structure, size_t *size)
-{
-    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
-    VkDeviceSize value = 0;
-    assert_int_equal(stage->vk.WriteAccelerationStructuresPropertiesKHR(
-                         stage->device, 1, &structure, type, sizeof(value), &value, sizeof(value)),
-                     VK_SUCCESS);
-    void *bytes = aligned_alloc(16, (value + 15) / 16 * 16);
-    const VkCopyAccelerationStructureToMemoryInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = structure,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
-    assert_int_equal(
-        stage->vk.CopyAccelerationStructureToMemoryKHR(stage->device, VK_NULL_HANDLE, &copy),
-        VK_SUCCESS);
-    *size = value;
-    return bytes;
-}
-
-static void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b)
-{
-    size_t size_a, size_b;
-    void *bytes_a = serialize(a, &size_a), *bytes_b = serialize(b, &size_b);
-    assert_int_equal(size_a, size_b);
-    assert_memory_equal(bytes_a, bytes_b, size_a);
-    free(bytes_a);
-    free(bytes_b);
 }
 
 /* Another structure for the same build. */
@@ -144,8 +105,8 @@ static void test_same_as_host_build(void **state)
     struct stage_structure tlas = create_twin(&scene.host_instances);
     host_build(&scene.host_triangles, blas.handle);
     host_build(&scene.host_instances, tlas.handle);
-    expect_same_bytes(scene.blas.handle, blas.handle);
-    expect_same_bytes(scene.tlas.handle, tlas.handle);
+    device_expect_same_bytes(&device, scene.blas.handle, blas.handle);
+    device_expect_same_bytes(&device, scene.tlas.handle, tlas.handle);
     stage_destroy(stage, &blas);
     stage_destroy(stage, &tlas);
     close_scene(&scene);
@@ -205,7 +166,7 @@ static void test_tlas_keeps_its_moment(void **state)
     host_build(&scene.host_triangles, scene.blas.handle);
     host_build(&scene.host_instances, twin.handle);
     size_t twin_size, size;
-    void *twin_bytes = serialize(twin.handle, &twin_size);
+    void *twin_bytes = device_serialize(&device, twin.handle, &twin_size);
     stage_destroy(stage, &twin);
 
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -216,7 +177,7 @@ static void test_tlas_keeps_its_moment(void **state)
     device_finish(&device, commands);
     stage->vk.DestroyAccelerationStructureKHR(stage->device, scene.blas.handle, NULL);
     scene.blas.handle = VK_NULL_HANDLE;
-    void *bytes = serialize(scene.tlas.handle, &size);
+    void *bytes = device_serialize(&device, scene.tlas.handle, &size);
     assert_int_equal(size, twin_size);
     assert_memory_equal(bytes, twin_bytes, size);
     free(bytes);

@@ -21,13 +21,6 @@ static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_C
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
-static void expect_silence(void)
-{
-    for (uint32_t i = 0; i < messages_kept(&stage->kit.messages); i++)
-        print_error("%s: %s\n", stage->kit.messages.items[i].id, stage->kit.messages.items[i].text);
-    assert_int_equal(stage->kit.messages.count, 0);
-}
-
 #define expect(call) assert_int_equal(call, VK_SUCCESS)
 
 /* ---- a BLAS, and a pool of three queries */
@@ -60,7 +53,7 @@ static void close_scene(struct scene *scene)
     device_build_destroy(&device, &scene->build);
     stage_destroy(stage, &scene->blas);
     stage_free(&scene->host);
-    expect_silence();
+    device_expect_silence(&device);
 }
 
 static void record_build(struct scene *scene, VkCommandBuffer commands)
@@ -163,7 +156,7 @@ static void test_other_queries(void **state)
                                                    sizeof(value), 0),
                      VK_NOT_READY);
     stage->vk.DestroyQueryPool(stage->device, pool, NULL);
-    expect_silence();
+    device_expect_silence(&device);
 }
 
 /* ---- copies */

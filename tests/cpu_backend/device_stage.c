@@ -2,6 +2,7 @@
 /* Command buffers, buffers, and builds with them. */
 #include "device_stage.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define GET(call) assert_int_equal(call, VK_SUCCESS)
@@ -37,9 +38,9 @@ struct device_buffer device_buffer_create(struct device_stage *stage, VkDeviceSi
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size,
         .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                 VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
     };
     GET(vk->CreateBuffer(device, &info, NULL, &buffer.handle));
     VkMemoryRequirements requirements;
@@ -191,4 +192,46 @@ void device_build(struct device_stage *stage, VkCommandBuffer commands, struct d
     build->info.srcAccelerationStructure = src;
     stage->stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &build->info, &ranges);
     device_barrier(stage, commands);
+}
+
+/* ---- asking */
+
+void device_expect_silence(struct device_stage *stage)
+{
+    const struct messages *messages = &stage->stage.kit.messages;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        print_error("%s: %s\n", messages->items[i].id, messages->items[i].text);
+    assert_int_equal(messages->count, 0);
+}
+
+void *device_serialize(struct device_stage *stage, VkAccelerationStructureKHR structure,
+                       size_t *size)
+{
+    const VkuDeviceDispatchTable *vk = &stage->stage.vk;
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
+    VkDeviceSize value = 0;
+    GET(vk->WriteAccelerationStructuresPropertiesKHR(stage->stage.device, 1, &structure, type,
+                                                     sizeof(value), &value, sizeof(value)));
+    void *bytes = aligned_alloc(16, (value + 15) / 16 * 16);
+    const VkCopyAccelerationStructureToMemoryInfoKHR copy = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = structure,
+        .dst.hostAddress = bytes,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    GET(vk->CopyAccelerationStructureToMemoryKHR(stage->stage.device, VK_NULL_HANDLE, &copy));
+    *size = value;
+    return bytes;
+}
+
+void device_expect_same_bytes(struct device_stage *stage, VkAccelerationStructureKHR a,
+                              VkAccelerationStructureKHR b)
+{
+    size_t size_a, size_b;
+    void *bytes_a = device_serialize(stage, a, &size_a);
+    void *bytes_b = device_serialize(stage, b, &size_b);
+    assert_int_equal(size_a, size_b);
+    assert_memory_equal(bytes_a, bytes_b, size_a);
+    free(bytes_a);
+    free(bytes_b);
 }

@@ -56,4 +56,13 @@ void device_upload(struct device_stage *stage, VkCommandBuffer commands,
 void device_build(struct device_stage *stage, VkCommandBuffer commands, struct device_build *build,
                   VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src);
 
+/* No message until now. */
+void device_expect_silence(struct device_stage *stage);
+
+/* A structure's serialized form, by the host; for free(). */
+void *device_serialize(struct device_stage *stage, VkAccelerationStructureKHR structure,
+                       size_t *size);
+void device_expect_same_bytes(struct device_stage *stage, VkAccelerationStructureKHR a,
+                              VkAccelerationStructureKHR b);
+
 #endif

@@ -122,7 +122,8 @@ VkResult kit_create_device(const struct kit *kit, const void *chain, const char 
 VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME};
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
         .accelerationStructure = VK_TRUE,
@@ -130,6 +131,6 @@ VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
         .accelerationStructureHostCommands = VK_TRUE,
     };
     VkDevice device;
-    assert_int_equal(kit_create_device(kit, &structures, extensions, 2, &device, vk), VK_SUCCESS);
+    assert_int_equal(kit_create_device(kit, &structures, extensions, 3, &device, vk), VK_SUCCESS);
     return device;
 }

@@ -39,7 +39,7 @@ unsigned kit_count_extension(const struct kit *kit, const char *name);
 VkResult kit_create_device(const struct kit *kit, const void *chain, const char *const *extensions,
                            uint32_t extension_count, VkDevice *device, VkuDeviceDispatchTable *vk);
 
-/* The same with the backend's two extensions and all of its features. */
+/* The same with the backend's extensions and all of its features. */
 VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk);
 
 #endif

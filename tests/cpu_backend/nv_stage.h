@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Structures of VK_NV_ray_tracing on a device stage, and builds from one buffer of inputs. */
+#ifndef CPU_BACKEND_NV_STAGE_H
+#define CPU_BACKEND_NV_STAGE_H
+
+#include "device_stage.h"
+
+/* Bound to memory of its own. */
+struct nv_structure {
+    VkAccelerationStructureNV handle;
+    VkDeviceMemory memory;
+    VkDeviceSize size; /* that it asks for */
+    struct device_buffer scratch;
+};
+
+/* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
+struct nv_structure nv_create(struct device_stage *stage, const VkAccelerationStructureInfoNV *info,
+                              VkDeviceSize compacted);
+void nv_destroy(struct device_stage *stage, struct nv_structure *structure);
+
+VkMemoryRequirements nv_requirements(struct device_stage *stage, VkAccelerationStructureNV handle,
+                                     VkAccelerationStructureMemoryRequirementsTypeNV type);
+
+/* What instances refer to. */
+uint64_t nv_reference(struct device_stage *stage, VkAccelerationStructureNV structure);
+
+/* Records a build, of `instances` at `offset` for a TLAS, with a barrier behind it; an update where
+ * `src` isn't VK_NULL_HANDLE. */
+void nv_build(struct device_stage *stage, VkCommandBuffer commands,
+              const VkAccelerationStructureInfoNV *info, VkBuffer instances, VkDeviceSize offset,
+              struct nv_structure *dst, VkAccelerationStructureNV src);
+
+#endif

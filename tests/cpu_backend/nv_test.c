@@ -1,0 +1,377 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* VK_NV_ray_tracing's build side on backend cpu, through the loader: what it builds is, byte for
+ * byte, what the host builds of the same input by VK_KHR_acceleration_structure. */
+#include "nv_stage.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct device_stage device;
+static struct stage *const stage = &device.stage;
+
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+
+/* One buffer has all inputs. */
+enum {
+    TRIANGLES = 40,
+    BOXES = 20,
+    INSTANCES = 2,
+    VERTEX_STRIDE = 16,
+    BOX_STRIDE = 32,
+    PLAIN_AT = 256,   /* three vertices a triangle */
+    SHARED_AT = 4096, /* the same, which indices use */
+    INDICES_AT = 8194,
+    TRANSFORM_AT = 12288,
+    BOXES_AT = 16392,
+    INSTANCES_AT = 20496,
+    DATA_SIZE = 32768,
+    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
+    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV,
+};
+
+static struct device_buffer data;
+
+static void *data_at(size_t offset)
+{
+    return (char *)data.bytes + offset;
+}
+
+/* (x, y, 0), (x, y + 1, 0), (x, y, 1) for x = 0, 1, 2 ... */
+static void put_triangles(size_t at, float y)
+{
+    for (int i = 0; i < TRIANGLES; i++)
+        for (int corner = 0; corner < 3; corner++) {
+            const float vertex[3] = {(float)i, y + (corner == 1), corner == 2};
+            memcpy(data_at(at + (size_t)(3 * i + corner) * VERTEX_STRIDE), vertex, sizeof(vertex));
+        }
+}
+
+static void put_data(void)
+{
+    const VkTransformMatrixKHR up = {{{1, 0, 0, 0}, {0, 1, 0, 10}, {0, 0, 1, 0}}};
+    put_triangles(PLAIN_AT, 0);
+    put_triangles(SHARED_AT, 0);
+    for (uint16_t i = 0; i < 3 * TRIANGLES; i++) {
+        const uint16_t index = (uint16_t)(3 * TRIANGLES - 1 - i);
+        memcpy(data_at(INDICES_AT + i * sizeof(index)), &index, sizeof(index));
+    }
+    memcpy(data_at(TRANSFORM_AT), &up, sizeof(up));
+    for (int i = 0; i < BOXES; i++) {
+        const VkAabbPositionsKHR box = {(float)i, 0, 0, i + 0.5f, 1, 1};
+        memcpy(data_at(BOXES_AT + (size_t)i * BOX_STRIDE), &box, sizeof(box));
+    }
+}
+
+/* ---- a build, said in both ways */
+
+struct twins {
+    VkGeometryNV nv_geometries[2];
+    VkAccelerationStructureInfoNV nv;
+    VkAccelerationStructureGeometryKHR geometries[2];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[2];
+    VkAccelerationStructureBuildGeometryInfoKHR khr;
+};
+
+static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type, uint32_t count,
+                       VkBuildAccelerationStructureFlagsKHR flags)
+{
+    memset(twins, 0, sizeof(*twins));
+    twins->nv = (VkAccelerationStructureInfoNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
+        .type = type,
+        .flags = flags,
+        .geometryCount = count,
+        .pGeometries = count ? twins->nv_geometries : NULL,
+    };
+    twins->khr = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = type,
+        .flags = flags,
+        .geometryCount = count ? count : 1,
+        .pGeometries = twins->geometries,
+    };
+    for (int i = 0; i < 2; i++) {
+        VkGeometryNV *nv = &twins->nv_geometries[i];
+        nv->sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
+        nv->geometry.triangles.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV;
+        nv->geometry.aabbs.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV;
+        twins->geometries[i].sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
+        nv->flags = twins->geometries[i].flags = i == 0 ? VK_GEOMETRY_OPAQUE_BIT_KHR : 0;
+    }
+}
+
+/* Plain triangles, then indexed ones 10 higher. */
+static void describe_triangles(struct twins *twins, VkBuildAccelerationStructureFlagsKHR flags)
+{
+    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 2, flags);
+    for (int i = 0; i < 2; i++) {
+        const VkDeviceSize at = i == 0 ? PLAIN_AT : SHARED_AT;
+        VkGeometryTrianglesNV *nv = &twins->nv_geometries[i].geometry.triangles;
+        VkAccelerationStructureGeometryTrianglesDataKHR *khr =
+            &twins->geometries[i].geometry.triangles;
+        nv->vertexData = data.handle;
+        nv->vertexOffset = at;
+        nv->vertexCount = 3 * TRIANGLES;
+        nv->vertexStride = VERTEX_STRIDE;
+        nv->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
+        nv->indexType = i == 0 ? VK_INDEX_TYPE_NONE_NV : VK_INDEX_TYPE_UINT16;
+        khr->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
+        khr->vertexData.hostAddress = data_at(at);
+        khr->maxVertex = 3 * TRIANGLES - 1;
+        khr->vertexStride = VERTEX_STRIDE;
+        khr->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
+        khr->indexType = nv->indexType;
+        twins->ranges[i].primitiveCount = TRIANGLES;
+    }
+    VkGeometryTrianglesNV *nv = &twins->nv_geometries[1].geometry.triangles;
+    nv->indexData = nv->transformData = data.handle;
+    nv->indexOffset = INDICES_AT;
+    nv->indexCount = 3 * TRIANGLES;
+    nv->transformOffset = TRANSFORM_AT;
+    twins->geometries[1].geometry.triangles.indexData.hostAddress = data_at(INDICES_AT);
+    twins->geometries[1].geometry.triangles.transformData.hostAddress = data_at(TRANSFORM_AT);
+}
+
+static void describe_boxes(struct twins *twins)
+{
+    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 1, 0);
+    twins->nv_geometries[0].geometryType = VK_GEOMETRY_TYPE_AABBS_NV;
+    VkGeometryAABBNV *nv = &twins->nv_geometries[0].geometry.aabbs;
+    nv->aabbData = data.handle;
+    nv->numAABBs = BOXES;
+    nv->stride = BOX_STRIDE;
+    nv->offset = BOXES_AT;
+    twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
+    twins->geometries[0].geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+        .data.hostAddress = data_at(BOXES_AT),
+        .stride = BOX_STRIDE};
+    twins->ranges[0].primitiveCount = BOXES;
+}
+
+/* Instances of one BLAS, 20 apart in y. */
+static void describe_instances(struct twins *twins, uint64_t reference)
+{
+    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, 0, UPDATABLE);
+    twins->nv.instanceCount = INSTANCES;
+    for (int i = 0; i < INSTANCES; i++) {
+        const VkAccelerationStructureInstanceKHR instance = {
+            .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 20.0f * i}, {0, 0, 1, 0}},
+            .mask = 0xff,
+            .accelerationStructureReference = reference,
+        };
+        memcpy(data_at(INSTANCES_AT + (size_t)i * sizeof(instance)), &instance, sizeof(instance));
+    }
+    twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    twins->geometries[0].flags = 0;
+    twins->geometries[0].geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+        .data.hostAddress = data_at(INSTANCES_AT)};
+    twins->ranges[0].primitiveCount = INSTANCES;
+}
+
+static void record(const struct twins *twins, VkCommandBuffer commands, struct nv_structure *dst,
+                   VkAccelerationStructureNV src)
+{
+    const bool is_top = twins->nv.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
+    nv_build(&device, commands, &twins->nv, is_top ? data.handle : VK_NULL_HANDLE,
+             is_top ? INSTANCES_AT : 0, dst, src);
+}
+
+static void build(const struct twins *twins, struct nv_structure *dst,
+                  VkAccelerationStructureNV src)
+{
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    record(twins, commands, dst, src);
+    device_finish(&device, commands);
+}
+
+/* The backend has one kind of structures, so the host can be asked for the bytes of these. */
+static VkAccelerationStructureKHR as_khr(const struct nv_structure *structure)
+{
+    return (VkAccelerationStructureKHR)structure->handle;
+}
+
+static void expect_host_build(struct twins *twins, const struct nv_structure *built)
+{
+    uint32_t counts[2] = {twins->ranges[0].primitiveCount, twins->ranges[1].primitiveCount};
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges = twins->ranges;
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    stage->vk.GetAccelerationStructureBuildSizesKHR(
+        stage->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &twins->khr, counts, &sizes);
+    assert_int_equal(built->size, sizes.accelerationStructureSize);
+    struct stage_structure twin =
+        stage_create(stage, twins->khr.type, sizes.accelerationStructureSize);
+    twins->khr.dstAccelerationStructure = twin.handle;
+    twins->khr.scratchData.hostAddress = malloc(sizes.buildScratchSize);
+    assert_int_equal(stage->vk.BuildAccelerationStructuresKHR(stage->device, VK_NULL_HANDLE, 1,
+                                                              &twins->khr, &ranges),
+                     VK_SUCCESS);
+    device_expect_same_bytes(&device, as_khr(built), twin.handle);
+    free(twins->khr.scratchData.hostAddress);
+    stage_destroy(stage, &twin);
+}
+
+static bool is_hit(const struct nv_structure *structure, float y)
+{
+    return stage_trace(stage, as_khr(structure), y + 0.25f, 0.25f).isHit;
+}
+
+/* ---- tests */
+
+static void test_same_as_host_builds(void **state)
+{
+    (void)state;
+    struct twins triangles, boxes, instances;
+    describe_triangles(&triangles, 0);
+    describe_boxes(&boxes);
+    struct nv_structure blas = nv_create(&device, &triangles.nv, 0);
+    struct nv_structure of_boxes = nv_create(&device, &boxes.nv, 0);
+    describe_instances(&instances, nv_reference(&device, blas.handle));
+    struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
+
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    record(&triangles, commands, &blas, VK_NULL_HANDLE);
+    record(&boxes, commands, &of_boxes, VK_NULL_HANDLE);
+    record(&instances, commands, &tlas, VK_NULL_HANDLE);
+    device_finish(&device, commands);
+    assert_true(is_hit(&blas, 0) && is_hit(&blas, 10) && !is_hit(&blas, 5));
+    assert_true(is_hit(&tlas, 0) && is_hit(&tlas, 30) && !is_hit(&tlas, 40));
+    assert_int_equal(stage_trace(stage, as_khr(&tlas), 30.25f, 0.25f).geometry, 1);
+    assert_true(stage_trace(stage, as_khr(&of_boxes), 0.25f, 0.25f).isAabb);
+    expect_host_build(&triangles, &blas);
+    expect_host_build(&boxes, &of_boxes);
+    expect_host_build(&instances, &tlas);
+    nv_destroy(&device, &tlas);
+    nv_destroy(&device, &of_boxes);
+    nv_destroy(&device, &blas);
+    device_expect_silence(&device);
+}
+
+/* What a build copies is what it reads, once. */
+static void test_snapshots(void **state)
+{
+    (void)state;
+    struct twins twins;
+    describe_triangles(&twins, 0);
+    twins.nv_geometries[0].geometry.triangles.vertexOffset = SHARED_AT;
+    twins.geometries[0].geometry.triangles.vertexData.hostAddress = data_at(SHARED_AT);
+    struct nv_structure blas = nv_create(&device, &twins.nv, 0);
+    const AssayCounters before = stage_counters(stage);
+    build(&twins, &blas, VK_NULL_HANDLE);
+    const AssayCounters after = stage_counters(stage);
+    const uint64_t vertices = 3 * TRIANGLES * VERTEX_STRIDE, indices = 3 * TRIANGLES * 2;
+    const uint64_t copied = after.bytesSnapshot - before.bytesSnapshot;
+    assert_true(copied >= vertices + indices && copied < vertices + indices + 128);
+    assert_int_equal(after.builds, before.builds);
+    expect_host_build(&twins, &blas);
+    nv_destroy(&device, &blas);
+    device_expect_silence(&device);
+}
+
+static void test_updates(void **state)
+{
+    (void)state;
+    struct twins twins, instances;
+    describe_triangles(&twins, UPDATABLE);
+    struct nv_structure first = nv_create(&device, &twins.nv, 0);
+    struct nv_structure second = nv_create(&device, &twins.nv, 0);
+    describe_instances(&instances, nv_reference(&device, second.handle));
+    struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
+    const AssayCounters before = stage_counters(stage);
+    build(&twins, &first, VK_NULL_HANDLE);
+    put_triangles(PLAIN_AT, 3);
+    build(&twins, &second, first.handle);
+    build(&instances, &tlas, VK_NULL_HANDLE);
+    put_triangles(PLAIN_AT, 6);
+    build(&twins, &first, first.handle);
+    put_triangles(PLAIN_AT, 0);
+    assert_true(is_hit(&second, 3) && !is_hit(&second, 0) && !is_hit(&second, 6));
+    assert_true(is_hit(&first, 6) && !is_hit(&first, 0) && !is_hit(&first, 3));
+    assert_true(is_hit(&tlas, 23) && !is_hit(&tlas, 20));
+    const AssayCounters after = stage_counters(stage);
+    assert_int_equal(after.updates - before.updates, 2);
+
+    nv_destroy(&device, &second); /* instances of what is gone aren't hit */
+    assert_false(is_hit(&tlas, 23));
+    nv_destroy(&device, &first);
+    nv_destroy(&device, &tlas);
+    device_expect_silence(&device);
+}
+
+static VkDeviceSize compacted_size(const struct nv_structure *structure)
+{
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
+    const VkQueryPoolCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = type, .queryCount = 2};
+    VkQueryPool pool;
+    VkDeviceSize size = 0;
+    assert_int_equal(stage->vk.CreateQueryPool(stage->device, &info, NULL, &pool), VK_SUCCESS);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    stage->vk.CmdResetQueryPool(commands, pool, 0, 2);
+    stage->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type,
+                                                         pool, 1);
+    device_finish(&device, commands);
+    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 1, 1, sizeof(size), &size,
+                                                   sizeof(size), VK_QUERY_RESULT_64_BIT),
+                     VK_SUCCESS);
+    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 0, 1, sizeof(size), &size,
+                                                   sizeof(size), VK_QUERY_RESULT_64_BIT),
+                     VK_NOT_READY);
+    stage->vk.DestroyQueryPool(stage->device, pool, NULL);
+    return size;
+}
+
+static void test_copies(void **state)
+{
+    (void)state;
+    struct twins twins;
+    describe_triangles(&twins, COMPACTABLE);
+    struct nv_structure blas = nv_create(&device, &twins.nv, 0);
+    struct nv_structure clone = nv_create(&device, &twins.nv, 0);
+    build(&twins, &blas, VK_NULL_HANDLE);
+    const VkDeviceSize size = compacted_size(&blas);
+    assert_true(size > 0 && size < blas.size);
+    const VkAccelerationStructureInfoNV nothing = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+        .flags = COMPACTABLE};
+    struct nv_structure compact = nv_create(&device, &nothing, size);
+    assert_int_equal(compact.size, size);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    stage->vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
+                                             VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    stage->vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
+                                             VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    device_finish(&device, commands);
+    device_expect_same_bytes(&device, as_khr(&blas), as_khr(&clone));
+    nv_destroy(&device, &blas);
+    assert_true(is_hit(&clone, 0) && is_hit(&clone, 10) && !is_hit(&clone, 5));
+    assert_true(is_hit(&compact, 0) && is_hit(&compact, 10) && !is_hit(&compact, 5));
+    nv_destroy(&device, &clone);
+    nv_destroy(&device, &compact);
+    device_expect_silence(&device);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_as_host_builds),
+        cmocka_unit_test(test_snapshots),
+        cmocka_unit_test(test_updates),
+        cmocka_unit_test(test_copies),
+    };
+    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    data = device_buffer_create(&device, DATA_SIZE);
+    put_data();
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_buffer_destroy(&device, &data);
+    device_stage_close(&device);
+    return failed;
+}
