@@ -63,7 +63,8 @@ static void structure_sizes(const struct build_state *state, struct builder_size
     struct build_state measured = *state;
     uint32_t geometries = state->input->geometry_count;
     structure_lay_out(&header, state->kind, geometries, state->primitive_count,
-                      structure_node_capacity(state->kind, state->primitive_count));
+                      structure_node_capacity(state->kind, state->primitive_count),
+                      input_has_micromaps(state->input));
     sizes->structure = header.size;
     sizes->build_scratch = lay_out_scratch(&measured, NULL);
     sizes->update_scratch = (uint64_t)geometries * sizeof(struct source);
@@ -82,13 +83,10 @@ enum builder_result builder_get_sizes(const struct builder_input *input, const u
     return result;
 }
 
-/* All that no record or node has, so that the bytes depend on the input alone. */
-static void clear_unused(const struct structure_header *header)
+static void clear_unused_records(const struct structure_header *header)
 {
     uint64_t size = structure_record_size(header->kind), used = header->record_count * size;
     memset((uint8_t *)structure_records(header) + used, 0, header->nodes - header->records - used);
-    uint64_t end = header->nodes + header->node_capacity * sizeof(struct wide_node);
-    memset((uint8_t *)header + end, 0, header->size - end);
 }
 
 static void build_tree(struct build_state *state)
@@ -114,7 +112,7 @@ static void build_tree(struct build_state *state)
     tree_emit(state);
 }
 
-/* All that is neither header, record nor node. */
+/* All that is neither header, record nor node, so that the bytes depend on the input alone. */
 static void clear_gaps(struct structure_header *header)
 {
     uint8_t *bytes = (uint8_t *)header;
@@ -128,9 +126,10 @@ static void write_header(struct build_state *state)
     const struct builder_input *input = state->input;
     uint32_t primitives = state->primitive_count;
     structure_lay_out(state->header, state->kind, input->geometry_count, primitives,
-                      structure_node_capacity(state->kind, primitives));
+                      structure_node_capacity(state->kind, primitives), input_has_micromaps(input));
     state->header->flags = input->flags;
     clear_gaps(state->header);
+    input_write_micromaps(input, state->header);
     struct structure_geometry *geometries = structure_geometries(state->header);
     for (uint32_t i = 0; i < input->geometry_count; i++) {
         geometries[i].flags = input->geometries[i].flags;
@@ -150,7 +149,7 @@ static enum builder_result run_build(struct build_state *state, struct builder_r
     if (result == BUILDER_OK) {
         write_header(state);
         build_tree(state);
-        clear_unused(state->header);
+        clear_unused_records(state->header);
     }
     pthread_cond_destroy(&state->task_news);
     pthread_mutex_destroy(&state->lock);

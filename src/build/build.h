@@ -50,6 +50,16 @@ struct builder_resolver {
     void *context;
 };
 
+/* VkAccelerationStructureTrianglesOpacityMicromapEXT, or ...KHR: which triangle of a micromap each
+ * triangle of the geometry has. The micromap itself is looked for when rays are traced. */
+struct builder_opacity {
+    VkIndexType index_type; /* VK_INDEX_TYPE_NONE_KHR: the triangle's own number */
+    uint32_t base_triangle;
+    const void *indices;
+    uint64_t indices_size, stride;
+    uint64_t micromap; /* a reference; 0: none, and all indices are special */
+};
+
 /* VkAccelerationStructureGeometryTrianglesDataKHR. The sizes are what may be read from each
  * pointer on; VK_INDEX_TYPE_NONE_KHR has no indices, `transforms` may be NULL. */
 struct builder_triangles {
@@ -63,6 +73,7 @@ struct builder_triangles {
      * time 1, laid out as the others; NULL: it doesn't move. */
     const void *motion_vertices;
     uint64_t motion_vertices_size;
+    const struct builder_opacity *opacity; /* NULL: none; a size query looks whether there is any */
 };
 
 /* VkAccelerationStructureGeometryAabbsDataKHR */

@@ -21,7 +21,7 @@ static void lay_out_compacted(const struct structure_header *header,
                               struct structure_header *compacted)
 {
     structure_lay_out(compacted, header->kind, header->geometry_count, header->record_count,
-                      header->node_count);
+                      header->node_count, header->micromap_count > 0);
 }
 
 uint64_t builder_compacted_size(const void *structure)
@@ -58,6 +58,8 @@ enum builder_result builder_compact(const void *source, void *target, uint64_t t
            from->geometry_count * sizeof(struct structure_geometry));
     memcpy(structure_records(to), structure_records(from), records);
     memcpy(structure_nodes(to), structure_nodes(from), from->node_count * sizeof(struct wide_node));
+    memcpy(structure_micromaps(to), structure_micromaps(from),
+           from->micromap_count * sizeof(uint64_t));
     return BUILDER_OK;
 }
 

@@ -14,7 +14,9 @@ static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometr
         return false;
     return type != VK_GEOMETRY_TYPE_TRIANGLES_KHR ||
            (vertex_format_find(geometry->triangles.vertex_format) &&
-            index_type_is_known(geometry->triangles.index_type));
+            index_type_is_known(geometry->triangles.index_type) &&
+            (!geometry->triangles.opacity ||
+             index_type_is_known(geometry->triangles.opacity->index_type)));
 }
 
 /* A bottom level without geometries is one of triangles without triangles. */
@@ -62,4 +64,22 @@ enum builder_result input_open(const struct builder_input *input, struct source 
         first += sources[i].count;
     }
     return BUILDER_OK;
+}
+
+bool input_has_micromaps(const struct builder_input *input)
+{
+    for (uint32_t i = 0; i < input->geometry_count; i++)
+        if (input->geometries[i].type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+            input->geometries[i].triangles.opacity)
+            return true;
+    return false;
+}
+
+void input_write_micromaps(const struct builder_input *input, struct structure_header *header)
+{
+    uint64_t *references = structure_micromaps(header);
+    for (uint32_t i = 0; i < header->micromap_count; i++) {
+        const struct builder_opacity *opacity = input->geometries[i].triangles.opacity;
+        references[i] = opacity ? opacity->micromap : 0;
+    }
 }

@@ -12,4 +12,8 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
 enum builder_result input_open(const struct builder_input *input, struct source *sources,
                                struct builder_report *report);
 
+/* Whether any triangles have opacities, of which the structure then keeps the references. */
+bool input_has_micromaps(const struct builder_input *input);
+void input_write_micromaps(const struct builder_input *input, struct structure_header *header);
+
 #endif

@@ -58,7 +58,7 @@ static ALWAYS_INLINE void write_kind(const struct build_state *state, enum struc
         uint32_t number = number_at(state, i), geometry = tree_geometry_of(state, number);
         struct builder_place place = {geometry, number - state->sources[geometry].first};
         record_read(state->input, kind, &state->sources[geometry], place.primitive, record);
-        record_finish(kind, place, record);
+        record_finish(kind, place, &state->sources[geometry], record);
     }
 }
 

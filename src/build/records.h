@@ -60,20 +60,26 @@ static ALWAYS_INLINE enum source_state record_resolve(const struct builder_input
     return *blas ? SOURCE_ACTIVE : SOURCE_UNRESOLVED;
 }
 
-/* The rest of a record that was read: the numbers, and an instance's inverse. */
+static ALWAYS_INLINE void finish_triangle(struct builder_place place, const struct source *source,
+                                          struct triangle_record *triangle)
+{
+    triangle->geometry = place.geometry;
+    triangle->primitive = place.primitive;
+    triangle->opacity = source->opacity.is_present ? source_opacity(source, place.primitive) : 0;
+}
+
+/* The rest of a record that was read: the numbers, what else a triangle has, and an instance's
+ * inverse. */
 static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder_place place,
-                                        union any_record *record)
+                                        const struct source *source, union any_record *record)
 {
     switch (kind) {
-    case STRUCTURE_MOTION_TRIANGLES:
-        record->motion_triangle.at[1].geometry = place.geometry;
-        record->motion_triangle.at[1].primitive = place.primitive;
-        record->motion_triangle.at[1].spare = 0;
-        /* fall through */
     case STRUCTURE_TRIANGLES:
-        record->triangle.geometry = place.geometry;
-        record->triangle.primitive = place.primitive;
-        record->triangle.spare = 0;
+        finish_triangle(place, source, &record->triangle);
+        return;
+    case STRUCTURE_MOTION_TRIANGLES:
+        finish_triangle(place, source, &record->motion_triangle.at[0]);
+        finish_triangle(place, source, &record->motion_triangle.at[1]);
         return;
     case STRUCTURE_AABBS:
         record->aabb.geometry = place.geometry;

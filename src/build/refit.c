@@ -13,7 +13,8 @@ static bool shape_is_same(const struct builder_input *input, const struct struct
     const struct structure_geometry *geometries = structure_geometries(header);
     enum structure_kind kind;
     if (input_kind(input, &kind) != BUILDER_OK || kind != header->kind ||
-        input->geometry_count != header->geometry_count)
+        input->geometry_count != header->geometry_count ||
+        input_has_micromaps(input) != (header->micromap_count > 0))
         return false;
     for (uint32_t i = 0; i < input->geometry_count; i++)
         if (input->ranges[i].primitiveCount != geometries[i].primitive_count)
@@ -76,7 +77,7 @@ static ALWAYS_INLINE void refit_kind(const struct refit *refit, enum structure_k
             report_state(report, found, place);
             continue;
         }
-        record_finish(kind, place, &fresh);
+        record_finish(kind, place, &refit->sources[place.geometry], &fresh);
         memcpy(record, &fresh, size);
         if (structure_is_top(kind) &&
             builder_determinant_sign(&fresh.instance.instance.transform) == 0)
@@ -134,6 +135,7 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
     fesetenv(FE_DFL_ENV);
     struct refit refit = {
         .input = input, .header = structure, .sources = scratch, .report = report};
+    input_write_micromaps(input, structure);
     run_refit(&refit);
     fesetenv(&environment);
     return report->out_of_range > 0 ? BUILDER_INPUT_OUT_OF_RANGE : BUILDER_OK;

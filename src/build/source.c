@@ -42,6 +42,20 @@ static bool open_transform(struct source *source, const struct builder_triangles
     return true;
 }
 
+static bool open_opacity(struct source *source, const struct builder_opacity *opacity)
+{
+    if (!opacity)
+        return true;
+    source->opacity =
+        (struct opacity_source){opacity->indices, opacity->stride, index_bytes(opacity->index_type),
+                                opacity->base_triangle, true};
+    if (source->opacity.index_size == 0)
+        source->opacity.indices = NULL;
+    return source->opacity.index_size == 0 || source->count == 0 ||
+           elements_in(opacity->indices_size, source->opacity.index_size, opacity->stride) >=
+               source->count;
+}
+
 static bool open_triangles(struct source *source, const struct builder_triangles *triangles,
                            const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
@@ -121,6 +135,7 @@ bool source_open(struct source *source, bool has_motion, const struct builder_ge
     switch (geometry->type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         return open_transform(source, &geometry->triangles, range->transformOffset) &&
+               open_opacity(source, geometry->triangles.opacity) &&
                open_triangles(source, &geometry->triangles, range);
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         return open_array(source, geometry->aabbs.data, geometry->aabbs.size,
@@ -132,12 +147,11 @@ bool source_open(struct source *source, bool has_motion, const struct builder_ge
     }
 }
 
-static uint32_t read_index(const struct source *source, uint64_t position)
+static uint32_t read_number(const uint8_t *from, uint32_t size)
 {
-    const uint8_t *from = source->indices + position * source->index_size;
     uint32_t wide;
     uint16_t narrow;
-    switch (source->index_size) {
+    switch (size) {
     case 4:
         memcpy(&wide, from, sizeof(wide));
         return wide;
@@ -147,6 +161,28 @@ static uint32_t read_index(const struct source *source, uint64_t position)
     default:
         return *from;
     }
+}
+
+static uint32_t read_index(const struct source *source, uint64_t position)
+{
+    return read_number(source->indices + position * source->index_size, source->index_size);
+}
+
+/* Special indices, -1 to -4, are the greatest numbers of their type. */
+#define SPECIAL_INDICES 4
+uint32_t source_opacity(const struct source *source, uint32_t primitive)
+{
+    const struct opacity_source *opacity = &source->opacity;
+    uint64_t index = primitive;
+    if (opacity->indices) {
+        uint32_t bits = 8 * opacity->index_size;
+        index = read_number(opacity->indices + opacity->stride * primitive, opacity->index_size);
+        uint64_t beyond = ((uint64_t)1 << bits) - index; /* 1 for -1 */
+        if (beyond <= SPECIAL_INDICES)
+            return (uint32_t)-beyond;
+    }
+    index += opacity->base + (uint64_t)1;
+    return index < OPACITY_SPECIAL ? (uint32_t)index : OPACITY_SPECIAL - 1;
 }
 
 /* In double, so that each component is rounded twice only, and overflows only where the result

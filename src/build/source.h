@@ -26,6 +26,12 @@ struct source {
     uint64_t stride;         /* of vertices, AABBs or instances */
     uint64_t index_limit;    /* indices below it may be read */
     uint32_t index_size;
+    struct opacity_source {
+        const uint8_t *indices; /* NULL: none */
+        uint64_t stride;
+        uint32_t index_size, base;
+        bool is_present;
+    } opacity;
     const uint8_t
         *motion_vertices;         /* at time 1, of index 0 and as readable as `vertices`; or NULL */
     bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
@@ -45,6 +51,8 @@ enum source_state source_triangle(const struct source *source, uint32_t primitiv
 /* Inactive where it is so at either time. */
 enum source_state source_motion_triangle(const struct source *source, uint32_t primitive,
                                          struct motion_triangle_record *record);
+/* What its record says of opacity, where the source has any. */
+uint32_t source_opacity(const struct source *source, uint32_t primitive);
 /* Asks for the memory of a triangle that is read soon: its indices, later its vertices. Records
  * come in the tree's order, in which caches find neither. */
 static inline void source_prefetch_indices(const struct source *source, uint32_t primitive)

@@ -32,7 +32,8 @@ static uint64_t aligned(uint64_t size)
 
 /* 32-bit counts times sizes below 256: nothing wraps. */
 void structure_lay_out(struct structure_header *header, enum structure_kind kind,
-                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity)
+                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity,
+                       bool has_micromaps)
 {
     *header = (struct structure_header){
         .magic = STRUCTURE_MAGIC,
@@ -41,13 +42,15 @@ void structure_lay_out(struct structure_header *header, enum structure_kind kind
         .geometry_count = geometry_count,
         .record_capacity = record_capacity,
         .node_capacity = node_capacity,
+        .micromap_count = has_micromaps ? geometry_count : 0,
     };
     header->geometries = aligned(sizeof(*header));
     header->records =
         header->geometries + aligned((uint64_t)geometry_count * sizeof(struct structure_geometry));
     header->nodes =
         header->records + aligned((uint64_t)record_capacity * structure_record_size(kind));
-    header->size = header->nodes + aligned((uint64_t)node_capacity * sizeof(struct wide_node));
+    header->size = header->nodes + aligned((uint64_t)node_capacity * sizeof(struct wide_node)) +
+                   aligned((uint64_t)header->micromap_count * sizeof(uint64_t));
 }
 
 static bool layout_is_sound(const struct structure_header *header, uint64_t size)
@@ -61,10 +64,10 @@ static bool layout_is_sound(const struct structure_header *header, uint64_t size
         return false;
     struct structure_header expected;
     structure_lay_out(&expected, header->kind, header->geometry_count, header->record_capacity,
-                      header->node_capacity);
-    return header->size == expected.size && header->size <= size &&
-           header->geometries == expected.geometries && header->records == expected.records &&
-           header->nodes == expected.nodes;
+                      header->node_capacity, header->micromap_count > 0);
+    return header->micromap_count == expected.micromap_count && header->size == expected.size &&
+           header->size <= size && header->geometries == expected.geometries &&
+           header->records == expected.records && header->nodes == expected.nodes;
 }
 
 static bool place_is_sound(const struct structure_header *header, uint32_t geometry,

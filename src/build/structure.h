@@ -44,8 +44,10 @@ struct triangle_record {
     float b[3];
     uint32_t primitive;
     float c[3];
-    uint32_t spare;
+    uint32_t opacity; /* 0: none; 1 and more: of the geometry's micromap, triangle `opacity` - 1;
+                         from OPACITY_SPECIAL on: a special index, all of it */
 };
+#define OPACITY_SPECIAL 0xfffffffcu /* the least of them, as 32 bits */
 
 struct aabb_record {
     float lower[3];
@@ -100,7 +102,7 @@ struct structure_header {
     uint32_t record_count, node_count;
     uint32_t record_capacity, node_capacity;
     float lower[3], upper[3]; /* +inf and -inf where nothing is active */
-    uint32_t spare;
+    uint32_t micromap_count;  /* references to micromaps after the nodes: one a geometry, or none */
 };
 _Static_assert(sizeof(struct structure_header) == 96, "layout");
 _Static_assert(sizeof(struct wide_node) == 112, "layout");
@@ -143,6 +145,11 @@ static inline struct wide_node *structure_nodes(const struct structure_header *h
     return (struct wide_node *)((uintptr_t)header + header->nodes);
 }
 
+static inline uint64_t *structure_micromaps(const struct structure_header *header)
+{
+    return (uint64_t *)((uintptr_t)header + header->size) - header->micromap_count;
+}
+
 /* Records begin with an instance's. */
 static inline bool structure_is_top(enum structure_kind kind)
 {
@@ -178,7 +185,8 @@ uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records);
 
 /* Offsets, counts and the size; the rest is zero. */
 void structure_lay_out(struct structure_header *header, enum structure_kind kind,
-                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity);
+                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity,
+                       bool has_micromaps);
 
 /* Whether `size` bytes hold a structure whose every offset, count and child is sound. */
 bool structure_is_sound(const struct structure_header *header, uint64_t size);

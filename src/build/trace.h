@@ -9,7 +9,7 @@
 #ifndef ASSAY_BUILD_TRACE_H
 #define ASSAY_BUILD_TRACE_H
 
-#include "build/build.h"
+#include "build/micromap.h"
 
 enum trace_accuracy {
     TRACE_FAST,   /* float slab and Moeller-Trumbore (1997): may miss, and count edges twice */
@@ -28,6 +28,7 @@ enum trace_ray_flag {
     TRACE_CULL_NO_OPAQUE = 0x80,
     TRACE_SKIP_TRIANGLES = 0x100,
     TRACE_SKIP_AABBS = 0x200,
+    TRACE_FORCE_2_STATE = 0x400, /* opacity micromaps are never unsure */
 };
 
 struct trace_ray {
@@ -48,6 +49,7 @@ struct trace_hit {
 /* Counts of what was done, added to what is there. */
 struct trace_counters {
     uint64_t nodes, primitives, instances, exact_calls;
+    uint64_t micromaps; /* opacities that were looked up */
 };
 
 struct trace_scene {
@@ -55,6 +57,9 @@ struct trace_scene {
     enum trace_accuracy accuracy;
     struct builder_resolver resolver; /* for a TLAS */
     struct trace_counters *counters;  /* may be NULL */
+    /* From builder_opacity::micromap to a micromap's block; triangles of those that it doesn't know
+     * are as opaque as their geometry. */
+    struct builder_resolver micromaps;
 };
 
 enum trace_answer {

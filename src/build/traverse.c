@@ -26,11 +26,9 @@ struct view {
     struct local_ray ray;
 };
 
-static bool is_opaque(uint32_t ray_flags, const struct instance_record *instance,
-                      VkGeometryFlagsKHR geometry)
+static bool is_opaque(uint32_t ray_flags, const struct instance_record *instance, bool opaque)
 {
     uint32_t flags = instance ? instance->instance.flags : 0;
-    bool opaque = geometry & VK_GEOMETRY_OPAQUE_BIT_KHR;
     if (flags & VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
         opaque = true;
     else if (flags & VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR)
@@ -65,12 +63,61 @@ static void name_instance(const struct instance_record *instance, struct trace_h
         hit->front_face = !hit->front_face;
 }
 
+/* MICROMAP_NONE where none says anything. */
+static enum micromap_state look_up(struct walk *walk, const struct view *view,
+                                   const struct triangle_record *triangle,
+                                   const struct local_hit *local)
+{
+    const struct builder_resolver *micromaps = &walk->scene->micromaps;
+    uint32_t flags = view->instance ? view->instance->instance.flags : 0;
+    if (flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
+        return MICROMAP_NONE;
+    if (triangle->opacity >= OPACITY_SPECIAL)
+        return (enum micromap_state) ~triangle->opacity;
+    if (!micromaps->find || view->blas->micromap_count == 0)
+        return MICROMAP_NONE;
+    const void *micromap =
+        micromaps->find(micromaps->context, structure_micromaps(view->blas)[triangle->geometry]);
+    if (!micromap)
+        return MICROMAP_NONE;
+    walk->counters.micromaps++;
+    return micromap_opacity(micromap, triangle->opacity - 1, local->u, local->v);
+}
+
+/* "Ray Opacity Micromap": what the instance and the ray may then override; false: ignored. */
+static bool begin_opacity(struct walk *walk, const struct view *view,
+                          const struct triangle_record *triangle, const struct local_hit *local,
+                          bool *opaque)
+{
+    enum micromap_state state = look_up(walk, view, triangle, local);
+    bool has_two_states =
+        walk->ray->flags & TRACE_FORCE_2_STATE ||
+        (view->instance && view->instance->instance.flags &
+                               VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR);
+    switch (state) {
+    case MICROMAP_TRANSPARENT:
+        return false;
+    case MICROMAP_OPAQUE:
+        *opaque = true;
+        return true;
+    case MICROMAP_UNKNOWN_TRANSPARENT:
+        *opaque = false;
+        return !has_two_states;
+    case MICROMAP_UNKNOWN_OPAQUE:
+        *opaque = has_two_states;
+        return true;
+    case MICROMAP_NONE:
+        return true;
+    }
+    return true;
+}
+
+/* `opaque` in the hit is what its geometry or micromap says. */
 static void offer(struct walk *walk, struct view *view, struct trace_hit *hit, double t)
 {
     uint32_t flags = walk->ray->flags;
-    const struct structure_geometry *geometries = structure_geometries(view->blas);
     name_instance(view->instance, hit);
-    hit->opaque = is_opaque(flags, view->instance, geometries[hit->geometry].flags);
+    hit->opaque = is_opaque(flags, view->instance, hit->opaque);
     if (is_culled(flags, view->instance, hit))
         return;
     float before = hit->t = (float)t;
@@ -81,6 +128,11 @@ static void offer(struct walk *walk, struct view *view, struct trace_hit *hit, d
     }
     if (answer == TRACE_STOP || (answer == TRACE_ACCEPT && flags & TRACE_TERMINATE_ON_FIRST_HIT))
         walk->is_stopped = true;
+}
+
+static bool geometry_is_opaque(const struct view *view, uint32_t geometry)
+{
+    return structure_geometries(view->blas)[geometry].flags & VK_GEOMETRY_OPAQUE_BIT_KHR;
 }
 
 static void test_triangle(struct walk *walk, struct view *view,
@@ -106,7 +158,10 @@ static void test_triangle(struct walk *walk, struct view *view,
                             .v = local.v,
                             .geometry = triangle->geometry,
                             .primitive = triangle->primitive,
-                            .front_face = local.front_face};
+                            .front_face = local.front_face,
+                            .opaque = geometry_is_opaque(view, triangle->geometry)};
+    if (triangle->opacity != 0 && !begin_opacity(walk, view, triangle, &local, &hit.opaque))
+        return;
     offer(walk, view, &hit, local.t / view->ray.unit);
 }
 
@@ -116,7 +171,11 @@ static void test_aabb(struct walk *walk, struct view *view, const struct aabb_re
     if (!aabb_hit(&view->ray, box, walk->t_max * view->ray.unit, &t))
         return;
     struct trace_hit hit = {
-        .geometry = box->geometry, .primitive = box->primitive, .is_aabb = true};
+        .geometry = box->geometry,
+        .primitive = box->primitive,
+        .is_aabb = true,
+        .opaque = geometry_is_opaque(view, box->geometry),
+    };
     offer(walk, view, &hit, t / view->ray.unit);
 }
 
@@ -273,6 +332,7 @@ void trace_candidates(const struct trace_scene *scene, const struct trace_ray *r
         scene->counters->primitives += walk.counters.primitives;
         scene->counters->instances += walk.counters.instances;
         scene->counters->exact_calls += walk.counters.exact_calls;
+        scene->counters->micromaps += walk.counters.micromaps;
     }
 }
 

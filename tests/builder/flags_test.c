@@ -107,7 +107,8 @@ static void test_first_hit(void **state)
     assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
     assert_int_equal(hit.primitive, 0);
     struct trace_counters counters = {0};
-    struct trace_scene scene = {structure, TRACE_ROBUST, kit_resolver(), &counters};
+    struct trace_scene scene = {
+        .structure = structure, .accuracy = TRACE_ROBUST, .counters = &counters};
     trace_closest(&scene, &ray, &hit);
     assert_true(counters.nodes > 0 && counters.primitives > 0 && counters.exact_calls == 0);
     free(structure);

@@ -243,7 +243,10 @@ static enum trace_answer count_hit(void *context, struct trace_hit *candidate)
 void kit_trace_all(const void *structure, enum trace_accuracy accuracy, const struct trace_ray *ray,
                    struct kit_hits *hits)
 {
-    struct trace_scene scene = {structure, accuracy, kit_resolver(), NULL};
+    struct trace_scene scene = {.structure = structure,
+                                .accuracy = accuracy,
+                                .resolver = kit_resolver(),
+                                .micromaps = kit_resolver()};
     struct trace_visitor visitor = {count_hit, hits};
     hits->count = 0;
     trace_candidates(&scene, ray, &visitor);
@@ -252,6 +255,9 @@ void kit_trace_all(const void *structure, enum trace_accuracy accuracy, const st
 bool kit_trace(const void *structure, enum trace_accuracy accuracy, const struct trace_ray *ray,
                struct trace_hit *hit)
 {
-    struct trace_scene scene = {structure, accuracy, kit_resolver(), NULL};
+    struct trace_scene scene = {.structure = structure,
+                                .accuracy = accuracy,
+                                .resolver = kit_resolver(),
+                                .micromaps = kit_resolver()};
     return trace_closest(&scene, ray, hit);
 }

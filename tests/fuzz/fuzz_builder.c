@@ -33,21 +33,6 @@ static uint32_t take_number(struct reader *reader, uint32_t below)
 
 static const struct builder_uuids uuids = {{'a'}, {'b'}};
 
-static void trace_some(const void *structure, struct reader *reader)
-{
-    for (int i = 0; i < 6; i++) {
-        struct trace_ray ray = {.direction = {1, 0.5f, 0.25f}, .t_max = INFINITY, .cull_mask = 255};
-        struct kit_hits hits;
-        struct trace_hit hit;
-        if (i > 0)
-            take(reader, &ray, sizeof(ray));
-        if (i == 1)
-            ray.flags = 0;
-        kit_trace_all(structure, (enum trace_accuracy)(i % 3), &ray, &hits);
-        kit_trace(structure, (enum trace_accuracy)(i % 3), &ray, &hit);
-    }
-}
-
 /* References are resolved to nothing but this. */
 static void *small_blas;
 
@@ -57,21 +42,110 @@ static const void *find_small(void *context, uint64_t reference)
     return reference % 2 ? small_blas : NULL;
 }
 
+/* Two triangles, one of each format. */
+static const void *find_micromap(void *context, uint64_t reference)
+{
+    static _Alignas(BUILDER_ALIGNMENT) uint8_t micromap[256];
+    static const uint8_t data[8] = {0x5a, 0x12, 0x34, 0x1b, 0xff, 0, 0x80, 1};
+    static const VkMicromapUsageEXT usages[2] = {{1, 2, 1}, {1, 1, 2}};
+    static const VkMicromapTriangleEXT triangles[2] = {{0, 2, 1}, {3, 1, 2}};
+    (void)context;
+    if (micromap[0] == 0) {
+        const struct micromap_input input = {VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                                             2,
+                                             usages,
+                                             data,
+                                             triangles,
+                                             sizeof(data),
+                                             sizeof(triangles),
+                                             sizeof(triangles[0])};
+        if (micromap_build(&input, micromap, sizeof(micromap)) != BUILDER_OK)
+            abort();
+    }
+    return reference == 1 ? micromap : NULL;
+}
+
+static enum trace_answer pass_on(void *context, struct trace_hit *candidate)
+{
+    (void)context;
+    return candidate->primitive % 2 ? TRACE_ACCEPT : TRACE_IGNORE;
+}
+
+static void trace_both(const void *structure, enum trace_accuracy accuracy,
+                       const struct trace_ray *ray)
+{
+    struct trace_scene scene = {.structure = structure,
+                                .accuracy = accuracy,
+                                .resolver = {find_small, NULL},
+                                .micromaps = {find_micromap, NULL}};
+    struct trace_visitor visitor = {pass_on, NULL};
+    struct trace_hit hit;
+    trace_candidates(&scene, ray, &visitor);
+    trace_closest(&scene, ray, &hit);
+}
+
+static void trace_some(const void *structure, struct reader *reader)
+{
+    for (int i = 0; i < 6; i++) {
+        struct trace_ray ray = {.direction = {1, 0.5f, 0.25f}, .t_max = INFINITY, .cull_mask = 255};
+        if (i > 0)
+            take(reader, &ray, sizeof(ray));
+        if (i == 1)
+            ray.flags = 0;
+        trace_both(structure, (enum trace_accuracy)(i % 3), &ray);
+    }
+}
+
 static void use(const void *structure, struct reader *reader)
 {
     struct builder_statistics statistics;
     uint64_t size = builder_compacted_size(structure);
     void *copy = kit_allocate(size);
     builder_measure(structure, &statistics);
-    if (builder_type(structure) == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
-        trace_some(structure, reader);
+    trace_some(structure, reader);
     if (builder_compact(structure, copy, size) != BUILDER_OK)
         abort();
-    struct trace_scene scene = {copy, TRACE_EXACT, {find_small, NULL}, NULL};
     struct trace_ray ray = {.direction = {1, 1, 1}, .t_max = INFINITY, .cull_mask = 255};
-    struct trace_hit hit;
-    trace_closest(&scene, &ray, &hit);
+    trace_both(copy, TRACE_EXACT, &ray);
     free(copy);
+}
+
+static void ask_micromap(const void *micromap)
+{
+    for (uint32_t i = 0; i < 20; i++)
+        micromap_opacity(micromap, i, (float)i / 19, 0.5f - (float)i / 40);
+}
+
+/* What the bytes describe, and what they are. */
+static void fuzz_micromap(const uint8_t *bytes, size_t size)
+{
+    struct micromap_input input = {.type = size % 2 ? VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT
+                                                    : VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV};
+    VkMicromapUsageEXT usages[2];
+    uint64_t needed;
+    if (size < sizeof(usages))
+        return;
+    memcpy(usages, bytes, sizeof(usages));
+    for (int i = 0; i < 2; i++) {
+        usages[i].count %= 8;
+        usages[i].format %= 4;
+        usages[i].subdivisionLevel %= 8;
+    }
+    input.usage_count = 2;
+    input.usages = usages;
+    input.data = input.triangles = bytes + sizeof(usages);
+    input.data_size = input.triangles_size = size - sizeof(usages);
+    input.stride = 8 + size % 5;
+    if (micromap_get_size(&input, &needed) != BUILDER_OK)
+        return;
+    void *micromap = kit_allocate(needed);
+    if (micromap_build(&input, micromap, needed) == BUILDER_OK)
+        ask_micromap(micromap);
+    free(micromap);
+    micromap = kit_allocate(size);
+    if (micromap_deserialize(bytes, size, &uuids, micromap, size) == BUILDER_OK)
+        ask_micromap(micromap);
+    free(micromap);
 }
 
 static void fuzz_bytes(struct reader *reader)
@@ -80,6 +154,7 @@ static void fuzz_bytes(struct reader *reader)
     void *structure = kit_allocate(room), *bytes = kit_allocate(reader->left);
     size_t size = reader->left;
     take(reader, bytes, size);
+    fuzz_micromap(bytes, size);
     if (builder_deserialize(bytes, size, &uuids, structure, room) == BUILDER_OK)
         use(structure, reader);
     free(bytes);
@@ -144,6 +219,7 @@ static void refit(const struct builder_input *input, void *structure)
 /* Of a geometry's flags, those that Vulkan doesn't have. */
 #define HAS_MOTION 0x100u
 #define HAS_POINTERS 0x200u
+#define HAS_OPACITY 0x400u
 
 struct span {
     const uint8_t *bytes;
@@ -192,6 +268,16 @@ static void fuzz_geometry(struct reader *reader)
     if (geometry.type != VK_GEOMETRY_TYPE_AABBS_KHR && split > size)
         split = (uint32_t)size;
     point_into(&geometry, data, size, split, has_transform);
+    struct builder_opacity opacity = {
+        .index_type = geometry.triangles.index_type,
+        .base_triangle = flags >> 12,
+        .indices = data,
+        .indices_size = size,
+        .stride = flags >> 11,
+        .micromap = 1,
+    };
+    if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR && flags & HAS_OPACITY)
+        geometry.triangles.opacity = &opacity;
     struct span span = {data, size};
     if (geometry.type == VK_GEOMETRY_TYPE_INSTANCES_KHR && flags & HAS_POINTERS) {
         geometry.instances.array_of_pointers = true;

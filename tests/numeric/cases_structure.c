@@ -171,8 +171,8 @@ static void copies(const struct setting *setting)
     memcpy((uint8_t *)bytes + 56, &reference, sizeof(reference));
     void *relocated = deserialize(bytes, size, &uuids);
     struct trace_scene scenes[2] = {
-        {tlas, setting->accuracy, kit_resolver(), NULL},
-        {relocated, setting->accuracy, {find_moved, &moved}, NULL},
+        {.structure = tlas, .accuracy = setting->accuracy, .resolver = kit_resolver()},
+        {.structure = relocated, .accuracy = setting->accuracy, .resolver = {find_moved, &moved}},
     };
     uint64_t random = 71;
     for (int i = 0; i < 50; i++) {

@@ -8,7 +8,7 @@
 #include "cases.h"
 #include "exact.h"
 
-#define CASES 53 /* by number, from 1 on */
+#define CASES 58 /* by number, from 1 on */
 
 static const char *const quality_names[] = {"fast", "balanced", "high"};
 static const char *const accuracy_names[] = {"fast", "robust", "exact"};
@@ -162,7 +162,7 @@ int main(int count, char **arguments)
 {
     const struct numeric_case *const tables[] = {activity_cases, shape_cases,    ray_cases,
                                                  box_cases,      instance_cases, structure_cases,
-                                                 motion_cases};
+                                                 motion_cases,   micromap_cases};
     int only = count > 1 ? atoi(arguments[1]) : 0, right = 0, all = 0;
     uint64_t seen = 0;
     for (size_t i = 0; i < sizeof(tables) / sizeof(tables[0]); i++)
