@@ -264,13 +264,35 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
                                                          ppMaxPrimitiveCounts);
 }
 
+/* Reports a handle that leads to no device, in the name of some device. */
+static void tell_of_device(VkDevice handle)
+{
+    struct layer_device *some = layer_any_device();
+    if (!some)
+        return;
+    struct build_call call = build_call_start(some, COMMAND_HOST);
+    const bool active[RULE_COUNT] = {[RULE_device_is_valid] =
+                                         some->active_rules[COMMAND_HOST][RULE_device_is_valid]};
+    struct readable_cache cache = {0};
+    struct check_context context = {
+        .active = active, .readable = &cache, .found = build_call_found, .user = &call};
+    call.view.device_argument = handle;
+    check_builds(&context, &call.view);
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
-    struct layer_device *state = layer_find_device(device);
+    struct layer_device *state = layer_find_device_safely(device);
+    if (!state) {
+        tell_of_device(device);
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    }
     struct build_call call = build_call_start(state, COMMAND_HOST);
+    call.view.device_argument = device;
+    call.view.deferred = host_work_operation_facts(state, deferredOperation);
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;

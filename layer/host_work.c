@@ -63,6 +63,23 @@ VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operati
 
 /* ---- deferred operations */
 
+struct deferred_operation_facts host_work_operation_facts(const struct layer_device *device,
+                                                          VkDeferredOperationKHR operation)
+{
+    struct deferred_operation_facts facts = {.handle = operation};
+    if (!operation)
+        return facts;
+    facts.alive = deferred_operations_has(device->deferred, operation);
+    if (facts.alive == NO)
+        facts.of_another_device = layer_other_device_has_operation(device, operation);
+    if (facts.alive == YES)
+        facts.complete =
+            device->vk.GetDeferredOperationResultKHR(device->handle, operation) == VK_NOT_READY
+                ? NO
+                : YES;
+    return facts;
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL
 assay_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCallbacks *pAllocator,
                                  VkDeferredOperationKHR *pDeferredOperation)

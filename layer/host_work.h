@@ -25,6 +25,10 @@ bool host_work_prepare(struct host_work *work, bool skip);
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation,
                           VkResult result);
 
+/* What rules may see of the operation that a command is to be deferred to. */
+struct deferred_operation_facts host_work_operation_facts(const struct layer_device *device,
+                                                          VkDeferredOperationKHR operation);
+
 /* For deferred_operations_create: ends the submission of work that was deferred. */
 void host_work_end(void *submission, VkResult result);
 

@@ -31,6 +31,12 @@
     INTERCEPT(DestroyDevice)                                                                       \
     INTERCEPT(AllocateMemory)                                                                      \
     INTERCEPT(FreeMemory)                                                                          \
+    INTERCEPT(MapMemory)                                                                           \
+    INTERCEPT(MapMemory2)                                                                          \
+    INTERCEPT(MapMemory2KHR)                                                                       \
+    INTERCEPT(UnmapMemory)                                                                         \
+    INTERCEPT(UnmapMemory2)                                                                        \
+    INTERCEPT(UnmapMemory2KHR)                                                                     \
     INTERCEPT(CreateBuffer)                                                                        \
     INTERCEPT(DestroyBuffer)                                                                       \
     INTERCEPT(BindBufferMemory)                                                                    \

@@ -2,6 +2,7 @@
 /* The registry of instances and devices. */
 #include "layer.h"
 
+#include "state/readable.h"
 #include "state/reader_lock.h"
 
 /* Static storage without constructor or destructor. The lists are linked through their members, so
@@ -16,10 +17,17 @@ static const void *dispatch_key(const void *dispatchable)
     return dispatchable ? *(void *const *)dispatchable : NULL;
 }
 
-/* The member that has the link, which is its first. */
-static void *find(struct layer_link *const *list, const void *dispatchable)
+/* Of a handle that may be anything. */
+static const void *dispatch_key_safely(const void *dispatchable)
 {
-    const void *key = dispatch_key(dispatchable);
+    const void *key;
+    return dispatchable && readable_copy(&key, dispatchable, sizeof(key)) == sizeof(key) ? key
+                                                                                         : NULL;
+}
+
+/* The member that has the link, which is its first. */
+static void *find(struct layer_link *const *list, const void *key)
+{
     unsigned stripe = reader_lock_enter(&registry_lock);
     struct layer_link *link = key ? *list : NULL;
     while (link && link->key != key)
@@ -49,12 +57,25 @@ static void take_out(struct layer_link **list, const struct layer_link *link)
 
 struct layer_instance *layer_find_instance(const void *dispatchable)
 {
-    return find(&instances, dispatchable);
+    return find(&instances, dispatch_key(dispatchable));
 }
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
-    return find(&devices, dispatchable);
+    return find(&devices, dispatch_key(dispatchable));
+}
+
+struct layer_device *layer_find_device_safely(const void *dispatchable)
+{
+    return find(&devices, dispatch_key_safely(dispatchable));
+}
+
+struct layer_device *layer_any_device(void)
+{
+    unsigned stripe = reader_lock_enter(&registry_lock);
+    struct layer_link *link = devices;
+    reader_lock_leave(&registry_lock, stripe);
+    return (struct layer_device *)link;
 }
 
 void layer_add_instance(struct layer_instance *instance)
@@ -75,6 +96,18 @@ void layer_add_device(struct layer_device *device)
 void layer_remove_device(struct layer_device *device)
 {
     take_out(&devices, &device->link);
+}
+
+bool layer_other_device_has_operation(const struct layer_device *device,
+                                      VkDeferredOperationKHR handle)
+{
+    bool found = false;
+    unsigned stripe = reader_lock_enter(&registry_lock);
+    for (struct layer_link *link = devices; link && !found; link = link->next)
+        found = link != &device->link &&
+                deferred_operations_has(((struct layer_device *)link)->deferred, handle) == YES;
+    reader_lock_leave(&registry_lock, stripe);
+    return found;
 }
 
 bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,

@@ -94,6 +94,10 @@ struct layer_device {
 struct layer_instance *layer_find_instance(const void *dispatchable);
 struct layer_device *layer_find_device(const void *dispatchable);
 
+/* For handles that may be anything; and, to report one, some device, or NULL. */
+struct layer_device *layer_find_device_safely(const void *dispatchable);
+struct layer_device *layer_any_device(void);
+
 /* Publish and withdraw. */
 void layer_add_instance(struct layer_instance *instance);
 void layer_remove_instance(struct layer_instance *instance);
@@ -101,6 +105,8 @@ void layer_add_device(struct layer_device *device);
 void layer_remove_device(struct layer_device *device);
 
 /* Whether a device other than this one has such a thing of that handle. */
+bool layer_other_device_has_operation(const struct layer_device *device,
+                                      VkDeferredOperationKHR handle);
 bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
                             uint64_t handle);
 

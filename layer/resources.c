@@ -59,6 +59,64 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memo
     state->vk.FreeMemory(device, memory, pAllocator);
 }
 
+static VkResult observe_map(struct layer_device *state, VkDeviceMemory memory, VkDeviceSize offset,
+                            VkDeviceSize size, void *const *data, VkResult result)
+{
+    if (result == VK_SUCCESS)
+        resources_map_memory(state->resources, memory, offset, size, *data);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory(VkDevice device, VkDeviceMemory memory,
+                                               VkDeviceSize offset, VkDeviceSize size,
+                                               VkMemoryMapFlags flags, void **ppData)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_map(state, memory, offset, size, ppData,
+                       state->vk.MapMemory(device, memory, offset, size, flags, ppData));
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2(VkDevice device,
+                                                const VkMemoryMapInfo *pMemoryMapInfo,
+                                                void **ppData)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_map(state, pMemoryMapInfo->memory, pMemoryMapInfo->offset, pMemoryMapInfo->size,
+                       ppData, state->vk.MapMemory2(device, pMemoryMapInfo, ppData));
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2KHR(VkDevice device,
+                                                   const VkMemoryMapInfo *pMemoryMapInfo,
+                                                   void **ppData)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_map(state, pMemoryMapInfo->memory, pMemoryMapInfo->offset, pMemoryMapInfo->size,
+                       ppData, state->vk.MapMemory2KHR(device, pMemoryMapInfo, ppData));
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_UnmapMemory(VkDevice device, VkDeviceMemory memory)
+{
+    struct layer_device *state = layer_find_device(device);
+    resources_unmap_memory(state->resources, memory);
+    state->vk.UnmapMemory(device, memory);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2(VkDevice device,
+                                                  const VkMemoryUnmapInfo *pMemoryUnmapInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    resources_unmap_memory(state->resources, pMemoryUnmapInfo->memory);
+    return state->vk.UnmapMemory2(device, pMemoryUnmapInfo);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2KHR(VkDevice device,
+                                                     const VkMemoryUnmapInfo *pMemoryUnmapInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    resources_unmap_memory(state->resources, pMemoryUnmapInfo->memory);
+    return state->vk.UnmapMemory2KHR(device, pMemoryUnmapInfo);
+}
+
 /* ---- buffers */
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateBuffer(VkDevice device,

@@ -7,6 +7,8 @@
 #undef ASK_geometry
 #undef ASK_range
 #undef ASK_indirect
+#undef ASK_host_build
+#undef ASK_host_geometry
 #undef ASK_pair
 #undef ASK_motion_build
 #undef ASK_motion_triangles
@@ -37,6 +39,8 @@
 #define ASK_geometry(name, level)
 #define ASK_range(name, level)
 #define ASK_indirect(name, level)
+#define ASK_host_build(name, level)
+#define ASK_host_geometry(name, level)
 #define ASK_pair(name, level)
 #define ASK_motion_build(name, level)
 #define ASK_motion_triangles(name, level)

@@ -9,6 +9,7 @@
 
 #include "check/content.h"
 #include "check/extensions.h"
+#include "check/host.h"
 #include "check/indirect.h"
 #include "check/pairs.h"
 #include "check/views.h"
@@ -50,6 +51,8 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
     if (build->call->device->extension.adds_to_inputs)
         check_extended_geometry(walk, geometry, &chained, with_state);
     walk_geometry(walk, geometry, LEVEL_PARAMETERS);
+    if (build->call->command == COMMAND_HOST)
+        check_host_geometry(walk, &range);
     if (has_count)
         walk_range(walk, &range, LEVEL_PARAMETERS);
     if (!with_state)
@@ -96,6 +99,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
         /* The driver is asked for sizes of sound parameters only. */
         view_build_state(context, build, walk->findings == findings_before);
         walk_build(walk, build, LEVEL_STATE);
+        if (build->call->command == COMMAND_HOST)
+            check_host_build(walk, build);
     }
     pairs_collect(context, sweep, build);
     if (context->see_build)

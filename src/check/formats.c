@@ -77,3 +77,8 @@ uint32_t format_alignment(VkFormat format)
 {
     return facts_of(format).alignment;
 }
+
+uint32_t format_size(VkFormat format)
+{
+    return vkuGetFormatInfo(format).texel_block_size;
+}

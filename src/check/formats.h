@@ -11,6 +11,8 @@ bool format_is_known(VkFormat format); /* VK_FORMAT_UNDEFINED is a value of VkFo
 
 /* The size of the smallest component in bytes; 0 where components aren't whole bytes. */
 uint32_t format_smallest_component(VkFormat format);
+/* Of one element; 0 for formats that aren't known. */
+uint32_t format_size(VkFormat format);
 
 /* What addresses of such data are aligned to: all of a packed format, one component of another; 0
  * where the format has no such size. */

@@ -48,8 +48,18 @@ static bool is_same(const struct pair_view *pair, struct finding *finding)
                     field_of(pair->b.build, field_name(pair->b.role)));
 }
 
+/* Of two scratch ranges only. */
+static bool shares_host_memory(const struct pair_view *pair, struct finding *finding)
+{
+    return violated(finding, "scratchData", "shares host memory [{}, {}) with {}",
+                    hex(pair->shared.begin), hex(pair->shared.end),
+                    field_of(pair->b.build, "scratchData"));
+}
+
 static bool shares(const struct pair_view *pair, struct finding *finding)
 {
+    if (pair->shared.memory == memory_of_host())
+        return shares_host_memory(pair, finding);
     struct value memory =
         object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory);
     if (pair->a.role == ROLE_SCRATCH)

@@ -22,6 +22,11 @@ static inline void add_range(struct collection *collection, const struct memory_
     sweep_add(collection->sweep, &collection->range);
 }
 
+static void add_piece(void *user, const struct memory_span *piece)
+{
+    add_range(user, piece, piece->end - piece->begin);
+}
+
 /* Adds bytes of a sparse buffer, to be found when the build executes. */
 static void add_sparse(struct collection *collection, VkBuffer buffer, uint64_t buffer_id,
                        VkDeviceSize offset, VkDeviceSize size)
@@ -93,9 +98,14 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
     collection.range.role = ROLE_SCRATCH;
     collection.range.is_micromap = false;
     collection.range.handle = VK_NULL_HANDLE;
-    if (!build->sizes.known || scratch->status != ADDRESS_IN_BUFFER)
+    if (!build->sizes.known)
         return;
     VkDeviceSize size = is_update ? build->sizes.update_scratch : build->sizes.build_scratch;
+    if (build->call->command == COMMAND_HOST)
+        resources_find_host_pieces(context->resources, info->scratchData.hostAddress, size,
+                                   add_piece, &collection);
+    if (scratch->status != ADDRESS_IN_BUFFER)
+        return;
     if (scratch->in_pieces)
         add_sparse(&collection, scratch->buffer, scratch->buffer_id, scratch->buffer_offset, size);
     else

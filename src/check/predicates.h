@@ -12,6 +12,7 @@
 #include "check/content_view.h"
 #include "check/extension_view.h"
 #include "check/finding.h"
+#include "check/host_view.h"
 #include "check/micromap_view.h"
 #include "check/nv_view.h"
 #include "check/view.h"

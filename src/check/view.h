@@ -18,6 +18,8 @@ struct call_view {
     enum build_command command;
     const struct device_facts *device;
     struct command_buffer_facts command_buffer; /* not for COMMAND_HOST */
+    VkDevice device_argument;                   /* these two: COMMAND_HOST */
+    struct deferred_operation_facts deferred;
 
     /* As the application passed them; readable only if the flag says so. */
     uint32_t info_count;

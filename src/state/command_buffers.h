@@ -43,7 +43,8 @@ struct command_buffer {
     /* What the journal alone tells of structures; made when first asked for. */
     struct build_states known;
     bool knows;
-    bool work_lost; /* for lack of memory: what a backend should carry out isn't all in the journal */
+    bool work_lost; /* for lack of memory: what a backend should carry out isn't all in the journal
+                     */
     struct label_stack labels;
     struct readable_cache readable; /* pages found readable since recording began */
 };

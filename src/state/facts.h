@@ -32,6 +32,12 @@ struct sparse_binding {
     VkDeviceSize offset, size, memory_offset;
 };
 
+/* Stands for host memory that is no VkDeviceMemory, in spans of host addresses. */
+static inline VkDeviceMemory memory_of_host(void)
+{
+    return (VkDeviceMemory)(uintptr_t)UINT64_MAX;
+}
+
 /* An acceleration structure. */
 struct accel_facts {
     VkAccelerationStructureKHR handle;
@@ -48,6 +54,17 @@ struct accel_facts {
     struct memory_span span; /* where the structure lies, if in one piece; else */
     bool in_pieces;          /* it is in a sparse buffer, see resources_find_pieces, */
     uint64_t buffer_id;      /* and its id */
+    /* Of its memory, unless that is sparse: host-visible; of several instances. */
+    enum tristate host_visible, multi_instance;
+    bool by_address; /* created by vkCreateAccelerationStructure2KHR */
+};
+
+/* A VkDeferredOperationKHR. */
+struct deferred_operation_facts {
+    VkDeferredOperationKHR handle;
+    enum tristate alive;    /* an operation of this device */
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    enum tristate complete; /* what was deferred to it before */
 };
 
 enum address_status {

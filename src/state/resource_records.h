@@ -22,6 +22,10 @@ struct memory_record {
     VkMemoryPropertyFlags properties;
     bool multi_instance;
     struct buffer_record *buffers; /* bound to it; not sparse ones */
+    /* Where the host has it mapped, from `mapped_offset` on; equal: nowhere. */
+    uint64_t mapped_begin, mapped_end;
+    VkDeviceSize mapped_offset;
+    struct memory_record *previous_mapped, *next_mapped;
 };
 
 /* What was bound last to a range of a sparse buffer; the ranges of a buffer are sorted and do not
@@ -77,8 +81,9 @@ struct accel_record {
     VkAccelerationStructureTypeKHR type;
     VkAccelerationStructureCreateFlagsKHR flags;
     VkBuffer buffer_handle;
-    unsigned char backed; /* enum tristate */
-    bool in_pieces;
+    unsigned char backed; /* these three: enum tristate */
+    unsigned char host_visible, multi_instance;
+    bool in_pieces, by_address;
 
     struct buffer_record *buffer;         /* NULL: not known */
     struct accel_record *previous, *next; /* in the same buffer */
@@ -104,6 +109,7 @@ struct resources {
     struct reader_lock lock;
     struct handle_table memories, buffers, accels, micromaps, nv_accels;
     struct address_map addresses; /* of buffer records */
+    struct memory_record *mapped; /* all that the host has mapped */
     atomic_uint_fast64_t deaths;  /* of records of any kind */
     bool incomplete;
     /* A buffer may have been given an address that the application never retrieves: what is in no
@@ -129,5 +135,8 @@ struct memory_record *resources_memory(const struct resources *resources, VkDevi
 /* Derives what look-ups read of a buffer, and of the structures in it, after a change. */
 void resources_refresh(struct buffer_record *buffer);
 void resources_refresh_accel(struct accel_record *accel);
+
+/* Ends a mapping, if there is one (resources_mapped.c). */
+void memory_record_unmap(struct resources *resources, struct memory_record *memory);
 
 #endif

@@ -88,6 +88,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
     if (!memory)
         return;
     resources_note_death(resources);
+    memory_record_unmap(resources, memory);
     memory->alive = false;
     for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
         resources_refresh(buffer);

@@ -29,6 +29,11 @@ void resources_add_memory(struct resources *resources, VkDeviceMemory memory, Vk
                           VkMemoryPropertyFlags properties, bool multi_instance);
 void resources_remove_memory(struct resources *resources, VkDeviceMemory memory);
 
+/* The host has mapped `size` bytes, or all to the end for VK_WHOLE_SIZE; or unmaps it. */
+void resources_map_memory(struct resources *resources, VkDeviceMemory memory, VkDeviceSize offset,
+                          VkDeviceSize size, const void *pointer);
+void resources_unmap_memory(struct resources *resources, VkDeviceMemory memory);
+
 /* Buffers. */
 void resources_add_buffer(struct resources *resources, VkBuffer buffer,
                           const VkBufferCreateInfo *create_info);
@@ -125,6 +130,12 @@ void resources_find_pieces(struct resources *resources, const struct sparse_byte
  * order; without those of sparse buffers. Takes the lock itself; `visit` must not call back. */
 void resources_find_ranges(struct resources *resources,
                            void (*visit)(void *user, uint64_t begin, uint64_t end), void *user);
+
+/* What the bytes at a host address are, piece by piece: bytes of mapped memory, or of
+ * memory_of_host(). Takes the lock itself; `visit` must not call back. */
+void resources_find_host_pieces(struct resources *resources, const void *pointer, VkDeviceSize size,
+                                void (*visit)(void *user, const struct memory_span *piece),
+                                void *user);
 
 /* How many records have died so far; while it stays, all that was found alive still is. */
 uint64_t resources_deaths(struct resources *resources);

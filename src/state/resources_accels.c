@@ -97,6 +97,7 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     struct accel_record *accel = malloc(sizeof(*accel));
     if (accel)
         *accel = (struct accel_record){.size = create_info->addressRange.size,
+                                       .by_address = true,
                                        .type = create_info->type,
                                        .flags = create_info->createFlags};
     reader_lock_write(&resources->lock);

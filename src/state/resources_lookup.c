@@ -36,6 +36,12 @@ static enum address_status status_of(const struct buffer_record *buffer)
     return ADDRESS_UNKNOWN;
 }
 
+/* enum tristate of what is asked of something, if that is known. */
+static unsigned char is_true(const void *something, bool answer)
+{
+    return (unsigned char)(!something ? UNKNOWN : answer ? YES : NO);
+}
+
 void resources_refresh_accel(struct accel_record *accel)
 {
     const struct buffer_record *buffer = accel->buffer;
@@ -46,6 +52,10 @@ void resources_refresh_accel(struct accel_record *accel)
     accel->in_pieces = is_sparse;
     /* Of a sparse one it depends on who asks: see resources_sparse_backing. */
     accel->backed = (unsigned char)(is_sparse ? UNKNOWN : buffer->where.backed);
+    const struct memory_record *memory = accel->backed == YES ? buffer->memory : NULL;
+    accel->host_visible =
+        is_true(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    accel->multi_instance = is_true(memory, memory && memory->multi_instance);
 }
 
 void resources_refresh(struct buffer_record *buffer)
@@ -87,6 +97,9 @@ static void describe_accel(const struct resources *resources, VkAccelerationStru
     facts->span = span_from(accel->memory, accel->memory_begin, accel->size);
     facts->backed = (enum tristate)accel->backed;
     facts->in_pieces = accel->in_pieces;
+    facts->host_visible = (enum tristate)accel->host_visible;
+    facts->multi_instance = (enum tristate)accel->multi_instance;
+    facts->by_address = accel->by_address;
     if (accel->in_pieces)
         facts->buffer_id = accel->buffer->where.id;
 }

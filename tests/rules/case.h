@@ -90,7 +90,7 @@ struct case_list {
     const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
 
 /* One a file. */
-extern const struct case_list cases_call, cases_recording, cases_pointers, cases_build,
+extern const struct case_list cases_host, cases_call, cases_recording, cases_pointers, cases_build,
     cases_build_state, cases_scratch, cases_geometry, cases_chain, cases_address, cases_range,
     cases_indirect, cases_overlap, cases_memory, cases_pairs, cases_silent, cases_sparse,
     cases_update, cases_content, cases_dense, cases_motion, cases_spheres, cases_micromap,

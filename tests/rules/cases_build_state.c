@@ -273,7 +273,7 @@ static const struct test_case cases[] = {
     {.name = "aabbs_over_limit_by_overflow",
      RULES(RULE_blas_aabb_count_is_within_limit),
      .setup = &with_limits,
-     .commands = ON_WITH_RANGES,
+     .commands = ON_DEVICE,
      .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 0xffffffff),
                     SET(ranges[AABBS][1].primitiveCount, 1))},
     {.name = "triangles_over_limit",

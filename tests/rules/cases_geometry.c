@@ -271,8 +271,8 @@ static const struct test_case cases[] = {
      RULES(RULE_aabb_stride_fits_32_bits),
      .edits = EDITS(SET(BOXES(AABBS, 0).stride, 0x100000000)),
      .twin_edits = EDITS(SET(BOXES(AABBS, 0).stride, 0xfffffff8)),
-     .may_fail_on_cpu = true,
-     .path = "pInfos[2].pGeometries[0].geometry.aabbs.stride"},
+     .path = "pInfos[2].pGeometries[0].geometry.aabbs.stride",
+     .commands = ON_COMMAND_BUFFERS},
 };
 
 CASE_LIST(cases_geometry, cases);

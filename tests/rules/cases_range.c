@@ -98,7 +98,7 @@ static const struct test_case cases[] = {
     {.name = "max_vertex_too_low_by_overflow",
      RULES(RULE_unindexed_vertices_are_within_max_vertex),
      .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 0xffffffff)),
-     .commands = ON_WITH_RANGES},
+     .commands = ON_DEVICE},
     {.name = "max_vertex_without_primitives",
      RULES(RULE_unindexed_vertices_are_within_max_vertex),
      .silent = true,

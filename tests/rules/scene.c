@@ -325,6 +325,7 @@ struct scene *scene_open(struct world *world, enum build_command command)
     scene->world = world;
     scene->vk = &world->vk;
     scene->command = command;
+    scene->device = world->device;
 
     set_pointers(scene);
     make_inputs(scene);
@@ -378,7 +379,7 @@ VkResult scene_call(struct scene *scene)
         call_indirect(scene);
         break;
     case COMMAND_HOST:
-        return scene->vk->BuildAccelerationStructuresKHR(scene->world->device, VK_NULL_HANDLE,
+        return scene->vk->BuildAccelerationStructuresKHR(scene->device, scene->deferred_operation,
                                                          scene->info_count, scene->infos_argument,
                                                          scene->ranges_argument);
     case COMMAND_NV:

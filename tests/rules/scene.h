@@ -86,6 +86,8 @@ struct scene {
 
     /* The call. The pointers lead to the arrays below until a case edits them. */
     VkCommandBuffer command_buffer;
+    VkDevice device; /* these two: COMMAND_HOST */
+    VkDeferredOperationKHR deferred_operation;
     uint32_t info_count;
     const VkAccelerationStructureBuildGeometryInfoKHR *infos_argument;
     const VkAccelerationStructureBuildRangeInfoKHR *const *ranges_argument;

@@ -110,5 +110,6 @@ void record_micromaps(struct application *app, VkCommandBuffer command_buffer);
 void create_objects(struct application *app);
 void destroy_objects(struct application *app);
 void record_all(struct application *app);
+void work_on_host(struct application *app);
 
 #endif

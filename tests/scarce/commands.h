@@ -72,6 +72,7 @@
     COMMAND(GetDeviceQueue)                                                                        \
     COMMAND(GetPrivateData)                                                                        \
     COMMAND(GetQueryPoolResults)                                                                   \
+    COMMAND(MapMemory)                                                                             \
     COMMAND(QueueBindSparse)                                                                       \
     COMMAND(QueueSubmit)                                                                           \
     COMMAND(ResetCommandPool)                                                                      \
@@ -79,6 +80,7 @@
     COMMAND(ResetQueryPool)                                                                        \
     COMMAND(SetDebugUtilsObjectNameEXT)                                                            \
     COMMAND(SetPrivateData)                                                                        \
+    COMMAND(UnmapMemory)                                                                           \
     COMMAND(WaitForFences)                                                                         \
     COMMAND(WriteAccelerationStructuresPropertiesKHR)
 

@@ -270,5 +270,6 @@ void record_all(struct application *app)
     GET(app, "vkResetCommandPool", app->vk.ResetCommandPool(app->device, sets[0].pool, 0));
     record_builds(app, sets[0].primary);
     submit(app, sets[0].primary, false, false);
+    work_on_host(app);
     make_mistakes(app);
 }

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is known of host addresses: mapped memory and what lies around it. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "state/resources.h"
+
+enum { PIECES = 8 };
+
+struct pieces {
+    struct memory_span items[PIECES];
+    uint32_t count;
+};
+
+static VkDeviceMemory memory(uintptr_t n)
+{
+    return (VkDeviceMemory)n;
+}
+
+static const void *at(uintptr_t address)
+{
+    return (const void *)address;
+}
+
+static void keep(void *user, const struct memory_span *piece)
+{
+    struct pieces *pieces = user;
+    assert_true(pieces->count < PIECES);
+    pieces->items[pieces->count++] = *piece;
+}
+
+static struct pieces find(struct resources *resources, uintptr_t address, uint64_t size)
+{
+    struct pieces pieces = {.count = 0};
+    resources_find_host_pieces(resources, at(address), size, keep, &pieces);
+    return pieces;
+}
+
+static void expect_piece(const struct pieces *pieces, uint32_t i, VkDeviceMemory in, uint64_t begin,
+                         uint64_t end)
+{
+    assert_true(i < pieces->count);
+    assert_ptr_equal(pieces->items[i].memory, in);
+    assert_int_equal(pieces->items[i].begin, begin);
+    assert_int_equal(pieces->items[i].end, end);
+}
+
+static struct resources *make(void)
+{
+    struct resources *resources;
+    assert_int_equal(resources_create(&resources), VK_SUCCESS);
+    for (uintptr_t i = 1; i <= 3; i++)
+        resources_add_memory(resources, memory(i), 0x1000, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
+                             false);
+    return resources;
+}
+
+static void pieces_end_where_mappings_do(void **unused)
+{
+    struct resources *resources = make();
+    (void)unused;
+    resources_map_memory(resources, memory(1), 0x100, 0x200, at(0x10000));
+    resources_map_memory(resources, memory(2), 0, VK_WHOLE_SIZE, at(0x20000));
+    struct pieces pieces = find(resources, 0x10080, 0x10);
+    assert_int_equal(pieces.count, 1);
+    expect_piece(&pieces, 0, memory(1), 0x180, 0x190);
+    pieces = find(resources, 0x0ff00, 0x12000);
+    assert_int_equal(pieces.count, 5);
+    expect_piece(&pieces, 0, memory_of_host(), 0x0ff00, 0x10000);
+    expect_piece(&pieces, 1, memory(1), 0x100, 0x300);
+    expect_piece(&pieces, 2, memory_of_host(), 0x10200, 0x20000);
+    expect_piece(&pieces, 3, memory(2), 0, 0x1000);
+    expect_piece(&pieces, 4, memory_of_host(), 0x21000, 0x21f00);
+    assert_int_equal(find(resources, 0x10000, 0).count, 0);
+    pieces = find(resources, UINTPTR_MAX - 1, UINT64_MAX);
+    expect_piece(&pieces, 0, memory_of_host(), UINT64_MAX - 1, UINT64_MAX);
+    resources_destroy(resources);
+}
+
+static void mappings_end(void **unused)
+{
+    struct resources *resources = make();
+    (void)unused;
+    for (uintptr_t i = 1; i <= 3; i++)
+        resources_map_memory(resources, memory(i), 0, VK_WHOLE_SIZE, at(i * 0x1000));
+    resources_unmap_memory(resources, memory(2));
+    resources_unmap_memory(resources, memory(2));
+    resources_unmap_memory(resources, memory(9));
+    struct pieces pieces = find(resources, 0x1000, 0x3000);
+    assert_int_equal(pieces.count, 3);
+    expect_piece(&pieces, 1, memory_of_host(), 0x2000, 0x3000);
+    resources_remove_memory(resources, memory(3)); /* freed while it is mapped */
+    pieces = find(resources, 0x1000, 0x3000);
+    assert_int_equal(pieces.count, 2);
+    expect_piece(&pieces, 0, memory(1), 0, 0x1000);
+    resources_map_memory(resources, memory(1), 0x800, VK_WHOLE_SIZE, at(0x8000)); /* elsewhere */
+    pieces = find(resources, 0x1000, 0x1000);
+    assert_int_equal(pieces.count, 1);
+    expect_piece(&pieces, 0, memory_of_host(), 0x1000, 0x2000);
+    pieces = find(resources, 0x8000, 0x1000);
+    expect_piece(&pieces, 0, memory(1), 0x800, 0x1000);
+    resources_map_memory(resources, memory(1), 0x2000, 1, at(0x9000)); /* beyond its end */
+    assert_ptr_equal(find(resources, 0x9000, 1).items[0].memory, memory_of_host());
+    resources_destroy(resources);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pieces_end_where_mappings_do),
+        cmocka_unit_test(mappings_end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
