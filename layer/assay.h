@@ -113,8 +113,9 @@ typedef struct AssayCounters {
     uint64_t nodesVisited;
     uint64_t instancesEntered;
     uint64_t primitivesTested;
-    uint64_t exactCalls;    /* signs that needed exact arithmetic */
-    uint64_t bytesSnapshot; /* that command buffers were told to copy for their builds */
+    uint64_t exactCalls;     /* signs that needed exact arithmetic */
+    uint64_t bytesSnapshot;  /* that command buffers were told to copy for their builds */
+    uint64_t matrixProducts; /* of positions and the transforms of their geometries */
 } AssayCounters;
 
 /* Writes the first `size` bytes of the counters, at most sizeof(AssayCounters) of this header; of

@@ -147,6 +147,7 @@ struct builder_report {
     uint64_t
         singular; /* instances whose 3x3 matrix (at time 0) has determinant 0: never hit then */
     struct builder_place first_singular;
+    uint64_t transformed; /* positions that were to be multiplied by a geometry's transform */
 };
 
 /* vkGetAccelerationStructureBuildSizesKHR: of the input, only types, flags and geometry counts are

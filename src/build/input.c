@@ -62,6 +62,8 @@ enum builder_result input_open(const struct builder_input *input, struct source 
             return BUILDER_INPUT_OUT_OF_RANGE;
         }
         first += sources[i].count;
+        if (sources[i].has_transform)
+            report->transformed += 3ull * sources[i].count;
     }
     return BUILDER_OK;
 }

@@ -34,10 +34,13 @@ static VkResult run_builder(const struct cpu_making *making, const struct builde
                                       sizes->scratch, &scratch);
     if (taken != VK_SUCCESS)
         return taken;
+    struct builder_report report;
     enum builder_result result =
-        making->source ? builder_refit(input, making->source, tree, sizes->tree, scratch.bytes,
-                                       scratch.size, NULL)
-                       : builder_build(input, tree, sizes->tree, scratch.bytes, scratch.size, NULL);
+        making->source
+            ? builder_refit(input, making->source, tree, sizes->tree, scratch.bytes, scratch.size,
+                            &report)
+            : builder_build(input, tree, sizes->tree, scratch.bytes, scratch.size, &report);
+    cpu_count(&making->device->counters.matrix_products, report.transformed);
     if (making->scratch && scratch.owned)
         cpu_count(&making->device->counters.own_scratch, 1);
     cpu_scratch_return(&scratch);

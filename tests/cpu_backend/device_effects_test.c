@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Only what a scene uses is computed: pairs of scenes that differ in one thing, and all that the
+ * counters of backend cpu say of the difference. */
+#include "device_stage.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static struct device_stage device;
+static struct stage *const stage = &device.stage;
+
+enum { TRIANGLES = 12, DATA_SIZE = TRIANGLES * 9 * sizeof(float) };
+
+static const VkTransformMatrixKHR moved = {{{1, 0, 0, 0}, {0, 1, 0, 3}, {0, 0, 1, 0}}};
+
+/* ---- a BLAS, and what its command buffer does */
+
+struct deeds {
+    bool transforms; /* its triangles */
+    bool builds_twice, clones, compacts, is_traced, grazes_an_edge;
+};
+
+static AssayCounters run(const struct deeds *deeds)
+{
+    struct stage_build host;
+    struct device_build build;
+    const AssayCounters before = stage_counters(stage);
+    stage_triangles(&host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR);
+    struct stage_structure blas = stage_create_for(stage, &host);
+    struct stage_structure copy =
+        stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas.size);
+    struct device_buffer transform = device_buffer_create(&device, sizeof(moved));
+    device_build_create(&device, &host, DATA_SIZE, &build);
+    memcpy(transform.bytes, &moved, sizeof(moved));
+    if (deeds->transforms)
+        build.geometry.geometry.triangles.transformData.deviceAddress = transform.address;
+
+    const VkCopyAccelerationStructureInfoKHR copying = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = blas.handle,
+        .dst = copy.handle,
+        .mode = deeds->compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    device_upload(&device, commands, &build);
+    for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
+        device_build(&device, commands, &build, blas.handle, VK_NULL_HANDLE);
+    if (deeds->clones || deeds->compacts)
+        stage->vk.CmdCopyAccelerationStructureKHR(commands, &copying);
+    device_finish(&device, commands);
+    const float y = deeds->transforms ? 3 : 0;
+    if (deeds->is_traced)
+        stage_trace(stage, deeds->clones || deeds->compacts ? copy.handle : blas.handle,
+                    y + (deeds->grazes_an_edge ? 0.5f : 0.25f),
+                    deeds->grazes_an_edge ? 0.5f : 0.25f);
+    AssayCounters after = stage_counters(stage);
+    uint64_t *values = (uint64_t *)&after;
+    for (size_t i = 0; i < sizeof(after) / sizeof(*values); i++)
+        values[i] -= ((const uint64_t *)&before)[i];
+
+    device_build_destroy(&device, &build);
+    device_buffer_destroy(&device, &transform);
+    stage_destroy(stage, &copy);
+    stage_destroy(stage, &blas);
+    stage_free(&host);
+    assert_int_equal(stage->kit.messages.count, 0);
+    return after;
+}
+
+/* `extra`: what the second scene does beyond the first. */
+static void expect_pair(const struct deeds *plain, const struct deeds *with,
+                        const AssayCounters *extra)
+{
+    const AssayCounters first = run(plain), second = run(with);
+    const uint64_t *a = (const uint64_t *)&first, *b = (const uint64_t *)&second;
+    for (size_t i = 0; i < sizeof(first) / sizeof(*a); i++)
+        if (b[i] - a[i] != ((const uint64_t *)extra)[i])
+            print_error("counter %zu: %llu and %llu\n", i, (unsigned long long)a[i],
+                        (unsigned long long)b[i]);
+    for (size_t i = 0; i < sizeof(first) / sizeof(*a); i++)
+        assert_int_equal(b[i] - a[i], ((const uint64_t *)extra)[i]);
+}
+
+/* ---- tests */
+
+static void test_untouched(void **state)
+{
+    (void)state;
+    const AssayCounters did = run(&(struct deeds){0});
+    const AssayCounters expected = {.bytesSnapshot = DATA_SIZE};
+    assert_memory_equal(&did, &expected, sizeof(did));
+}
+
+static void test_transform(void **state)
+{
+    (void)state;
+    expect_pair(&(struct deeds){.is_traced = true},
+                &(struct deeds){.is_traced = true, .transforms = true},
+                &(AssayCounters){.bytesSnapshot = sizeof(moved), .matrixProducts = 3 * TRIANGLES});
+}
+
+static void test_rebuild(void **state)
+{
+    (void)state;
+    expect_pair(&(struct deeds){.is_traced = true},
+                &(struct deeds){.is_traced = true, .builds_twice = true},
+                &(AssayCounters){.bytesSnapshot = DATA_SIZE});
+}
+
+/* A clone that nobody changes is the same tree. */
+static void test_clone(void **state)
+{
+    (void)state;
+    expect_pair(&(struct deeds){.is_traced = true},
+                &(struct deeds){.is_traced = true, .clones = true}, &(AssayCounters){0});
+}
+
+static void test_compaction(void **state)
+{
+    (void)state;
+    expect_pair(&(struct deeds){.clones = true}, &(struct deeds){.compacts = true},
+                &(AssayCounters){0});
+    const AssayCounters did = run(&(struct deeds){.compacts = true, .is_traced = true});
+    assert_int_equal(did.builds, 1);
+    assert_int_equal(did.copies, 1);
+}
+
+static void test_exactness(void **state)
+{
+    (void)state;
+    const AssayCounters inside = run(&(struct deeds){.is_traced = true});
+    const AssayCounters edge = run(&(struct deeds){.is_traced = true, .grazes_an_edge = true});
+    assert_int_equal(inside.exactCalls, 0);
+    assert_true(edge.exactCalls > 0);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_untouched),  cmocka_unit_test(test_transform),
+        cmocka_unit_test(test_rebuild),    cmocka_unit_test(test_clone),
+        cmocka_unit_test(test_compaction), cmocka_unit_test(test_exactness),
+    };
+    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_stage_close(&device);
+    return failed;
+}
