@@ -84,10 +84,13 @@ static void find_triangles(const struct cpu_memory *memory,
         find(memory, from->vertexData,
              extent(offset, range->firstVertex + vertices - 1, from->vertexStride, VERTEX_SIZE_MAX),
              &to->vertices);
-    if (from->transformData.deviceAddress)
-        to->transforms_size = find(
-            memory, from->transformData,
-            extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
+    if (!from->transformData.deviceAddress)
+        return;
+    to->transforms_size =
+        find(memory, from->transformData,
+             extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
+    if (!to->transforms)
+        to->transforms = from; /* not none, though nothing of it can be read */
 }
 
 static void find_data(const struct cpu_memory *memory,

@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* VK_NV_ray_tracing on backend cpu, through the loader: what mistakes lead to, none of which
+ * crashes; what is refused; and that no driver hears of the backend's handles. */
+#include "nv_stage.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+static struct device_stage device;
+static struct stage *const stage = &device.stage;
+
+#define WILD ((VkAccelerationStructureNV)0x1234567890)
+
+enum { VERTICES_AT = 64, DATA_SIZE = 256 };
+
+/* A BLAS of one triangle at x = 0, whose description tests change. */
+static struct {
+    struct device_buffer data;
+    VkGeometryNV geometry;
+    VkAccelerationStructureInfoNV info;
+    struct nv_structure blas;
+} scene;
+
+static VkGeometryTrianglesNV *const triangles = &scene.geometry.geometry.triangles;
+
+static void describe(void)
+{
+    scene.geometry =
+        (VkGeometryNV){.sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
+                       .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+                       .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
+                                                  .vertexData = scene.data.handle,
+                                                  .vertexOffset = VERTICES_AT,
+                                                  .vertexCount = 3,
+                                                  .vertexStride = 3 * sizeof(float),
+                                                  .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                                  .indexType = VK_INDEX_TYPE_NONE_NV},
+                                    .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}}};
+    scene.info = (VkAccelerationStructureInfoNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
+        .geometryCount = 1,
+        .pGeometries = &scene.geometry,
+    };
+}
+
+static int open_scene(void **state)
+{
+    (void)state;
+    static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
+    scene.data = device_buffer_create(&device, DATA_SIZE);
+    memcpy((char *)scene.data.bytes + VERTICES_AT, vertices, sizeof(vertices));
+    describe();
+    scene.blas = nv_create(&device, &scene.info, 0);
+    return 0;
+}
+
+static int close_scene(void **state)
+{
+    (void)state;
+    nv_destroy(&device, &scene.blas);
+    device_buffer_destroy(&device, &scene.data);
+    messages_clear(&stage->kit.messages);
+    return 0;
+}
+
+static void build(const VkAccelerationStructureInfoNV *info, VkAccelerationStructureNV src)
+{
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    nv_build(&device, commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
+    device_finish(&device, commands);
+}
+
+static bool is_built(void)
+{
+    const AssayRay ray = {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 2};
+    AssayHit hit;
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.blas.handle,
+                                 .rayCount = 1,
+                                 .raySize = sizeof(ray),
+                                 .hitSize = sizeof(hit),
+                                 .rays = &ray,
+                                 .hits = &hit};
+    const VkResult result = stage->trace_rays(stage->device, &info);
+    if (result == VK_SUCCESS)
+        return hit.isHit;
+    assert_int_equal(result, VK_ERROR_VALIDATION_FAILED);
+    return false;
+}
+
+/* What is described now isn't built, and what is described well is. */
+static void expect_unbuilt(void)
+{
+    build(&scene.info, VK_NULL_HANDLE);
+    assert_false(is_built());
+    describe();
+    build(&scene.info, VK_NULL_HANDLE);
+    assert_true(is_built());
+}
+
+/* ---- tests */
+
+static VkBuffer create_unbound(void)
+{
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = DATA_SIZE,
+        .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV,
+    };
+    VkBuffer buffer;
+    assert_int_equal(stage->vk.CreateBuffer(stage->device, &info, NULL, &buffer), VK_SUCCESS);
+    return buffer;
+}
+
+static void test_data_that_is_not_there(void **state)
+{
+    (void)state;
+    const VkBuffer unbound = create_unbound();
+    triangles->vertexData = VK_NULL_HANDLE;
+    expect_unbuilt();
+    triangles->vertexData = (VkBuffer)WILD;
+    expect_unbuilt();
+    triangles->vertexData = unbound;
+    expect_unbuilt();
+    triangles->vertexOffset = DATA_SIZE - 35; /* a triangle takes 36 bytes */
+    expect_unbuilt();
+    triangles->vertexOffset = DATA_SIZE;
+    expect_unbuilt();
+    triangles->vertexOffset = UINT64_MAX - 8;
+    expect_unbuilt();
+    triangles->vertexStride = UINT64_MAX;
+    expect_unbuilt();
+    triangles->transformData = scene.data.handle;
+    triangles->transformOffset = DATA_SIZE - 32;
+    expect_unbuilt();
+    triangles->transformData = unbound;
+    expect_unbuilt();
+    triangles->indexType = VK_INDEX_TYPE_UINT32;
+    triangles->indexData = scene.data.handle;
+    triangles->indexOffset = VERTICES_AT; /* floats are wild indices */
+    triangles->indexCount = 3;
+    expect_unbuilt();
+    stage->vk.DestroyBuffer(stage->device, unbound, NULL);
+}
+
+static void test_geometries_that_are_none(void **state)
+{
+    (void)state;
+    triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
+    expect_unbuilt();
+    scene.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    expect_unbuilt();
+    scene.geometry.geometryType = (VkGeometryTypeKHR)77;
+    expect_unbuilt();
+    scene.info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV; /* without instanceData */
+    scene.info.geometryCount = 0;
+    scene.info.instanceCount = 3;
+    expect_unbuilt();
+}
+
+/* Nothing is recorded of such a build, so the structure is as it was. */
+static void test_unreadable_parameters(void **state)
+{
+    (void)state;
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    char *hole = mmap(NULL, page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    build(&scene.info, VK_NULL_HANDLE);
+    build((const void *)hole, VK_NULL_HANDLE);
+    build(NULL, VK_NULL_HANDLE);
+    scene.info.pGeometries = (const void *)hole;
+    build(&scene.info, VK_NULL_HANDLE);
+    assert_true(is_built());
+
+    const VkAccelerationStructureCreateInfoNV create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene.info};
+    VkAccelerationStructureNV created = WILD;
+    assert_int_equal(
+        stage->vk.CreateAccelerationStructureNV(stage->device, &create_info, NULL, &created),
+        VK_ERROR_VALIDATION_FAILED);
+    assert_true(created == VK_NULL_HANDLE);
+    assert_int_equal(stage->vk.GetAccelerationStructureHandleNV(stage->device, scene.blas.handle,
+                                                                sizeof(uint64_t), hole),
+                     VK_ERROR_VALIDATION_FAILED);
+    munmap(hole, page);
+}
+
+static void test_wild_handles(void **state)
+{
+    (void)state;
+    const VkAccelerationStructureNV wild = WILD;
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
+    const VkQueryPool no_pool = (VkQueryPool)WILD;
+    uint64_t reference = 7;
+    assert_int_equal(stage->vk.GetAccelerationStructureHandleNV(stage->device, wild, 8, &reference),
+                     VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(
+        stage->vk.GetAccelerationStructureHandleNV(stage->device, scene.blas.handle, 4, &reference),
+        VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(reference, 7);
+    assert_int_equal(
+        nv_requirements(&device, wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV)
+            .size,
+        0);
+    build(&scene.info, VK_NULL_HANDLE);
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    stage->vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
+                                             VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    stage->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
+    stage->vk.CmdBuildAccelerationStructureNV(commands, &scene.info, VK_NULL_HANDLE, 0, VK_FALSE,
+                                              wild, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
+    device_finish(&device, commands);
+    assert_true(is_built());
+    build(&scene.info, wild);
+    assert_false(is_built());
+    stage->vk.DestroyAccelerationStructureNV(stage->device, VK_NULL_HANDLE, NULL);
+}
+
+static void test_names_and_private_data(void **state)
+{
+    (void)state;
+    const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
+    const VkDebugUtilsObjectNameInfoEXT name = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = type,
+        .objectHandle = (uint64_t)scene.blas.handle,
+        .pObjectName = "bunny"};
+    assert_int_equal(stage->vk.SetDebugUtilsObjectNameEXT(stage->device, &name), VK_SUCCESS);
+    const VkPrivateDataSlotCreateInfo info = {.sType =
+                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    VkPrivateDataSlot slot;
+    uint64_t value = 0;
+    assert_int_equal(stage->vk.CreatePrivateDataSlot(stage->device, &info, NULL, &slot),
+                     VK_SUCCESS);
+    assert_int_equal(
+        stage->vk.SetPrivateData(stage->device, type, (uint64_t)scene.blas.handle, slot, 5),
+        VK_SUCCESS);
+    stage->vk.GetPrivateData(stage->device, type, (uint64_t)scene.blas.handle, slot, &value);
+    assert_int_equal(value, 5);
+    stage->vk.DestroyPrivateDataSlot(stage->device, slot, NULL);
+    device_expect_silence(&device);
+}
+
+/* One message each, which names the setting. */
+static void expect_refusal(const char *command)
+{
+    assert_int_equal(messages_count(&stage->kit.messages, "ASSAY-error", command), 1);
+    assert_int_equal(
+        messages_count(&stage->kit.messages, "ASSAY-error", "assay_validation.backend"), 1);
+    messages_clear(&stage->kit.messages);
+}
+
+static void test_shader_side(void **state)
+{
+    (void)state;
+    const VkRayTracingPipelineCreateInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_NV};
+    VkPipeline pipeline = (VkPipeline)WILD;
+    assert_int_equal(stage->vk.CreateRayTracingPipelinesNV(stage->device, VK_NULL_HANDLE, 1, &info,
+                                                           NULL, &pipeline),
+                     VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_true(pipeline == VK_NULL_HANDLE);
+    expect_refusal("vkCreateRayTracingPipelinesNV");
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    stage->vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE,
+                             0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
+    device_finish(&device, commands);
+    expect_refusal("vkCmdTraceRaysNV");
+    const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV, 1};
+    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = 1,
+                                             .poolSizeCount = 1,
+                                             .pPoolSizes = &size};
+    VkDescriptorPool created;
+    assert_int_equal(stage->vk.CreateDescriptorPool(stage->device, &pool, NULL, &created),
+                     VK_ERROR_VALIDATION_FAILED_EXT);
+    expect_refusal("vkCreateDescriptorPool");
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_data_that_is_not_there, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_geometries_that_are_none, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_unreadable_parameters, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_wild_handles, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_names_and_private_data, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_shader_side, open_scene, close_scene),
+    };
+    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_stage_close(&device);
+    return failed;
+}
