@@ -143,7 +143,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = offers_more ? 6 : 2,
+                                     .enabledExtensionCount = offers_more ? 6 : 3,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;

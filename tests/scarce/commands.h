@@ -37,6 +37,7 @@
     COMMAND(CmdInsertDebugUtilsLabelEXT)                                                           \
     COMMAND(CmdResetQueryPool)                                                                     \
     COMMAND(CmdWriteAccelerationStructuresPropertiesKHR)                                           \
+    COMMAND(CmdWriteAccelerationStructuresPropertiesNV)                                            \
     COMMAND(CopyAccelerationStructureKHR)                                                          \
     COMMAND(CopyAccelerationStructureToMemoryKHR)                                                  \
     COMMAND(CopyMemoryToAccelerationStructureKHR)                                                  \
@@ -75,6 +76,7 @@
     COMMAND(MapMemory)                                                                             \
     COMMAND(QueueBindSparse)                                                                       \
     COMMAND(QueueSubmit)                                                                           \
+    COMMAND(QueueWaitIdle)                                                                         \
     COMMAND(ResetCommandPool)                                                                      \
     COMMAND(ResetFences)                                                                           \
     COMMAND(ResetQueryPool)                                                                        \
