@@ -48,11 +48,12 @@ const char *platform_open(struct platform *platform, const char *name)
 
     *platform = (struct platform){.name = name, .is_cpu = strncmp(name, "cpu_", 4) == 0};
     const char *driver = platform->is_cpu ? name + 4 : name;
+    platform->is_named = strcmp(driver, "environment") == 0;
     if (strcmp(driver, "null") == 0) {
         reason = null_driver_open(platform);
     } else if (strcmp(driver, "lavapipe") == 0) {
         reason = lavapipe_find();
-    } else if (strcmp(driver, "environment") == 0) {
+    } else if (platform->is_named) {
         reason = getenv("VK_DRIVER_FILES") != NULL ? NULL : "VK_DRIVER_FILES is not set";
     } else {
         fprintf(stderr, "platform '%s' is none of " PLATFORM_NAMES "\n", name);
@@ -63,7 +64,7 @@ const char *platform_open(struct platform *platform, const char *name)
     if (platform->is_cpu)
         setenv("VK_ASSAY_VALIDATION_BACKEND", "cpu", 1);
 
-    setenv("VK_LAYER_PATH", LAYER_FOLDER, strcmp(driver, "environment") != 0);
+    setenv("VK_LAYER_PATH", LAYER_FOLDER, !platform->is_named);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");
@@ -75,7 +76,7 @@ const char *platform_open(struct platform *platform, const char *name)
         (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
     if (platform->get_instance_proc_addr == NULL)
         return "libvulkan.so.1 lacks vkGetInstanceProcAddr";
-    if (strcmp(name, "environment") == 0)
+    if (platform->is_named)
         hold_driver(platform);
     return NULL;
 }

@@ -17,8 +17,9 @@
 
 struct platform {
     const char *name;
-    bool is_null; /* the null driver, which can be configured and asked for call counts */
-    bool is_cpu;  /* the layer's backend is cpu; the null driver then has no ray tracing */
+    bool is_null;  /* the null driver, which can be configured and asked for call counts */
+    bool is_named; /* a driver that the environment names, of a GPU perhaps */
+    bool is_cpu;   /* the layer's backend is cpu; the null driver then has no ray tracing */
     struct null_driver_api null_driver;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
 };

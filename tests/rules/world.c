@@ -82,7 +82,7 @@ static void tell_device(const struct world *world)
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
 
-    if (told || strcmp(world->platform->name, "environment") != 0)
+    if (told || !world->platform->is_named)
         return;
     told = true;
     world->vki.GetPhysicalDeviceProperties2(world->physical_device, &properties);
