@@ -40,11 +40,14 @@ typedef enum AssayAccuracy {
  * flags: values of SPIR-V's Ray Flags: 0x1 opaque, 0x2 no opaque, 0x4 terminate on first hit, 0x10
  * and 0x20 cull back- and front-facing triangles, 0x40 and 0x80 cull opaque and no opaque, 0x100
  * and 0x200 skip triangles and AABBs.
- * cullMask: its low 8 bits are compared with the instances' masks; unused for a bottom level. */
+ * cullMask: its low 8 bits are compared with the instances' masks; unused for a bottom level.
+ * time: from 0 to 1, for what moves (VK_NV_ray_tracing_motion_blur); beyond counts as the nearer
+ * end. */
 typedef struct AssayRay {
     float origin[3], tMin;
     float direction[3], tMax;
     uint32_t flags, cullMask;
+    float time; /* rays of a size without it have time 0 */
 } AssayRay;
 
 /* The nearest hit, or the first found with flag 0x4. Unless there is a function that says
@@ -80,7 +83,8 @@ typedef AssayAnswer(VKAPI_PTR *PFN_AssayCandidate)(void *userData, uint32_t rayI
  * thread; several may trace at once, and what is destroyed or rebuilt meanwhile is traced as it
  * was. Setting up takes time in proportion to the instances, so one call should have many rays.
  *
- * raySize and hitSize: sizeof(AssayRay) and sizeof(AssayHit).
+ * raySize and hitSize: sizeof(AssayRay), or what it was before rays had a time, and
+ * sizeof(AssayHit).
  *
  * VK_SUCCESS; VK_ERROR_OUT_OF_HOST_MEMORY; VK_ERROR_VALIDATION_FAILED where the structure is none
  * of the device's or isn't built, an argument is out of range, rays can't be read or hits written.

@@ -2,6 +2,7 @@
 /* Commands of backend cpu that are the layer's own (assay.h): tracing, and counters. */
 #include "assay.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cpu/commands.h"
@@ -14,12 +15,23 @@ _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_EXACT == TRACE_EXACT,
                "accuracies");
 
+/* Rays may be of the size that they had without a time. */
+enum { UNTIMED_RAY_SIZE = offsetof(AssayRay, time) };
+
+static AssayRay ray_at(const AssayTraceInfo *info, uint32_t index)
+{
+    AssayRay ray = {.time = 0};
+    memcpy(&ray, (const char *)info->rays + index * info->raySize, info->raySize);
+    return ray;
+}
+
 static struct trace_ray ray_of(const AssayRay *from)
 {
     struct trace_ray ray = {.t_min = from->tMin,
                             .t_max = from->tMax,
                             .flags = from->flags,
-                            .cull_mask = from->cullMask};
+                            .cull_mask = from->cullMask,
+                            .time = from->time};
     memcpy(ray.origin, from->origin, sizeof(ray.origin));
     memcpy(ray.direction, from->direction, sizeof(ray.direction));
     return ray;
@@ -46,7 +58,8 @@ static AssayHit hit_of(const struct trace_hit *from)
 /* One ray whose candidates the application answers. */
 struct questions {
     const AssayTraceInfo *info;
-    uint32_t ray;
+    uint32_t index; /* of the ray */
+    AssayRay ray;
     AssayHit nearest;
 };
 
@@ -54,9 +67,9 @@ static enum trace_answer ask(void *context, struct trace_hit *candidate)
 {
     struct questions *questions = context;
     const AssayTraceInfo *info = questions->info;
-    const AssayRay *ray = &info->rays[questions->ray];
+    const AssayRay *ray = &questions->ray;
     AssayHit hit = hit_of(candidate);
-    AssayAnswer answer = info->candidate(info->userData, questions->ray, &hit);
+    AssayAnswer answer = info->candidate(info->userData, questions->index, &hit);
     if (answer == ASSAY_ANSWER_STOP)
         return TRACE_STOP;
     float limit = questions->nearest.isHit ? questions->nearest.t : ray->tMax;
@@ -70,24 +83,30 @@ static enum trace_answer ask(void *context, struct trace_hit *candidate)
 
 static AssayHit trace_ray(struct cpu_scene *scene, const AssayTraceInfo *info, uint32_t index)
 {
-    const struct trace_ray ray = ray_of(&info->rays[index]);
+    const AssayRay given = ray_at(info, index);
+    const struct trace_ray ray = ray_of(&given);
     struct trace_hit hit;
     scene->rays++;
     if (!info->candidate)
         return trace_closest(&scene->traced, &ray, &hit) ? hit_of(&hit)
                                                          : (AssayHit){.isHit = VK_FALSE};
-    struct questions questions = {.info = info, .ray = index};
+    struct questions questions = {.info = info, .index = index, .ray = given};
     const struct trace_visitor visitor = {ask, &questions};
     trace_candidates(&scene->traced, &ray, &visitor);
     return questions.nearest;
 }
 
+static bool is_ray_size(size_t size)
+{
+    return size == sizeof(AssayRay) || size == UNTIMED_RAY_SIZE;
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTraceInfo *info)
 {
     struct readable_cache cache = {0};
-    if (!readable(&cache, info, sizeof(*info)) || info->raySize != sizeof(AssayRay) ||
+    if (!readable(&cache, info, sizeof(*info)) || !is_ray_size(info->raySize) ||
         info->hitSize != sizeof(AssayHit) || (uint32_t)info->accuracy > ASSAY_ACCURACY_EXACT ||
-        !readable(&cache, info->rays, info->rayCount * sizeof(AssayRay)) ||
+        !readable(&cache, info->rays, info->rayCount * info->raySize) ||
         !cpu_is_writable(info->hits, info->rayCount * sizeof(AssayHit)))
         return VK_ERROR_VALIDATION_FAILED;
     struct cpu_scene scene;
