@@ -25,10 +25,11 @@ static VkResult check_extensions(const struct layer_instance *instance,
 }
 
 /* Whether a feature is asked for that `offered`, a structure of the same type, hasn't got. */
-static bool asks_for_more(const VkBaseInStructure *asked, const void *offered, unsigned count)
+static bool asks_for_more(const VkBaseInStructure *asked, const VkBaseInStructure *offered,
+                          unsigned count)
 {
     const VkBool32 *features = (const void *)&asked[1];
-    const VkBool32 *ours = offered ? (const void *)((const VkBaseInStructure *)offered + 1) : NULL;
+    const VkBool32 *ours = offered ? (const void *)&offered[1] : NULL;
     for (unsigned i = 0; i < count; i++)
         if (features[i] && !(ours && ours[i]))
             return true;
@@ -38,19 +39,14 @@ static bool asks_for_more(const VkBaseInStructure *asked, const void *offered, u
 static VkResult check_features(const struct layer_instance *instance,
                                const VkDeviceCreateInfo *create_info)
 {
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR ours = cpu_features();
     VkResult result = VK_SUCCESS;
     for (const VkBaseInStructure *in = create_info->pNext; in; in = in->pNext) {
         const struct registry_structure *structure = registry_find_structure(in->sType);
-        const bool is_ours =
-            in->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
+        const struct cpu_features *ours = cpu_find_features(in->sType);
         if (!structure || !structure->ray_tracing ||
-            !asks_for_more(in, is_ours ? &ours : NULL, structure->feature_count))
+            !asks_for_more(in, ours ? ours->structure : NULL, structure->feature_count))
             continue;
-        cpu_refuse(instance, "vkCreateDevice",
-                   is_ours ? "accelerationStructureCaptureReplay or "
-                             "descriptorBindingAccelerationStructureUpdateAfterBind"
-                           : structure->ray_tracing);
+        cpu_refuse(instance, "vkCreateDevice", ours ? ours->lacking : structure->ray_tracing);
         result = VK_ERROR_FEATURE_NOT_PRESENT;
     }
     return result;
@@ -69,26 +65,36 @@ static const char **names_below(const VkDeviceCreateInfo *create_info, uint32_t 
     return names;
 }
 
+/* Takes the backend's features out of a chain, one copy for each. */
+static VkResult chains_begin(struct chain_copy chains[CPU_FEATURES], const void **chain)
+{
+    for (size_t i = 0; i < CPU_FEATURES; i++) {
+        VkResult result = chain_copy_begin(&chains[i], *chain, cpu_features[i].structure->sType);
+        if (result != VK_SUCCESS)
+            return result;
+        if (chains[i].found)
+            chain_copy_leave_out(&chains[i]);
+        *chain = chains[i].first;
+    }
+    return VK_SUCCESS;
+}
+
 static VkResult create_below(struct layer_device *device, PFN_vkCreateDevice create,
                              const VkDeviceCreateInfo *create_info,
                              const VkAllocationCallbacks *allocator, VkDevice *handle)
 {
-    struct chain_copy chain;
-    VkResult result =
-        chain_copy_begin(&chain, create_info->pNext,
-                         VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
-    if (result != VK_SUCCESS)
-        return result;
-    if (chain.found)
-        chain_copy_leave_out(&chain);
     VkDeviceCreateInfo below = *create_info;
-    const char **names = names_below(create_info, &below.enabledExtensionCount);
-    below.pNext = chain.first;
-    below.ppEnabledExtensionNames = names;
-    result = names ? create(device->physical_device, &below, allocator, handle)
-                   : VK_ERROR_OUT_OF_HOST_MEMORY;
-    free(names);
-    chain_copy_end(&chain);
+    struct chain_copy chains[CPU_FEATURES] = {0};
+    VkResult result = chains_begin(chains, &below.pNext);
+    if (result == VK_SUCCESS) {
+        const char **names = names_below(create_info, &below.enabledExtensionCount);
+        below.ppEnabledExtensionNames = names;
+        result = names ? create(device->physical_device, &below, allocator, handle)
+                       : VK_ERROR_OUT_OF_HOST_MEMORY;
+        free(names);
+    }
+    for (size_t i = 0; i < CPU_FEATURES; i++)
+        chain_copy_end(&chains[i]);
     return result;
 }
 

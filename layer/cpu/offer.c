@@ -37,6 +37,7 @@ static const VkExtensionProperties offered[] = {
     {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_ACCELERATION_STRUCTURE_SPEC_VERSION},
     {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_SPEC_VERSION},
     {VK_NV_RAY_TRACING_EXTENSION_NAME, VK_NV_RAY_TRACING_SPEC_VERSION},
+    {VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME, VK_NV_RAY_TRACING_MOTION_BLUR_SPEC_VERSION},
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
@@ -105,13 +106,31 @@ cpu_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice, const ch
 
 /* ---- features and limits */
 
-VkPhysicalDeviceAccelerationStructureFeaturesKHR cpu_features(void)
+static const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+    .accelerationStructure = VK_TRUE,
+    .accelerationStructureIndirectBuild = VK_TRUE,
+    .accelerationStructureHostCommands = VK_TRUE,
+};
+
+static const VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+    .rayTracingMotionBlur = VK_TRUE,
+};
+
+const struct cpu_features cpu_features[CPU_FEATURES] = {
+    {(const VkBaseInStructure *)&structures,
+     "accelerationStructureCaptureReplay or "
+     "descriptorBindingAccelerationStructureUpdateAfterBind"},
+    {(const VkBaseInStructure *)&motion, "rayTracingMotionBlurPipelineTraceRaysIndirect"},
+};
+
+const struct cpu_features *cpu_find_features(VkStructureType type)
 {
-    return (VkPhysicalDeviceAccelerationStructureFeaturesKHR){
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureIndirectBuild = VK_TRUE,
-        .accelerationStructureHostCommands = VK_TRUE,
-    };
+    for (size_t i = 0; i < CPU_FEATURES; i++)
+        if (cpu_features[i].structure->sType == type)
+            return &cpu_features[i];
+    return NULL;
 }
 
 /* Counts are the least that the specification allows, so that an application which stays within
@@ -160,18 +179,15 @@ static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
 /* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
 static void answer_chain(void *chain)
 {
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR our_features = cpu_features();
     const VkPhysicalDeviceAccelerationStructurePropertiesKHR our_limits = limits();
     const VkPhysicalDeviceRayTracingPropertiesNV our_limits_nv = limits_nv();
     for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
         const struct registry_structure *structure = registry_find_structure(out->sType);
         if (!structure || !structure->ray_tracing)
             continue;
-        const void *ours = NULL;
-        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR)
-            ours = &our_features;
-        else if (out->sType ==
-                 VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR)
+        const struct cpu_features *features = cpu_find_features(out->sType);
+        const void *ours = features ? features->structure : NULL;
+        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR)
             ours = &our_limits;
         else if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV)
             ours = &our_limits_nv;

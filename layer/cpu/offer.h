@@ -12,8 +12,16 @@ bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical
 /* Whether an extension is among those that the backend offers, where it offers any. */
 bool cpu_offers_extension(const char *name);
 
-/* The features that the backend has; sType and pNext are 0. */
-VkPhysicalDeviceAccelerationStructureFeaturesKHR cpu_features(void);
+/* The features that the backend has, as the structure that tells of them; pNext is NULL. */
+struct cpu_features {
+    const VkBaseInStructure *structure;
+    const char *lacking; /* names of that structure's features which the backend hasn't got */
+};
+enum { CPU_FEATURES = 2 };
+extern const struct cpu_features cpu_features[CPU_FEATURES];
+
+/* Of a structure's type, or NULL. */
+const struct cpu_features *cpu_find_features(VkStructureType type);
 
 /* The lower of what the physical device has and the application asked for. */
 uint32_t cpu_api_version(const struct layer_instance *instance, VkPhysicalDevice physical_device);

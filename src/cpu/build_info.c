@@ -52,6 +52,48 @@ static bool copy_arrays(struct readable_cache *cache,
     return true;
 }
 
+/* Chains longer than this are cyclic, or nobody's. */
+enum { CHAIN_MAX = 64 };
+
+/* NULL: the chain has none. False where it can't be read. */
+static bool find_motion(struct readable_cache *cache, const void *chain,
+                        const VkAccelerationStructureGeometryMotionTrianglesDataNV **motion)
+{
+    const VkBaseInStructure *s = chain;
+    *motion = NULL;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
+        if (!readable(cache, s, sizeof(*s)))
+            return false;
+        if (s->sType != VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)
+            continue;
+        *motion = (const void *)s;
+        return readable(cache, *motion, sizeof(**motion));
+    }
+    return !s;
+}
+
+static VkResult copy_motion(struct readable_cache *cache, struct cpu_build_info *copy)
+{
+    if (!(copy->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
+        return VK_SUCCESS;
+    for (uint32_t i = 0; i < copy->info.geometryCount; i++) {
+        const VkAccelerationStructureGeometryMotionTrianglesDataNV *motion;
+        if (copy->geometries[i].geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+            continue;
+        if (!find_motion(cache, copy->geometries[i].geometry.triangles.pNext, &motion))
+            return VK_ERROR_VALIDATION_FAILED;
+        if (!motion)
+            continue;
+        if (!copy->motion_vertices)
+            copy->motion_vertices =
+                calloc(copy->info.geometryCount, sizeof(*copy->motion_vertices));
+        if (!copy->motion_vertices)
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
+        copy->motion_vertices[i] = motion->vertexData;
+    }
+    return VK_SUCCESS;
+}
+
 VkResult cpu_build_info_copy(struct readable_cache *cache,
                              const VkAccelerationStructureBuildGeometryInfoKHR *info,
                              const VkAccelerationStructureBuildRangeInfoKHR *ranges,
@@ -69,16 +111,18 @@ VkResult cpu_build_info_copy(struct readable_cache *cache,
     if (cpu_build_info_allocate(copy, info->geometryCount) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     copy->info.ppGeometries = NULL;
-    if (!copy_arrays(cache, info, ranges, copy)) {
+    VkResult result = VK_ERROR_VALIDATION_FAILED;
+    if (copy_arrays(cache, info, ranges, copy))
+        result = copy_motion(cache, copy);
+    if (result != VK_SUCCESS)
         cpu_build_info_release(copy);
-        return VK_ERROR_VALIDATION_FAILED;
-    }
-    return VK_SUCCESS;
+    return result;
 }
 
 void cpu_build_info_release(struct cpu_build_info *copy)
 {
     free(copy->geometries);
+    free(copy->motion_vertices);
     *copy = (struct cpu_build_info){0};
 }
 

@@ -8,11 +8,15 @@
 #include "build/build.h"
 #include "state/readable.h"
 
-/* pNext of info and geometries is NULL; ppGeometries is resolved to pGeometries. */
+/* pNext of info and geometries is NULL, for what chains say is in members of its own; ppGeometries
+ * is resolved to pGeometries. */
 struct cpu_build_info {
     VkAccelerationStructureBuildGeometryInfoKHR info;
     VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
     VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry; in the same block */
+    /* Of VkAccelerationStructureGeometryMotionTrianglesDataNV, one a geometry, 0 where it doesn't
+     * move; owned. NULL: none moves. */
+    VkDeviceOrHostAddressConstKHR *motion_vertices;
 };
 
 /* VK_ERROR_VALIDATION_FAILED where a parameter can't be read. `ranges` may be NULL: zeros, for the

@@ -65,8 +65,10 @@ static uint64_t index_size(VkIndexType type)
     return type == VK_INDEX_TYPE_UINT32 ? 4 : type == VK_INDEX_TYPE_UINT16 ? 2 : 1;
 }
 
+/* `motion`: an address of 0 where it doesn't move. */
 static void find_triangles(const struct cpu_memory *memory,
                            const VkAccelerationStructureGeometryTrianglesDataKHR *from,
+                           VkDeviceOrHostAddressConstKHR motion,
                            const VkAccelerationStructureBuildRangeInfoKHR *range,
                            struct builder_triangles *to)
 {
@@ -80,10 +82,13 @@ static void find_triangles(const struct cpu_memory *memory,
                  &to->indices);
         offset = 0;
     }
-    to->vertices_size =
-        find(memory, from->vertexData,
-             extent(offset, range->firstVertex + vertices - 1, from->vertexStride, VERTEX_SIZE_MAX),
-             &to->vertices);
+    uint64_t size =
+        extent(offset, range->firstVertex + vertices - 1, from->vertexStride, VERTEX_SIZE_MAX);
+    to->vertices_size = find(memory, from->vertexData, size, &to->vertices);
+    if (motion.deviceAddress)
+        to->motion_vertices_size = find(memory, motion, size, &to->motion_vertices);
+    if (motion.deviceAddress && !to->motion_vertices)
+        to->motion_vertices = from; /* not still, though nothing of it can be read */
     if (!from->transformData.deviceAddress)
         return;
     to->transforms_size =
@@ -93,17 +98,33 @@ static void find_triangles(const struct cpu_memory *memory,
         to->transforms = from; /* not none, though nothing of it can be read */
 }
 
-static void find_data(const struct cpu_memory *memory,
-                      const VkAccelerationStructureGeometryKHR *from,
-                      const VkAccelerationStructureBuildRangeInfoKHR *range,
-                      struct builder_geometry *to)
+enum { MOTION_INSTANCE_STRIDE = 160 };
+
+static uint64_t extent_of_instances(const struct cpu_build_info *build, bool array_of_pointers,
+                                    uint64_t offset, uint64_t count)
 {
+    if (array_of_pointers)
+        return extent(offset, count, sizeof(uint64_t), 0);
+    if (build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)
+        return extent(offset, count - 1, MOTION_INSTANCE_STRIDE,
+                      sizeof(VkAccelerationStructureMotionInstanceNV));
+    return extent(offset, count, sizeof(VkAccelerationStructureInstanceKHR), 0);
+}
+
+static void find_data(const struct cpu_memory *memory, const struct cpu_build_info *build,
+                      uint32_t geometry, struct builder_geometry *to)
+{
+    const VkAccelerationStructureGeometryKHR *from = &build->geometries[geometry];
+    const VkAccelerationStructureBuildRangeInfoKHR *range = &build->ranges[geometry];
+    VkDeviceOrHostAddressConstKHR motion = {0};
     uint64_t count = range->primitiveCount, offset = range->primitiveOffset;
     if (count == 0)
         return;
     switch (to->type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        find_triangles(memory, &from->geometry.triangles, range, &to->triangles);
+        if (build->motion_vertices)
+            motion = build->motion_vertices[geometry];
+        find_triangles(memory, &from->geometry.triangles, motion, range, &to->triangles);
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         to->aabbs.size =
@@ -111,14 +132,12 @@ static void find_data(const struct cpu_memory *memory,
                  extent(offset, count - 1, to->aabbs.stride, sizeof(VkAabbPositionsKHR)),
                  &to->aabbs.data);
         break;
-    case VK_GEOMETRY_TYPE_INSTANCES_KHR: {
-        uint64_t size = to->instances.array_of_pointers
-                            ? sizeof(uint64_t)
-                            : sizeof(VkAccelerationStructureInstanceKHR);
-        to->instances.size = find(memory, from->geometry.instances.data,
-                                  extent(offset, count, size, 0), &to->instances.data);
+    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
+        to->instances.size =
+            find(memory, from->geometry.instances.data,
+                 extent_of_instances(build, to->instances.array_of_pointers, offset, count),
+                 &to->instances.data);
         break;
-    }
     default:
         break;
     }
@@ -153,7 +172,7 @@ VkResult cpu_input_open(const struct cpu_build_info *build, const struct cpu_mem
     input->input.geometries = input->geometries;
     for (uint32_t i = 0; i < count; i++) {
         cpu_describe_geometry(&build->geometries[i], &input->geometries[i]);
-        find_data(memory, &build->geometries[i], &build->ranges[i], &input->geometries[i]);
+        find_data(memory, build, i, &input->geometries[i]);
     }
     return VK_SUCCESS;
 }

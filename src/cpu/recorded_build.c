@@ -7,14 +7,19 @@
 
 /* ---- parameters */
 
+/* `motion`: NULL, or of address 0: none. */
 static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                                VkAccelerationStructureBuildRangeInfoKHR *range)
+                                VkDeviceOrHostAddressConstKHR *motion,
+                                const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
-    triangles->vertexData.deviceAddress += range->firstVertex * triangles->vertexStride;
+    uint64_t to_first = range->firstVertex * triangles->vertexStride;
     if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR)
-        triangles->vertexData.deviceAddress += range->primitiveOffset;
+        to_first += range->primitiveOffset;
     else
         triangles->indexData.deviceAddress += range->primitiveOffset;
+    triangles->vertexData.deviceAddress += to_first;
+    if (motion && motion->deviceAddress)
+        motion->deviceAddress += to_first;
     triangles->maxVertex -=
         range->firstVertex < triangles->maxVertex ? range->firstVertex : triangles->maxVertex;
     if (triangles->transformData.deviceAddress)
@@ -27,7 +32,10 @@ void cpu_recorded_build_normalize(struct cpu_recorded_build *build)
         VkAccelerationStructureGeometryKHR *geometry = &build->parameters.geometries[i];
         VkAccelerationStructureBuildRangeInfoKHR *range = &build->parameters.ranges[i];
         if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            normalize_triangles(&geometry->geometry.triangles, range);
+            normalize_triangles(
+                &geometry->geometry.triangles,
+                build->parameters.motion_vertices ? &build->parameters.motion_vertices[i] : NULL,
+                range);
         if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
             geometry->geometry.aabbs.data.deviceAddress += range->primitiveOffset;
         if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)

@@ -19,6 +19,17 @@ static void find_host_memory(struct stage *stage)
         assert_true(++stage->host_memory_type < memory.memoryTypeCount);
 }
 
+void stage_use_device(struct stage *stage, VkDevice device, const VkuDeviceDispatchTable *vk)
+{
+    PFN_vkGetDeviceProcAddr proc_addr = stage->kit.get_device_proc_addr;
+    stage->device = device;
+    stage->vk = *vk;
+    stage->trace_rays = (PFN_vkTraceRaysASSAY)proc_addr(device, "vkTraceRaysASSAY");
+    stage->get_counters = (PFN_vkGetCountersASSAY)proc_addr(device, "vkGetCountersASSAY");
+    assert_non_null(stage->trace_rays);
+    assert_non_null(stage->get_counters);
+}
+
 const char *stage_open(struct stage *stage, const char *platform)
 {
     static const struct kit_setup setup = {.backend = "cpu"};
@@ -27,12 +38,9 @@ const char *stage_open(struct stage *stage, const char *platform)
     if (reason)
         return reason;
     kit_open(&stage->kit, &stage->platform, &setup);
-    stage->device = kit_open_device(&stage->kit, &stage->vk);
-    PFN_vkGetDeviceProcAddr proc_addr = stage->kit.get_device_proc_addr;
-    stage->trace_rays = (PFN_vkTraceRaysASSAY)proc_addr(stage->device, "vkTraceRaysASSAY");
-    stage->get_counters = (PFN_vkGetCountersASSAY)proc_addr(stage->device, "vkGetCountersASSAY");
-    assert_non_null(stage->trace_rays);
-    assert_non_null(stage->get_counters);
+    VkuDeviceDispatchTable vk;
+    VkDevice device = kit_open_device(&stage->kit, &vk);
+    stage_use_device(stage, device, &vk);
     find_host_memory(stage);
     return NULL;
 }
@@ -45,8 +53,9 @@ void stage_close(struct stage *stage)
 
 /* ---- structures */
 
-struct stage_structure stage_create(struct stage *stage, VkAccelerationStructureTypeKHR type,
-                                    VkDeviceSize size)
+static struct stage_structure create(struct stage *stage, VkAccelerationStructureTypeKHR type,
+                                     VkDeviceSize size,
+                                     const VkAccelerationStructureMotionInfoNV *motion)
 {
     struct stage_structure structure = {.size = size};
     const VkBufferCreateInfo buffer = {
@@ -70,12 +79,20 @@ struct stage_structure stage_create(struct stage *stage, VkAccelerationStructure
     GET(stage->vk.BindBufferMemory(stage->device, structure.buffer, structure.memory, 0));
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .pNext = motion,
+        .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
         .buffer = structure.buffer,
         .size = size,
         .type = type,
     };
     GET(stage->vk.CreateAccelerationStructureKHR(stage->device, &info, NULL, &structure.handle));
     return structure;
+}
+
+struct stage_structure stage_create(struct stage *stage, VkAccelerationStructureTypeKHR type,
+                                    VkDeviceSize size)
+{
+    return create(stage, type, size, NULL);
 }
 
 void stage_destroy(struct stage *stage, struct stage_structure *structure)
@@ -177,7 +194,12 @@ struct stage_structure stage_create_for(struct stage *stage, struct stage_build 
                                : sizes.updateScratchSize;
     build->scratch = malloc(scratch);
     build->info.scratchData.hostAddress = build->scratch;
-    return stage_create(stage, build->info.type, sizes.accelerationStructureSize);
+    const VkAccelerationStructureMotionInfoNV motion = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV,
+        .maxInstances = build->range.primitiveCount,
+    };
+    bool moves = build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    return create(stage, build->info.type, sizes.accelerationStructureSize, moves ? &motion : NULL);
 }
 
 VkResult stage_build(struct stage *stage, VkDeferredOperationKHR operation,
@@ -197,8 +219,17 @@ VkResult stage_build(struct stage *stage, VkDeferredOperationKHR operation,
 
 AssayHit stage_trace(struct stage *stage, VkAccelerationStructureKHR structure, float y, float z)
 {
-    const AssayRay ray = {
-        .origin = {-1, y, z}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff};
+    return stage_trace_at(stage, structure, y, z, 0);
+}
+
+AssayHit stage_trace_at(struct stage *stage, VkAccelerationStructureKHR structure, float y, float z,
+                        float time)
+{
+    const AssayRay ray = {.origin = {-1, y, z},
+                          .direction = {1, 0, 0},
+                          .tMax = 1e30f,
+                          .cullMask = 0xff,
+                          .time = time};
     AssayHit hit;
     memset(&hit, 0xff, sizeof(hit));
     const AssayTraceInfo info = {.accelerationStructure = (uint64_t)structure,

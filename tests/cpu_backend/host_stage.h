@@ -28,6 +28,9 @@ struct stage {
 const char *stage_open(struct stage *stage, const char *platform);
 void stage_close(struct stage *stage);
 
+/* Makes another device the stage's. */
+void stage_use_device(struct stage *stage, VkDevice device, const VkuDeviceDispatchTable *vk);
+
 /* A structure with a buffer of its own. */
 struct stage_structure {
     VkAccelerationStructureKHR handle;
@@ -59,7 +62,7 @@ void stage_free(struct stage_build *build);
 
 VkAccelerationStructureBuildSizesInfoKHR stage_sizes(struct stage *stage,
                                                      const struct stage_build *build);
-/* Takes scratch, and a structure of the size that the build needs. */
+/* Takes scratch, and a structure of the size that the build needs, with motion where that has. */
 struct stage_structure stage_create_for(struct stage *stage, struct stage_build *build);
 /* vkBuildAccelerationStructuresKHR; an update where `src` isn't VK_NULL_HANDLE. */
 VkResult stage_build(struct stage *stage, VkDeferredOperationKHR operation,
@@ -68,6 +71,8 @@ VkResult stage_build(struct stage *stage, VkDeferredOperationKHR operation,
 
 /* A ray from (-1, y, z) towards +x, exact. */
 AssayHit stage_trace(struct stage *stage, VkAccelerationStructureKHR structure, float y, float z);
+AssayHit stage_trace_at(struct stage *stage, VkAccelerationStructureKHR structure, float y, float z,
+                        float time);
 AssayCounters stage_counters(struct stage *stage);
 
 #endif

@@ -123,14 +123,20 @@ VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_EXTENSION_NAME};
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+        .rayTracingMotionBlur = VK_TRUE,
+    };
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .pNext = &motion,
         .accelerationStructure = VK_TRUE,
         .accelerationStructureIndirectBuild = VK_TRUE,
         .accelerationStructureHostCommands = VK_TRUE,
     };
     VkDevice device;
-    assert_int_equal(kit_create_device(kit, &structures, extensions, 3, &device, vk), VK_SUCCESS);
+    assert_int_equal(kit_create_device(kit, &structures, extensions, 4, &device, vk), VK_SUCCESS);
     return device;
 }

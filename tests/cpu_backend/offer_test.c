@@ -44,7 +44,8 @@ static void test_extensions(void **state)
         const char *name = registry_ray_tracing[i];
         const bool is_offered = strcmp(name, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) == 0 ||
                                 strcmp(name, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0 ||
-                                strcmp(name, VK_NV_RAY_TRACING_EXTENSION_NAME) == 0;
+                                strcmp(name, VK_NV_RAY_TRACING_EXTENSION_NAME) == 0 ||
+                                strcmp(name, VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME) == 0;
         assert_int_equal(kit_count_extension(&kit, name), is_offered);
     }
     for (uint32_t i = 0; i < kit.extension_count; i++)
@@ -64,7 +65,7 @@ static void test_other_extensions(void **state)
         assert_string_equal(kit.extensions[at].extensionName, theirs->extensionName);
         assert_int_equal(kit.extensions[at++].specVersion, theirs->specVersion);
     }
-    assert_int_equal(at + 3, kit.extension_count);
+    assert_int_equal(at + 4, kit.extension_count);
     if (platform.is_null)
         assert_int_equal(kit_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME), 1);
     kit_close(&other);
@@ -111,11 +112,15 @@ static void test_features(void **state)
     (void)state;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+        .pNext = &query,
+        .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
     struct {
         VkStructureType sType;
         void *pNext;
         uint32_t unknown;
-    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &query, 77};
+    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &motion, 77};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
         .pNext = &unknown,
@@ -132,6 +137,8 @@ static void test_features(void **state)
     assert_false(structures.accelerationStructureCaptureReplay);
     assert_false(structures.descriptorBindingAccelerationStructureUpdateAfterBind);
     assert_false(query.rayQuery);
+    assert_true(motion.rayTracingMotionBlur);
+    assert_false(motion.rayTracingMotionBlurPipelineTraceRaysIndirect);
     assert_int_equal(unknown.unknown, 77);
     assert_ptr_equal(core.pNext, &structures);
     assert_ptr_equal(structures.pNext, &unknown);
@@ -285,8 +292,10 @@ static void test_chains(void **state)
 {
     (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    for (unsigned place = 0; place < 4; place++) {
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+    enum { LINKS = 5 };
+    for (unsigned place = 0; place < LINKS; place++) {
         struct {
             VkStructureType sType;
             void *pNext;
@@ -299,21 +308,24 @@ static void test_chains(void **state)
             .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
             .accelerationStructure = VK_TRUE,
             .accelerationStructureHostCommands = VK_TRUE};
-        VkBaseOutStructure *links[4], *chain = NULL, heads[4];
+        VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+            .rayTracingMotionBlur = VK_TRUE};
+        VkBaseOutStructure *links[LINKS], *chain = NULL, heads[LINKS];
         unsigned count = 0;
-        void *others[] = {&unknown[0], &none, &unknown[1]};
-        for (unsigned i = 0; i < 4; i++)
+        void *others[] = {&unknown[0], &none, &motion, &unknown[1]};
+        for (unsigned i = 0; i < LINKS; i++)
             links[i] = i == place ? (void *)&structures : others[count++];
-        for (unsigned i = 4; i-- > 0;) {
+        for (unsigned i = LINKS; i-- > 0;) {
             links[i]->pNext = chain;
             chain = links[i];
         }
-        for (unsigned i = 0; i < 4; i++)
+        for (unsigned i = 0; i < LINKS; i++)
             heads[i] = *links[i];
         VkuDeviceDispatchTable vk;
         VkDevice device;
-        assert_int_equal(kit_create_device(&kit, chain, extensions, 2, &device, &vk), VK_SUCCESS);
-        for (unsigned i = 0; i < 4; i++)
+        assert_int_equal(kit_create_device(&kit, chain, extensions, 3, &device, &vk), VK_SUCCESS);
+        for (unsigned i = 0; i < LINKS; i++)
             assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
         vk.DestroyDevice(device, NULL);
     }
@@ -336,6 +348,12 @@ static void test_what_is_not_offered(void **state)
     assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "RayQueryFeatures"), 1);
     assert_int_equal(kit_create_device(&kit, NULL, extensions, 3, &device, &vk),
                      VK_ERROR_EXTENSION_NOT_PRESENT);
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+        .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
+    assert_int_equal(kit_create_device(&kit, &motion, extensions, 2, &device, &vk),
+                     VK_ERROR_FEATURE_NOT_PRESENT);
+    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "PipelineTraceRaysIndirect"), 1);
 
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What moves, built by command buffers on backend cpu, through the loader: the same as by the host,
+ * from what was there when they executed. */
+#include "device_stage.h"
+#include "host_scene.h"
+#include "motion_scene.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct device_stage device;
+
+/* ---- the scene, with its data in buffers */
+
+struct device_scene {
+    struct moving_scene host;
+    VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
+    struct device_build triangles, instances;
+    struct device_buffer then;
+};
+
+static void open_device_scene(struct device_scene *scene)
+{
+    moving_scene_open(&device.stage, &scene->host, 0);
+    device_build_create(&device, &scene->host.triangles, MOTION_VERTICES_SIZE, &scene->triangles);
+    device_build_create(&device, &scene->host.instances, MOTION_INSTANCES_SIZE, &scene->instances);
+    scene->then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
+    memcpy(scene->then.bytes, scene->host.then, MOTION_VERTICES_SIZE);
+    scene->motion = scene->host.motion;
+    scene->motion.vertexData.deviceAddress = scene->then.address;
+    scene->triangles.geometry.geometry.triangles.pNext = &scene->motion;
+}
+
+static void close_device_scene(struct device_scene *scene)
+{
+    device_buffer_destroy(&device, &scene->then);
+    device_build_destroy(&device, &scene->triangles);
+    device_build_destroy(&device, &scene->instances);
+    moving_scene_close(&device.stage, &scene->host);
+    for (uint32_t i = 0; i < messages_kept(&device.stage.kit.messages); i++)
+        print_error("%s\n", device.stage.kit.messages.items[i].text);
+    assert_int_equal(device.stage.kit.messages.count, 0);
+}
+
+/* Once they have executed, nothing is left of the data. */
+static void build_scene(struct device_scene *scene)
+{
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    device_upload(&device, commands, &scene->triangles);
+    device_upload(&device, commands, &scene->instances);
+    device_build(&device, commands, &scene->triangles, scene->host.blas.handle, VK_NULL_HANDLE);
+    device_build(&device, commands, &scene->instances, scene->host.tlas.handle, VK_NULL_HANDLE);
+    device_finish(&device, commands);
+    memset(scene->then.bytes, 0, MOTION_VERTICES_SIZE);
+    memset(scene->triangles.data.bytes, 0, MOTION_VERTICES_SIZE);
+    memset(scene->instances.data.bytes, 0, MOTION_INSTANCES_SIZE);
+}
+
+static void expect_same_as_by_the_host(struct moving_scene *scene)
+{
+    size_t sizes[4];
+    void *bytes[4];
+    bytes[0] = serialize(scene->blas.handle, &sizes[0]);
+    bytes[1] = serialize(scene->tlas.handle, &sizes[1]);
+    moving_scene_build(&device.stage, scene);
+    bytes[2] = serialize(scene->blas.handle, &sizes[2]);
+    bytes[3] = serialize(scene->tlas.handle, &sizes[3]);
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(sizes[i], sizes[i + 2]);
+        assert_memory_equal(bytes[i], bytes[i + 2], sizes[i]);
+    }
+    for (int i = 0; i < 4; i++)
+        free(bytes[i]);
+}
+
+/* ---- tests */
+
+static void test_same_as_host_build(void **state)
+{
+    (void)state;
+    struct device_scene scene;
+    open_device_scene(&scene);
+    const AssayCounters before = stage_counters(&device.stage);
+    build_scene(&scene);
+    assert_int_equal(stage_counters(&device.stage).bytesSnapshot - before.bytesSnapshot,
+                     2 * MOTION_VERTICES_SIZE + MOTION_INSTANCES_SIZE);
+    expect_moving_blas(&device.stage, scene.host.blas.handle, 4);
+    expect_moving_tlas(&device.stage, scene.host.tlas.handle);
+    expect_same_as_by_the_host(&scene.host);
+    close_device_scene(&scene);
+}
+
+static void test_offsets(void **state)
+{
+    (void)state;
+    struct device_scene scene;
+    open_device_scene(&scene);
+    scene.host.triangles.range =
+        (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = MOVING_TRIANGLES - 2,
+                                                   .primitiveOffset = 9 * sizeof(float),
+                                                   .firstVertex = 3};
+    scene.host.instances.range = (VkAccelerationStructureBuildRangeInfoKHR){
+        .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
+    build_scene(&scene);
+    /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
+    const AssayHit hit = stage_trace_at(&device.stage, scene.host.tlas.handle, 2.25f, 0.25f, 1);
+    assert_true(hit.isHit);
+    assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
+    expect_same_as_by_the_host(&scene.host);
+    close_device_scene(&scene);
+}
+
+static void test_indirect(void **state)
+{
+    (void)state;
+    struct device_scene scene;
+    open_device_scene(&scene);
+    struct device_buffer ranges = device_buffer_create(&device, sizeof(scene.host.triangles.range));
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = 1, .primitiveOffset = 9 * sizeof(float), .firstVertex = 3};
+    memcpy(ranges.bytes, &range, sizeof(range));
+    const uint32_t stride = sizeof(range), most = MOVING_TRIANGLES;
+    const uint32_t *const maxima = &most;
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    device_upload(&device, commands, &scene.triangles);
+    scene.triangles.info.dstAccelerationStructure = scene.host.blas.handle;
+    device.stage.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
+                                                              &ranges.address, &stride, &maxima);
+    device_finish(&device, commands);
+    const AssayHit hit = stage_trace_at(&device.stage, scene.host.blas.handle, 0.25f, 0.25f, 0.5f);
+    assert_true(hit.isHit);
+    assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
+    device_buffer_destroy(&device, &ranges);
+    close_device_scene(&scene);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_as_host_build),
+        cmocka_unit_test(test_offsets),
+        cmocka_unit_test(test_indirect),
+    };
+    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    stage = device.stage; /* for what host_scene.h serializes */
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    device_stage_close(&device);
+    return failed;
+}

@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What moves, built by the host on backend cpu, through the loader: it is hit where it is at the
+ * ray's time, and what doesn't move costs what it did without the extension. */
+#include "host_scene.h"
+#include "motion_scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void test_triangles_and_instances(void **state)
+{
+    (void)state;
+    struct moving_scene scene;
+    moving_scene_open(&stage, &scene, 0);
+    moving_scene_build(&stage, &scene);
+    expect_moving_blas(&stage, scene.blas.handle, 4);
+    expect_moving_tlas(&stage, scene.tlas.handle);
+    moving_scene_close(&stage, &scene);
+    expect_silence();
+}
+
+/* Of a build with motion, geometries may stand still. */
+static void test_still_triangles(void **state)
+{
+    (void)state;
+    struct moving_scene scene;
+    moving_scene_open(&stage, &scene, 0);
+    scene.triangles.geometry.geometry.triangles.pNext = NULL;
+    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    expect_moving_blas(&stage, scene.blas.handle, 0);
+    moving_scene_close(&stage, &scene);
+    expect_silence();
+}
+
+static void test_update(void **state)
+{
+    (void)state;
+    struct moving_scene scene;
+    moving_scene_open(&stage, &scene, UPDATABLE);
+    moving_scene_build(&stage, &scene);
+    for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
+        scene.then[i] += 3;
+    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                       scene.blas.handle));
+    expect_moving_blas(&stage, scene.blas.handle, 7);
+    moving_scene_close(&stage, &scene);
+    expect_silence();
+}
+
+/* Pointers have the type of what they point to in their low 4 bits. */
+static void test_array_of_pointers(void **state)
+{
+    (void)state;
+    struct moving_scene scene;
+    moving_scene_open(&stage, &scene, 0);
+    VkAccelerationStructureMotionInstanceDataNV *data =
+        aligned_alloc(16, MOVING_INSTANCES * sizeof(*data));
+    uint64_t pointers[MOVING_INSTANCES];
+    for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
+        VkAccelerationStructureMotionInstanceNV instance;
+        memcpy(&instance, (char *)scene.instances.data + i * MOTION_INSTANCE_STRIDE,
+               sizeof(instance));
+        data[i] = instance.data;
+        pointers[i] = (uint64_t)(uintptr_t)&data[i] | instance.type;
+    }
+    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    scene.instances.geometry.geometry.instances.data.hostAddress = pointers;
+    moving_scene_build(&stage, &scene);
+    expect_moving_tlas(&stage, scene.tlas.handle);
+    moving_scene_close(&stage, &scene);
+    free(data);
+    expect_silence();
+}
+
+/* Vertices that aren't there, and a chain that isn't. */
+static void test_unreadable(void **state)
+{
+    (void)state;
+    struct moving_scene scene;
+    moving_scene_open(&stage, &scene, 0);
+    scene.motion.vertexData.deviceAddress = 0x1000;
+    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    scene.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
+    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    assert_int_equal(stage_sizes(&stage, &scene.triangles).accelerationStructureSize, 0);
+    moving_scene_close(&stage, &scene);
+    forget_messages();
+}
+
+/* As assay.h had rays before they had a time. */
+static void test_rays_without_time(void **state)
+{
+    (void)state;
+    struct untimed {
+        float origin[3], tMin, direction[3], tMax;
+        uint32_t flags, cullMask;
+    };
+    struct moving_scene scene;
+    moving_scene_open(&stage, &scene, 0);
+    moving_scene_build(&stage, &scene);
+    const struct untimed rays[] = {
+        {.origin = {-1, 9, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
+        {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
+    };
+    AssayHit hits[2];
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
+                                 .accuracy = ASSAY_ACCURACY_EXACT,
+                                 .rayCount = 2,
+                                 .raySize = sizeof(rays[0]),
+                                 .hitSize = sizeof(hits[0]),
+                                 .rays = (const AssayRay *)(const void *)rays,
+                                 .hits = hits};
+    expect(stage.trace_rays(stage.device, &info));
+    assert_false(hits[0].isHit);
+    assert_true(hits[1].isHit);
+    assert_float_equal(hits[1].t, 1, 0);
+    moving_scene_close(&stage, &scene);
+    expect_silence();
+}
+
+/* ---- what it costs */
+
+struct cost {
+    AssayCounters counters;
+    VkAccelerationStructureBuildSizesInfoKHR sizes[2];
+    void *bytes; /* of the BLAS, whose references are none */
+    size_t size;
+};
+
+static struct cost cost_of_still_scene(void)
+{
+    struct scene scene;
+    struct cost cost;
+    open_scene(&scene, 10, 0);
+    expect_scene(scene.tlas.handle, 1);
+    cost.bytes = serialize(scene.blas.handle, &cost.size);
+    cost.sizes[0] = stage_sizes(&stage, &scene.triangles);
+    cost.sizes[1] = stage_sizes(&stage, &scene.instances);
+    cost.counters = stage_counters(&stage);
+    close_scene(&scene);
+    return cost;
+}
+
+static void test_no_motion_costs_nothing(void **state)
+{
+    (void)state;
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    const VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .accelerationStructure = VK_TRUE,
+        .accelerationStructureHostCommands = VK_TRUE,
+    };
+    const VkDevice first = stage.device;
+    const VkuDeviceDispatchTable vk = stage.vk;
+    VkuDeviceDispatchTable with_vk, without_vk;
+    VkDevice with = kit_open_device(&stage.kit, &with_vk), without;
+    expect(kit_create_device(&stage.kit, &features, extensions, 2, &without, &without_vk));
+    stage_use_device(&stage, with, &with_vk);
+    struct cost a = cost_of_still_scene();
+    stage.vk.DestroyDevice(with, NULL);
+    stage_use_device(&stage, without, &without_vk);
+    struct cost b = cost_of_still_scene();
+    stage.vk.DestroyDevice(without, NULL);
+    stage_use_device(&stage, first, &vk);
+
+    assert_memory_equal(&a.counters, &b.counters, sizeof(a.counters));
+    assert_memory_equal(a.sizes, b.sizes, sizeof(a.sizes));
+    assert_int_equal(a.size, b.size);
+    assert_memory_equal(a.bytes, b.bytes, a.size);
+    free(a.bytes);
+    free(b.bytes);
+    expect_silence();
+}
+
+static int run(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_triangles_and_instances),
+        cmocka_unit_test(test_still_triangles),
+        cmocka_unit_test(test_update),
+        cmocka_unit_test(test_array_of_pointers),
+        cmocka_unit_test(test_unreadable),
+        cmocka_unit_test(test_rays_without_time),
+        cmocka_unit_test(test_no_motion_costs_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return stage_main(argc, argv, run);
+}

@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making the scene, and where it is. */
+#include "motion_scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void *instance_at(struct moving_scene *scene, uint32_t index)
+{
+    return (char *)scene->instances.data + (size_t)index * MOTION_INSTANCE_STRIDE;
+}
+
+static VkTransformMatrixKHR moved(float x, float y)
+{
+    return (VkTransformMatrixKHR){{{1, 0, 0, x}, {0, 1, 0, y}, {0, 0, 1, 0}}};
+}
+
+static VkSRTDataNV srt_moved(float x, float y)
+{
+    return (VkSRTDataNV){.sx = 1, .sy = 1, .sz = 1, .qw = 1, .tx = x, .ty = y};
+}
+
+static void fill_instances(struct moving_scene *scene)
+{
+    const uint64_t blas = (uint64_t)scene->blas.handle;
+    const VkAccelerationStructureMotionInstanceNV still = {
+        .type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV,
+        .data.staticInstance = {.transform = moved(0, 0),
+                                .instanceCustomIndex = 100,
+                                .mask = 0xff,
+                                .accelerationStructureReference = blas},
+    };
+    const VkAccelerationStructureMotionInstanceNV matrix = {
+        .type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV,
+        .data.matrixMotionInstance = {.transformT0 = moved(0, 2),
+                                      .transformT1 = moved(8, 2),
+                                      .instanceCustomIndex = 101,
+                                      .mask = 0xff,
+                                      .accelerationStructureReference = blas},
+    };
+    const VkAccelerationStructureMotionInstanceNV srt = {
+        .type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV,
+        .data.srtMotionInstance = {.transformT0 = srt_moved(0, 4),
+                                   .transformT1 = srt_moved(16, 4),
+                                   .instanceCustomIndex = 102,
+                                   .mask = 0xff,
+                                   .accelerationStructureReference = blas},
+    };
+    memcpy(instance_at(scene, 0), &still, sizeof(still));
+    memcpy(instance_at(scene, 1), &matrix, sizeof(matrix));
+    memcpy(instance_at(scene, 2), &srt, sizeof(srt));
+}
+
+void moving_scene_open(struct stage *stage, struct moving_scene *scene,
+                       VkBuildAccelerationStructureFlagsKHR flags)
+{
+    flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    stage_triangles(&scene->triangles, MOVING_TRIANGLES, flags);
+    stage_move(&scene->triangles, 4, 0, 0);
+    memcpy(scene->then, scene->triangles.data, sizeof(scene->then));
+    stage_move(&scene->triangles, 0, 0, 0);
+    scene->motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+        .vertexData.hostAddress = scene->then,
+    };
+    scene->triangles.geometry.geometry.triangles.pNext = &scene->motion;
+    scene->blas = stage_create_for(stage, &scene->triangles);
+
+    const VkAccelerationStructureKHR blases[MOVING_INSTANCES] = {0};
+    stage_instances(&scene->instances, blases, MOVING_INSTANCES, flags);
+    free(scene->instances.data);
+    scene->instances.data = aligned_alloc(16, MOVING_INSTANCES * MOTION_INSTANCE_STRIDE);
+    memset(scene->instances.data, 0xff, MOVING_INSTANCES * MOTION_INSTANCE_STRIDE);
+    scene->instances.geometry.geometry.instances.data.hostAddress = scene->instances.data;
+    fill_instances(scene);
+    scene->tlas = stage_create_for(stage, &scene->instances);
+}
+
+void moving_scene_close(struct stage *stage, struct moving_scene *scene)
+{
+    stage_destroy(stage, &scene->tlas);
+    stage_destroy(stage, &scene->blas);
+    stage_free(&scene->instances);
+    stage_free(&scene->triangles);
+}
+
+void moving_scene_build(struct stage *stage, struct moving_scene *scene)
+{
+    assert_int_equal(
+        stage_build(stage, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle, VK_NULL_HANDLE),
+        VK_SUCCESS);
+    assert_int_equal(
+        stage_build(stage, VK_NULL_HANDLE, &scene->instances, scene->tlas.handle, VK_NULL_HANDLE),
+        VK_SUCCESS);
+}
+
+static const float times[] = {0, 0.5f, 1};
+
+enum { TIMES = sizeof(times) / sizeof(times[0]) };
+
+/* The nearest triangle's plane goes from x = 0 to `way`; the ray begins at x = -1. */
+static void expect_on_the_way(struct stage *stage, VkAccelerationStructureKHR structure, float y,
+                              float way, uint32_t instance, uint32_t custom_index)
+{
+    for (int i = 0; i < TIMES; i++) {
+        const AssayHit hit = stage_trace_at(stage, structure, y + 0.25f, 0.25f, times[i]);
+        assert_true(hit.isHit);
+        assert_float_equal(hit.t, 1 + way * times[i], 1e-5);
+        assert_float_equal(hit.u, 0.25, 1e-6);
+        assert_int_equal(hit.primitive, 0);
+        assert_int_equal(hit.instance, instance);
+        assert_int_equal(hit.customIndex, custom_index);
+        assert_false(stage_trace_at(stage, structure, y + 1.5f, 0.25f, times[i]).isHit);
+    }
+}
+
+void expect_moving_blas(struct stage *stage, VkAccelerationStructureKHR blas, float way)
+{
+    expect_on_the_way(stage, blas, 0, way, 0, 0);
+}
+
+void expect_moving_tlas(struct stage *stage, VkAccelerationStructureKHR tlas)
+{
+    expect_on_the_way(stage, tlas, 0, 4, 0, 100);
+    expect_on_the_way(stage, tlas, 2, 4 + 8, 1, 101);
+    expect_on_the_way(stage, tlas, 4, 4 + 16, 2, 102);
+}
