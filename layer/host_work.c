@@ -4,10 +4,16 @@
 
 #include "intercepts.h"
 
+/* Backend cpu has an order at each level. */
+static bool is_followed(const struct layer_device *device)
+{
+    return device->level >= LEVEL_EXECUTION;
+}
+
 struct host_work host_work_begin(struct layer_device *device)
 {
     struct host_work work = {.device = device};
-    if (device->order)
+    if (is_followed(device))
         work.journal = journal_create(VK_NULL_HANDLE);
     if (work.journal)
         work.journal->deaths = resources_deaths(device->resources);
@@ -17,7 +23,8 @@ struct host_work host_work_begin(struct layer_device *device)
 /* Without a journal the work may write anything. */
 bool host_work_prepare(struct host_work *work, bool skip)
 {
-    work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    if (is_followed(work->device))
+        work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     if (!work->submission) {
         journal_release(work->journal);
         return skip;
