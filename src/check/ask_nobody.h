@@ -29,6 +29,8 @@
 #undef ASK_used_micromap
 #undef ASK_updated_micromap
 #undef ASK_box
+#undef ASK_instance
+#undef ASK_reference
 #undef ASK_indices
 #undef ASK_transform
 #undef ASK_update
@@ -61,6 +63,8 @@
 #define ASK_used_micromap(name, level)
 #define ASK_updated_micromap(name, level)
 #define ASK_box(name, level)
+#define ASK_instance(name, level)
+#define ASK_reference(name, level)
 #define ASK_indices(name, level)
 #define ASK_transform(name, level)
 #define ASK_update(name, level)

@@ -92,6 +92,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     walk_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
         check_indirect(walk, build, with_state);
+    if (walk->instances)
+        content_forget_instances(walk->instances);
     check_geometries(walk, build, first, with_state);
     if (build->call->device->micromap.any)
         build->micromaps = found_micromaps(walk);
@@ -103,6 +105,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
             check_host_build(walk, build);
     }
     pairs_collect(context, sweep, build);
+    if (walk->instances)
+        pairs_collect_instances(sweep, build, walk->instances);
     if (context->see_build)
         context->see_build(context->user, build);
 }
@@ -149,6 +153,7 @@ void check_builds(struct check_context *context, struct call_view *call)
     if (sweep == &own)
         sweep_release(&own);
     free(walk.micromaps.items);
+    content_free_instances(walk.instances);
 }
 
 struct sweep *check_make_sweep(void)

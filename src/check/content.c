@@ -62,6 +62,40 @@ void content_walk_transform(struct content *content, const struct transform_view
 #include "rules.def"
 }
 
+#include "check/ask_nobody.h"
+#undef ASK_instance
+#define ASK_instance(name, level) ASK_ONCE(name, instance)
+
+void content_walk_instance(struct content *content, const struct instance_view *instance)
+{
+    const struct location location = walk_location(instance->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_reference
+#define ASK_reference(name, level) ASK_ONCE(name, reference)
+
+void content_walk_reference(struct content *content, const struct reference_view *reference)
+{
+    const struct location location = walk_location(reference->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_motion_instance
+#define ASK_motion_instance(name, level) ASK_ONCE(name, motion_instance)
+
+void content_walk_motion_instance(struct content *content,
+                                  const struct motion_instance_view *motion_instance)
+{
+    const struct location location = walk_location(motion_instance->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
 /* ---- triangles */
 
 static uint32_t read_index(const uint8_t *indices, uint32_t size, uint64_t position)
@@ -179,6 +213,7 @@ static void check_contents(struct walk *walk, const struct range_view *range,
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct content content = {.walk = walk, .range = range, .memory = memory};
     memcpy(content.wants, walk->wants, sizeof(content.wants));
     if (triangles) {
@@ -187,6 +222,8 @@ static void check_contents(struct walk *walk, const struct range_view *range,
     }
     if (aabbs)
         read_boxes(&content, aabbs);
+    if (instances)
+        content_read_instances(&content, instances);
 }
 
 /* The host's memory: addresses are pointers. Where probing is forbidden and all counts as readable,
@@ -203,6 +240,9 @@ static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t si
 void check_host_contents(struct walk *walk, const struct range_view *range)
 {
     const struct cpu_memory memory = {find_in_host_memory, walk->context->readable};
+    /* A driver can be asked for sizes whatever the data says. */
+    uint32_t findings = walk->findings;
     if (range->range)
         check_contents(walk, range, &memory);
+    walk->findings = findings;
 }

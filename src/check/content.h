@@ -6,6 +6,7 @@
 #include "check/content_view.h"
 #include "check/walk.h"
 #include "cpu/memory.h"
+#include "state/handle_table.h"
 
 /* At level CONTENT: puts the data of a geometry of a host build to its rules. What can't be read,
  * and ranges that are not known, others speak of. */
@@ -24,9 +25,39 @@ struct content {
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size);
 
+/* Of a geometry of instances, and of one that was read with motion. */
+void content_read_instances(struct content *content,
+                            const VkAccelerationStructureGeometryInstancesDataKHR *instances);
+void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes);
+
+/* What an instance refers to, by that member of it; nothing where that isn't known. */
+void content_find_reference(struct content *content, uint64_t reference,
+                            struct accel_facts *referenced);
+/* What goes for instances of any kind. Without reference they are inactive, and what else is in
+ * them doesn't matter. */
+void content_check_reference(struct content *content, uint32_t index,
+                             const struct accel_facts *referenced);
+void content_check_transform(struct content *content, uint32_t index, uint64_t reference,
+                             const VkTransformMatrixKHR *matrix);
+void content_check_instance(struct content *content, uint32_t index, bool has_motion,
+                            const VkAccelerationStructureInstanceKHR *instance);
+
+/* All structures that instances of the build in hand refer to, each once. */
+struct instance_uses {
+    struct accel_facts *items;
+    uint32_t count, capacity;
+    struct handle_table places; /* in `items`, from 1 */
+};
+void content_forget_instances(struct instance_uses *instances);
+void content_free_instances(struct instance_uses *instances);
+
 /* Each walks the rows of its subject. */
 void content_walk_indices(struct content *content, const struct indices_view *indices);
 void content_walk_box(struct content *content, const struct box_view *box);
+void content_walk_instance(struct content *content, const struct instance_view *instance);
+void content_walk_reference(struct content *content, const struct reference_view *reference);
+void content_walk_motion_instance(struct content *content,
+                                  const struct motion_instance_view *motion_instance);
 void content_walk_transform(struct content *content, const struct transform_view *transform);
 
 #endif

@@ -31,4 +31,20 @@ struct transform_view {
     VkTransformMatrixKHR matrix;
 };
 
+/* One VkAccelerationStructureInstanceKHR. */
+struct instance_view {
+    const struct geometry_view *geometry;
+    uint32_t index;
+    bool has_motion; /* it is a member of a VkAccelerationStructureMotionInstanceNV */
+    VkAccelerationStructureInstanceKHR instance;
+    struct accel_facts referenced; /* host builds: what it refers to, handle null if nothing */
+};
+
+/* What an instance of any kind refers to, a structure that is alive. */
+struct reference_view {
+    const struct geometry_view *geometry;
+    uint32_t instance;
+    struct accel_facts referenced;
+};
+
 #endif

@@ -14,11 +14,6 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
 /* The same of one extension that is enabled. */
 void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state);
 void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state);
-/* At level CONTENT: the instances of a host build with motion; and one of any build, wherever its
- * bytes were read. */
-void check_host_motion_instances(struct walk *walk, const struct geometry_view *geometry);
-void check_motion_instance(struct walk *walk, const struct geometry_view *geometry, uint32_t index,
-                           const void *bytes);
 void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state);
 void check_micromap_build(struct walk *walk, const struct build_view *build, bool with_state);
 void check_micromaps(struct walk *walk, struct geometry_view *geometry, bool with_state);

@@ -27,8 +27,6 @@ void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_s
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     bool is_host = geometry->build->call->command == COMMAND_HOST;
-    if (is_host && walk->context->level >= LEVEL_CONTENT && has_motion_flag(geometry->build))
-        check_host_motion_instances(walk, geometry);
     if (!triangles)
         return;
     struct motion_triangles_view view = {

@@ -1,15 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the instances of builds with motion, which are content: read here from host memory,
- * and put to their rules one by one, wherever they were read. */
+/* Rules about the instances of builds with motion. */
 #include <string.h>
 
+#include "check/content.h"
 #include "check/enabled.h"
-#include "check/extensions.h"
-#include "check/geometry_data.h"
 #include "check/predicates.h"
-
-/* Bytes from one to the next in an array (VkAccelerationStructureGeometryInstancesDataKHR). */
-enum { STRIDE = 160 };
 
 static const char field[] = "geometry.instances.data.hostAddress";
 
@@ -45,37 +40,24 @@ static bool find_common(const VkAccelerationStructureMotionInstanceNV *instance,
     }
 }
 
-void check_motion_instance(struct walk *walk, const struct geometry_view *geometry, uint32_t index,
-                           const void *bytes)
+void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes)
 {
-    struct check_context *context = walk->context;
-    struct motion_instance_view view = {.geometry = geometry, .index = index};
-    struct common common;
+    struct motion_instance_view view = {.geometry = content->range->geometry, .index = index};
+    struct common common = {0};
     memcpy(&view.instance, bytes, sizeof(view.instance));
-    if (geometry->build->call->command == COMMAND_HOST && find_common(&view.instance, &common)) {
-        struct resource_query query = {.accel =
-                                           (VkAccelerationStructureKHR)(uintptr_t)common.reference,
-                                       .accel_facts = &view.referenced};
-        resources_find_all(context->resources, &query, 1);
+    bool is_known = find_common(&view.instance, &common);
+    content_find_reference(content, common.reference, &view.referenced);
+    content_walk_motion_instance(content, &view);
+    if (is_of_type(&view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
+        content_check_instance(content, index, true, &view.instance.data.staticInstance);
+    } else if (is_known) {
+        content_check_reference(content, index, &view.referenced);
     }
-    walk_motion_instance(walk, &view);
-}
-
-/* The elements of an array of pointers are packed, and not read. */
-void check_host_motion_instances(struct walk *walk, const struct geometry_view *geometry)
-{
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-        instances_in(geometry->geometry);
-    const struct build_view *build = geometry->build;
-    if (!instances || instances->arrayOfPointers || !instances->data.hostAddress || !build->ranges)
-        return;
-    const VkAccelerationStructureBuildRangeInfoKHR *range = &build->ranges[geometry->index];
-    const char *next = (const char *)instances->data.hostAddress + range->primitiveOffset;
-    for (uint32_t i = 0; i < range->primitiveCount; i++, next += STRIDE) {
-        if (!readable(walk->context->readable, next,
-                      sizeof(VkAccelerationStructureMotionInstanceNV)))
-            return;
-        check_motion_instance(walk, geometry, i, next);
+    if (is_of_type(&view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {
+        const VkAccelerationStructureMatrixMotionInstanceNV *moving =
+            &view.instance.data.matrixMotionInstance;
+        content_check_transform(content, index, common.reference, &moving->transformT0);
+        content_check_transform(content, index, common.reference, &moving->transformT1);
     }
 }
 

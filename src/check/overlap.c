@@ -10,12 +10,18 @@ static bool is_pair_of(const struct pair_view *pair, enum range_role a, enum ran
 
 static bool is_pair_of_update(const struct pair_view *pair)
 {
-    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && !pair->b.is_micromap;
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && !pair->b.is_micromap && !pair->b.is_instance;
 }
 
 static bool is_pair_with_micromap(const struct pair_view *pair)
 {
     return is_pair_of(pair, ROLE_DST, ROLE_SRC) && pair->b.is_micromap &&
+           pair->a.build != pair->b.build;
+}
+
+static bool is_pair_with_instance(const struct pair_view *pair)
+{
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && pair->b.is_instance &&
            pair->a.build != pair->b.build;
 }
 
@@ -115,7 +121,7 @@ bool scratch_and_scratch_are_apart(const struct pair_view *pair, struct finding 
 bool scratch_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_of(pair, ROLE_SRC, ROLE_SCRATCH) || pair->a.is_micromap ||
-           !pair->shares_memory || shares(pair, finding);
+           pair->a.is_instance || !pair->shares_memory || shares(pair, finding);
 }
 
 bool no_dst_is_a_micromap_of_another_build(const struct pair_view *pair, struct finding *finding)
@@ -130,6 +136,24 @@ bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
 {
     return !is_pair_with_micromap(pair) || !pair->shares_memory ||
            violated(finding, field_name(ROLE_DST), "{} shares memory of {} with micromap {} of {}",
+                    structure(pair->a.handle),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
+                    structure(pair->b.handle), field_of(pair->b.build, ""));
+}
+
+bool no_dst_is_an_instance_of_another_build(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_with_instance(pair) || !is_same_structure(pair) ||
+           violated(finding, field_name(ROLE_DST), "{} is what an instance of {} refers to",
+                    structure(pair->a.handle), field_of(pair->b.build, ""));
+}
+
+bool dst_and_instances_of_other_builds_are_apart(const struct pair_view *pair,
+                                                 struct finding *finding)
+{
+    return !is_pair_with_instance(pair) || !pair->shares_memory ||
+           violated(finding, field_name(ROLE_DST),
+                    "{} shares memory of {} with {}, which an instance of {} refers to",
                     structure(pair->a.handle),
                     object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
                     structure(pair->b.handle), field_of(pair->b.build, ""));

@@ -112,6 +112,18 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
         add_range(&collection, &scratch->span, size);
 }
 
+/* How much is accessed of these isn't known, either. */
+void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
+                             const struct instance_uses *instances)
+{
+    struct collection collection = {
+        .sweep = sweep, .range = {.build = build->index, .role = ROLE_SRC, .is_instance = true}};
+    for (uint32_t i = 0; i < instances->count; i++) {
+        collection.range.handle = instances->items[i].handle;
+        add_accel(&collection, &instances->items[i], 1);
+    }
+}
+
 /* Whether any rule about two ranges of these roles still wants findings. */
 static bool wants_pairs_of(const struct walk *walk, enum range_role a, enum range_role b)
 {
@@ -123,7 +135,9 @@ static bool wants_pairs_of(const struct walk *walk, enum range_role a, enum rang
                wants[RULE_update_src_and_dst_do_not_alias] ||
                wants[RULE_dst_and_update_src_are_apart] ||
                wants[RULE_no_dst_is_a_micromap_of_another_build] ||
-               wants[RULE_dst_and_micromaps_of_other_builds_are_apart];
+               wants[RULE_dst_and_micromaps_of_other_builds_are_apart] ||
+               wants[RULE_no_dst_is_an_instance_of_another_build] ||
+               wants[RULE_dst_and_instances_of_other_builds_are_apart];
     if (a == ROLE_DST)
         return wants[RULE_dst_and_scratch_are_apart];
     if (a == ROLE_SRC)

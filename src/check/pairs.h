@@ -3,12 +3,16 @@
 #ifndef ASSAY_CHECK_PAIRS_H
 #define ASSAY_CHECK_PAIRS_H
 
+#include "check/content.h"
 #include "check/sweep.h"
 #include "check/walk.h"
 
 /* Adds what a build uses. */
 void pairs_collect(const struct check_context *context, struct sweep *sweep,
                    const struct build_view *build);
+/* And what its instances refer to. */
+void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
+                             const struct instance_uses *instances);
 
 /* Puts all pairs that are equal or share memory to the rules. */
 void pairs_walk(struct walk *walk, const struct call_view *call, struct sweep *sweep);

@@ -11,6 +11,7 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->context = context;
     walk->findings = 0;
     walk->micromaps = (struct micromap_uses){0};
+    walk->instances = NULL;
     memcpy(walk->wants, context->active, sizeof(walk->wants));
 }
 
@@ -136,18 +137,6 @@ void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view
                            enum level level)
 {
     const struct location location = walk_location(motion_triangles->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-#include "rules.def"
-}
-
-#include "check/ask_nobody.h"
-#undef ASK_motion_instance
-#define ASK_motion_instance(name, level) ASK(name, level, motion_instance)
-
-void walk_motion_instance(struct walk *walk, const struct motion_instance_view *motion_instance)
-{
-    const struct location location = walk_location(motion_instance->geometry, SUBJECT_GEOMETRY);
-    const enum level level = LEVEL_CONTENT;
     struct finding finding;
 #include "rules.def"
 }

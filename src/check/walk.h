@@ -7,12 +7,15 @@
 #include "check/extension_view.h"
 #include "check/micromap_view.h"
 
+struct instance_uses;
+
 /* The state of one check. */
 struct walk {
     struct check_context *context;
     bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
     uint32_t findings;
-    struct micromap_uses micromaps; /* of the build in hand, see check_micromap_build */
+    struct micromap_uses micromaps;  /* of the build in hand, see check_micromap_build */
+    struct instance_uses *instances; /* likewise, see check_host_contents; NULL: none */
 };
 
 void walk_start(struct walk *walk, struct check_context *context);
@@ -32,7 +35,6 @@ void walk_motion_build(struct walk *walk, const struct motion_build_view *motion
                        enum level level);
 void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
                            enum level level);
-void walk_motion_instance(struct walk *walk, const struct motion_instance_view *motion_instance);
 void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level);
 void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
                         enum level level);

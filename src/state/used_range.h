@@ -12,7 +12,8 @@ struct used_range {
     enum range_role role;
     uint32_t build;
     bool is_update;                    /* mode of that build */
-    bool is_micromap;                  /* ROLE_SRC: what triangles use, not what is updated */
+    bool is_micromap;                  /* ROLE_SRC: what triangles use, not what is updated, */
+    bool is_instance;                  /* or what an instance refers to */
     bool in_pieces;                    /* `span` is a piece of a sparse buffer */
     VkAccelerationStructureKHR handle; /* not for ROLE_SCRATCH */
     struct memory_span span;           /* memory null: compared by handle only */

@@ -101,85 +101,10 @@ static void defer_again(struct scene *scene)
 
 /* ---- structures ---- */
 
-static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->FreeMemory(device, (VkDeviceMemory)handle, NULL);
-}
-
-/* Memory that is not mapped, of so many instances. */
-static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags with,
-                                   VkMemoryPropertyFlags without, uint32_t device_mask)
-{
-    const VkPhysicalDeviceMemoryProperties *types = &scene->world->memory;
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
-        .deviceMask = device_mask,
-    };
-    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                 .pNext = &flags,
-                                 .allocationSize = PLACE_SIZE};
-    struct test_memory memory = {.size = PLACE_SIZE};
-    while (info.memoryTypeIndex < types->memoryTypeCount &&
-           ((types->memoryTypes[info.memoryTypeIndex].propertyFlags & with) != with ||
-            (types->memoryTypes[info.memoryTypeIndex].propertyFlags & without) != 0))
-        info.memoryTypeIndex++;
-    if (info.memoryTypeIndex == types->memoryTypeCount) {
-        scene_skip(scene, "no memory type of the wanted kind");
-        return memory;
-    }
-    expect_success(scene->vk->AllocateMemory(scene->world->device, &info, NULL, &memory.handle),
-                   "vkAllocateMemory");
-    scene_defer(scene, scene->world->device, (uint64_t)memory.handle, free_memory);
-    return memory;
-}
-
-static struct test_buffer buffer_in(struct scene *scene, const struct test_memory *memory)
-{
-    struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
-    scene_bind(scene, &buffer, memory, 0);
-    return buffer;
-}
-
-static struct test_buffer device_local_buffer(struct scene *scene)
-{
-    const struct test_memory memory = allocate(scene, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
-                                               VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 1);
-    return buffer_in(scene, &memory);
-}
-
-static struct test_buffer buffer_of_instances(struct scene *scene, uint32_t device_mask)
-{
-    const struct test_memory memory =
-        allocate(scene, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0, device_mask);
-    return buffer_in(scene, &memory);
-}
-
 static VkAccelerationStructureKHR accel_in(struct scene *scene, const struct test_buffer *buffer,
                                            uint32_t build)
 {
     return scene_accel_in(scene, buffer, 0, place_size(scene, build), scene->infos[build].type);
-}
-
-static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
-}
-
-static VkAccelerationStructureKHR accel_by_address(struct scene *scene, uint32_t build)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    const VkAccelerationStructureCreateInfo2KHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
-        .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
-        .type = scene->infos[build].type,
-    };
-    VkAccelerationStructureKHR accel;
-    expect_success(
-        scene->vk->CreateAccelerationStructure2KHR(scene->world->device, &info, NULL, &accel),
-        "vkCreateAccelerationStructure2KHR");
-    scene_defer(scene, scene->world->device, (uint64_t)accel, destroy_accel);
-    return accel;
 }
 
 /* What the host could not have built itself is deserialized on the device. */
@@ -202,17 +127,17 @@ static void update_from(struct scene *scene, VkAccelerationStructureKHR src)
 
 static void dst_by_address(struct scene *scene)
 {
-    scene->infos[AABBS].dstAccelerationStructure = accel_by_address(scene, AABBS);
+    scene->infos[AABBS].dstAccelerationStructure = place_accel_by_address(scene, AABBS);
 }
 
 static void src_by_address(struct scene *scene)
 {
-    update_from(scene, accel_by_address(scene, UPDATE));
+    update_from(scene, place_accel_by_address(scene, UPDATE));
 }
 
 static void ignored_src_by_address(struct scene *scene)
 {
-    scene->infos[AABBS].srcAccelerationStructure = accel_by_address(scene, AABBS);
+    scene->infos[AABBS].srcAccelerationStructure = place_accel_by_address(scene, AABBS);
 }
 
 static void src_in_a_buffer(struct scene *scene)
@@ -223,43 +148,43 @@ static void src_in_a_buffer(struct scene *scene)
 
 static void dst_in_device_memory(struct scene *scene)
 {
-    const struct test_buffer buffer = device_local_buffer(scene);
+    const struct test_buffer buffer = place_device_local_buffer(scene);
     scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
 }
 
 static void dst_in_visible_memory(struct scene *scene)
 {
-    const struct test_buffer buffer = buffer_of_instances(scene, 1);
+    const struct test_buffer buffer = place_buffer_of_instances(scene, 1);
     scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
 }
 
 static void src_in_device_memory(struct scene *scene)
 {
-    const struct test_buffer buffer = device_local_buffer(scene);
+    const struct test_buffer buffer = place_device_local_buffer(scene);
     update_from(scene, accel_in(scene, &buffer, UPDATE));
 }
 
 static void ignored_src_in_device_memory(struct scene *scene)
 {
-    const struct test_buffer buffer = device_local_buffer(scene);
+    const struct test_buffer buffer = place_device_local_buffer(scene);
     scene->infos[AABBS].srcAccelerationStructure = accel_in(scene, &buffer, AABBS);
 }
 
 static void dst_of_two_instances(struct scene *scene)
 {
-    const struct test_buffer buffer = buffer_of_instances(scene, 3);
+    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
     scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
 }
 
 static void src_of_two_instances(struct scene *scene)
 {
-    const struct test_buffer buffer = buffer_of_instances(scene, 3);
+    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
     update_from(scene, accel_in(scene, &buffer, UPDATE));
 }
 
 static void ignored_src_of_two_instances(struct scene *scene)
 {
-    const struct test_buffer buffer = buffer_of_instances(scene, 3);
+    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
     scene->infos[AABBS].srcAccelerationStructure = accel_in(scene, &buffer, AABBS);
 }
 

@@ -89,8 +89,27 @@ MOVING_INSTANCES(instances_force_opaque, SRT,
 MOVING_INSTANCES(instances_of_no_structure, MATRIX,
                  data.matrixMotionInstance.accelerationStructureReference = 0x123456)
 MOVING_INSTANCES(instances_of_a_structure, MATRIX,
-                 data.matrixMotionInstance.accelerationStructureReference =
-                     (uint64_t)scene->infos[INDEXED].dstAccelerationStructure)
+                 data.matrixMotionInstance.accelerationStructureReference = (uint64_t)
+                     scene_accel_for(scene, INDEXED))
+/* Of no structure, and of one. */
+MOVING_INSTANCES(flat_instance_of_nothing, MATRIX,
+                 data.matrixMotionInstance.transformT1.matrix[0][0] = 0)
+
+static void flat_instance(struct scene *scene)
+{
+    instances_of_a_structure(scene);
+    instance_at(scene, MATRIX)->data.matrixMotionInstance.transformT1.matrix[0][0] = 0;
+}
+
+static void instance_without_memory(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_create_buffer(scene, 65536, ACCEL_USAGE);
+    moving_instances(scene);
+    instance_at(scene, SRT)->data.srtMotionInstance.accelerationStructureReference =
+        (uint64_t)scene_accel_in(scene, &buffer, 0, 65536,
+                                 VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
 /* Behind the last that is built. */
 MOVING_INSTANCES(more_instances_than_built, INSTANCES_MADE,
                  type = (VkAccelerationStructureMotionInstanceTypeNV)3)
@@ -333,6 +352,20 @@ static const struct test_case cases[] = {
      .mutate_twin = instances_of_a_structure,
      .commands = ON_HOST,
      .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "flat_motion_instance",
+     RULES(RULE_transform_matrix_is_invertible),
+     .setup = &with_content,
+     .mutate = flat_instance,
+     .mutate_twin = flat_instance_of_nothing,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 1"},
+    {.name = "motion_instance_without_memory",
+     RULES(RULE_instances_are_backed_by_memory),
+     .setup = &with_content,
+     .mutate = instance_without_memory,
+     .mutate_twin = instances_of_a_structure,
+     .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 2"},
     {.name = "motion_instances_behind_pointers",
      RULES(RULE_motion_instance_type_is_valid),
      .silent = true,

@@ -92,3 +92,80 @@ void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
     const struct test_buffer scratch = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
     place_scratch(scene, build, &scratch, 0);
 }
+
+/* ---- memory of other kinds ---- */
+
+static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->FreeMemory(device, (VkDeviceMemory)handle, NULL);
+}
+
+/* Memory that is not mapped, of so many instances. */
+static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags with,
+                                   VkMemoryPropertyFlags without, uint32_t device_mask)
+{
+    const VkPhysicalDeviceMemoryProperties *types = &scene->world->memory;
+    const VkMemoryAllocateFlagsInfo flags = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
+        .deviceMask = device_mask,
+    };
+    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                 .pNext = &flags,
+                                 .allocationSize = PLACE_SIZE};
+    struct test_memory memory = {.size = PLACE_SIZE};
+    while (info.memoryTypeIndex < types->memoryTypeCount &&
+           ((types->memoryTypes[info.memoryTypeIndex].propertyFlags & with) != with ||
+            (types->memoryTypes[info.memoryTypeIndex].propertyFlags & without) != 0))
+        info.memoryTypeIndex++;
+    if (info.memoryTypeIndex == types->memoryTypeCount) {
+        scene_skip(scene, "no memory type of the wanted kind");
+        return memory;
+    }
+    expect_success(scene->vk->AllocateMemory(scene->world->device, &info, NULL, &memory.handle),
+                   "vkAllocateMemory");
+    scene_defer(scene, scene->world->device, (uint64_t)memory.handle, free_memory);
+    return memory;
+}
+
+static struct test_buffer buffer_in(struct scene *scene, const struct test_memory *memory)
+{
+    struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
+    scene_bind(scene, &buffer, memory, 0);
+    return buffer;
+}
+
+struct test_buffer place_device_local_buffer(struct scene *scene)
+{
+    const struct test_memory memory = allocate(scene, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
+                                               VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 1);
+    return buffer_in(scene, &memory);
+}
+
+struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t device_mask)
+{
+    const struct test_memory memory =
+        allocate(scene, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0, device_mask);
+    return buffer_in(scene, &memory);
+}
+
+static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
+}
+
+VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    const VkAccelerationStructureCreateInfo2KHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
+        .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
+        .type = scene->infos[build].type,
+    };
+    VkAccelerationStructureKHR accel;
+    expect_success(
+        scene->vk->CreateAccelerationStructure2KHR(scene->world->device, &info, NULL, &accel),
+        "vkCreateAccelerationStructure2KHR");
+    scene_defer(scene, scene->world->device, (uint64_t)accel, destroy_accel);
+    return accel;
+}

@@ -35,4 +35,11 @@ void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer
 /* Gives a build primitives until its structure is larger than that, and scratch to match. */
 void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size);
 
+/* A buffer in memory that the host can't see; or in memory that it can, of so many instances. */
+struct test_buffer place_device_local_buffer(struct scene *scene);
+struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t device_mask);
+
+/* A structure for the build by vkCreateAccelerationStructure2KHR. */
+VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build);
+
 #endif

@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about plain instances, and about what instances of any kind refer to. */
+#include "check/enabled.h"
+#include "check/predicates.h"
+
+static const char field[] = "geometry.instances.data.hostAddress";
+
+static const struct device_facts *device_of(const struct instance_view *view)
+{
+    return view->geometry->build->call->device;
+}
+
+/* Of instances with motion, that is what makes their member no valid structure. */
+bool instance_flags_are_valid(const struct instance_view *instance, struct finding *finding)
+{
+    const struct device_facts *device = device_of(instance);
+    VkGeometryInstanceFlagsKHR flags = instance->instance.flags;
+    VkGeometryInstanceFlagsKHR unknown = flags & ~instance_flags_enabled(device);
+    return !unknown || instance->has_motion || device->newer_than_registry ||
+           violated(finding, field,
+                    "leads to instance {}, whose flags {} have bits {}, which no "
+                    "VkGeometryInstanceFlagBitsKHR is",
+                    number(instance->index), hex(flags), hex(unknown));
+}
+
+bool instance_micromap_flags_have_their_feature(const struct instance_view *instance,
+                                                struct finding *finding)
+{
+    const struct device_facts *device = device_of(instance);
+    VkGeometryInstanceFlagsKHR flags =
+        instance->instance.flags & (VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR |
+                                    VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR);
+    return !flags || device->micromap.ext || device->micromap.khr || device->newer_than_registry ||
+           violated(finding, field,
+                    "leads to instance {}, whose flags {} have bits {} of micromaps, but the "
+                    "feature micromap is not enabled",
+                    number(instance->index), hex(instance->instance.flags), hex(flags));
+}
+
+/* An instance without a structure is inactive, not wrong. Those with motion have a rule of their
+ * own. */
+bool instance_references_are_valid_handles(const struct instance_view *instance,
+                                           struct finding *finding)
+{
+    const struct accel_facts *referenced = &instance->referenced;
+    return instance->has_motion || !referenced->handle || referenced->alive != NO ||
+           violated(finding, field,
+                    "leads to instance {}, whose accelerationStructureReference {} is not an "
+                    "acceleration structure of this device",
+                    number(instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
+}
+
+/* What they refer to. */
+
+static struct value structure(const struct reference_view *reference)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                  (uint64_t)(uintptr_t)reference->referenced.handle);
+}
+
+static struct value buffer(const struct reference_view *reference)
+{
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)reference->referenced.buffer);
+}
+
+#define REFERS_TO "leads to instance {}, which refers to {}, "
+
+bool instances_are_backed_by_memory(const struct reference_view *reference, struct finding *finding)
+{
+    return reference->referenced.backed != NO ||
+           violated(finding, field, REFERS_TO "whose {} is not bound to live memory there",
+                    number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_are_host_visible(const struct reference_view *reference, struct finding *finding)
+{
+    return reference->referenced.host_visible != NO ||
+           violated(finding, field,
+                    REFERS_TO
+                    "whose {} is bound to memory without "
+                    "VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT",
+                    number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_have_one_memory_instance(const struct reference_view *reference,
+                                        struct finding *finding)
+{
+    return reference->referenced.multi_instance != YES ||
+           violated(finding, field,
+                    REFERS_TO
+                    "whose {} is bound to memory that was allocated with an instance for "
+                    "each of several physical devices",
+                    number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_were_created_with_a_buffer(const struct reference_view *reference,
+                                          struct finding *finding)
+{
+    return !reference->referenced.by_address ||
+           violated(finding, field,
+                    REFERS_TO
+                    "which was created with vkCreateAccelerationStructure2KHR, not "
+                    "vkCreateAccelerationStructureKHR",
+                    number(reference->instance), structure(reference));
+}
