@@ -210,7 +210,8 @@ static void run_checks(struct build_call *call)
         .user = call,
     };
     bool is_recorded = build_call_begin_journal(call);
-    if (call->journal) {
+    /* Below that level backend cpu has an order, too, but views have no state. */
+    if (call->journal && call->device->level >= LEVEL_EXECUTION) {
         context.see_build = see_build;
         context.see_ranges = see_ranges;
     }
