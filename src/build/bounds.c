@@ -57,6 +57,17 @@ struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void 
     return bounds_of_matrices(elements, elements, blas);
 }
 
+/* One step beyond what rounding gives: a double's rounding may hide which way to go. */
+struct box bounds_of_sphere(const float center[3], float radius)
+{
+    struct box box = box_empty();
+    for (int i = 0; i < 3; i++) {
+        box.lower[i] = nextafterf(rounded_down((double)center[i] - radius), -INFINITY);
+        box.upper[i] = nextafterf(rounded_up((double)center[i] + radius), INFINITY);
+    }
+    return box;
+}
+
 static struct box record_bounds(const struct structure_header *header,
                                 const struct builder_resolver *resolver, uint32_t index)
 {

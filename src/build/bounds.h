@@ -29,6 +29,8 @@ struct box bounds_of_instance(const VkTransformMatrixKHR *transform, const void 
 /* The same for all matrices whose elements are from `low` to `high`. */
 struct box bounds_of_matrices(double low[3][4], double high[3][4], const void *blas);
 
+struct box bounds_of_sphere(const float center[3], float radius);
+
 /* `blas` is that of an instance, and may be NULL. */
 static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const void *record,
                                                  const void *blas)
@@ -53,6 +55,17 @@ static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const
     }
     case STRUCTURE_MOTION_INSTANCES:
         return motion_bounds(record, blas);
+    case STRUCTURE_SPHERES: {
+        const struct sphere_record *sphere = record;
+        return bounds_of_sphere(sphere->center, sphere->radius);
+    }
+    case STRUCTURE_SWEPT_SPHERES: {
+        const struct swept_record *swept = record;
+        struct box box = bounds_of_sphere(swept->a, swept->radius[0]);
+        struct box other = bounds_of_sphere(swept->b, swept->radius[1]);
+        box_add(&box, other.lower, other.upper);
+        return box;
+    }
     }
     return box_empty();
 }

@@ -82,6 +82,18 @@ struct builder_aabbs {
     uint64_t size, stride;
 };
 
+/* VkAccelerationStructureGeometrySpheresDataNV and, with the last two members,
+ * VkAccelerationStructureGeometryLinearSweptSpheresDataNV. */
+struct builder_spheres {
+    VkFormat vertex_format, radius_format; /* of radii: R32_SFLOAT, R16_SFLOAT */
+    VkIndexType index_type;
+    const void *vertices, *radii, *indices;
+    uint64_t vertices_size, radii_size, indices_size;
+    uint64_t vertex_stride, radius_stride, index_stride;
+    VkRayTracingLssIndexingModeNV indexing_mode;
+    VkRayTracingLssPrimitiveEndCapsModeNV end_caps_mode;
+};
+
 /* VkAccelerationStructureGeometryInstancesDataKHR; of VkAccelerationStructureMotionInstanceNV, 160
  * bytes apart, in builds with motion, where pointers have their type in the low 4 bits. */
 struct builder_instances {
@@ -97,6 +109,7 @@ struct builder_geometry {
         struct builder_triangles triangles;
         struct builder_aabbs aabbs;
         struct builder_instances instances;
+        struct builder_spheres spheres; /* swept or not */
     };
 };
 
@@ -138,7 +151,7 @@ struct builder_place {
 };
 struct builder_report {
     uint64_t active, inactive;
-    uint64_t undefined; /* NaN in another component than X: the specification leaves it open; */
+    uint64_t undefined; /* NaN in another component than X, or a negative radius: left open; */
     struct builder_place first_undefined; /* such primitives are left out */
     uint64_t out_of_range;
     struct builder_place first_out_of_range;

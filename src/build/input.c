@@ -2,21 +2,26 @@
 /* A build's input as a whole. */
 #include "build/input.h"
 
-static bool index_type_is_known(VkIndexType type)
+static bool triangles_are_known(const struct builder_triangles *triangles)
 {
-    return type == VK_INDEX_TYPE_NONE_KHR || type == VK_INDEX_TYPE_UINT8_KHR ||
-           type == VK_INDEX_TYPE_UINT16 || type == VK_INDEX_TYPE_UINT32;
+    return vertex_format_find(triangles->vertex_format) &&
+           source_index_is_known(triangles->index_type) &&
+           (!triangles->opacity || source_index_is_known(triangles->opacity->index_type));
 }
 
 static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometryTypeKHR type)
 {
     if (geometry->type != type)
         return false;
-    return type != VK_GEOMETRY_TYPE_TRIANGLES_KHR ||
-           (vertex_format_find(geometry->triangles.vertex_format) &&
-            index_type_is_known(geometry->triangles.index_type) &&
-            (!geometry->triangles.opacity ||
-             index_type_is_known(geometry->triangles.opacity->index_type)));
+    switch ((int)type) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        return triangles_are_known(&geometry->triangles);
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        return sphere_formats_are_known(&geometry->spheres);
+    default:
+        return true;
+    }
 }
 
 /* A bottom level without geometries is one of triangles without triangles. */
@@ -30,12 +35,18 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
     if (is_top != (type == VK_GEOMETRY_TYPE_INSTANCES_KHR))
         return BUILDER_UNKNOWN_FORMAT;
     bool has_motion = input->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
-    switch (type) {
+    switch ((int)type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         *kind = has_motion ? STRUCTURE_MOTION_TRIANGLES : STRUCTURE_TRIANGLES;
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         *kind = STRUCTURE_AABBS;
+        break;
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+        *kind = STRUCTURE_SPHERES;
+        break;
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        *kind = STRUCTURE_SWEPT_SPHERES;
         break;
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
         *kind = has_motion ? STRUCTURE_MOTION_INSTANCES : STRUCTURE_INSTANCES;

@@ -52,6 +52,11 @@ bool triangle_robust(const struct local_ray *ray, const struct triangle_record *
                      double t_max, struct local_hit *hit);
 bool triangle_exact(const struct local_ray *ray, const struct triangle_record *triangle,
                     double t_max, struct local_hit *hit, uint64_t *exact_calls);
+/* Where the ray enters from outside, at t_min <= t <= t_max; u is the place along a swept one. */
+bool sphere_hit(const struct local_ray *ray, const struct sphere_record *sphere, bool is_exact,
+                double t_max, struct local_hit *hit, uint64_t *exact_calls);
+bool swept_hit(const struct local_ray *ray, const struct swept_record *swept, bool is_exact,
+               double t_max, struct local_hit *hit, uint64_t *exact_calls);
 /* Where [t_min, t_max] and the ray's interval within the box meet; t is where that begins. */
 bool aabb_hit(const struct local_ray *ray, const struct aabb_record *box, double t_max, double *t);
 

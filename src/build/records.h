@@ -15,6 +15,8 @@ union any_record {
     struct instance_record instance;
     struct motion_triangle_record motion_triangle;
     struct motion_instance_record motion_instance;
+    struct sphere_record sphere;
+    struct swept_record swept;
 };
 
 /* All 0 where the matrix is singular. */
@@ -39,6 +41,10 @@ static ALWAYS_INLINE enum source_state record_read(const struct builder_input *i
         return source_motion_triangle(source, primitive, &record->motion_triangle);
     case STRUCTURE_MOTION_INSTANCES:
         return source_motion_instance(source, primitive, &input->memory, &record->motion_instance);
+    case STRUCTURE_SPHERES:
+        return source_sphere(source, primitive, &record->sphere);
+    case STRUCTURE_SWEPT_SPHERES:
+        return source_swept(source, primitive, &record->swept);
     }
     return SOURCE_INACTIVE;
 }
@@ -82,7 +88,9 @@ static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder
         finish_triangle(place, source, &record->motion_triangle.at[1]);
         return;
     case STRUCTURE_AABBS:
-        record->aabb.geometry = place.geometry;
+    case STRUCTURE_SPHERES:
+    case STRUCTURE_SWEPT_SPHERES:
+        record->aabb.geometry = place.geometry; /* numbers are in one place */
         record->aabb.primitive = place.primitive;
         return;
     case STRUCTURE_MOTION_INSTANCES:

@@ -6,15 +6,14 @@
 #include <math.h>
 #include <string.h>
 
-/* How many elements of `size` bytes at `stride` lie in `room` bytes. */
-static uint64_t elements_in(uint64_t room, uint64_t size, uint64_t stride)
+uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride)
 {
     if (room < size)
         return 0;
     return stride == 0 ? UINT64_MAX : (room - size) / stride + 1;
 }
 
-static uint32_t index_bytes(VkIndexType type)
+uint32_t source_index_bytes(VkIndexType type)
 {
     switch (type) {
     case VK_INDEX_TYPE_UINT8_KHR:
@@ -26,6 +25,11 @@ static uint32_t index_bytes(VkIndexType type)
     default:
         return 0;
     }
+}
+
+bool source_index_is_known(VkIndexType type)
+{
+    return type == VK_INDEX_TYPE_NONE_KHR || source_index_bytes(type) > 0;
 }
 
 static bool open_transform(struct source *source, const struct builder_triangles *triangles,
@@ -46,13 +50,13 @@ static bool open_opacity(struct source *source, const struct builder_opacity *op
 {
     if (!opacity)
         return true;
-    source->opacity =
-        (struct opacity_source){opacity->indices, opacity->stride, index_bytes(opacity->index_type),
-                                opacity->base_triangle, true};
+    source->opacity = (struct opacity_source){opacity->indices, opacity->stride,
+                                              source_index_bytes(opacity->index_type),
+                                              opacity->base_triangle, true};
     if (source->opacity.index_size == 0)
         source->opacity.indices = NULL;
     return source->opacity.index_size == 0 || source->count == 0 ||
-           elements_in(opacity->indices_size, source->opacity.index_size, opacity->stride) >=
+           source_elements_in(opacity->indices_size, source->opacity.index_size, opacity->stride) >=
                source->count;
 }
 
@@ -61,7 +65,7 @@ static bool open_triangles(struct source *source, const struct builder_triangles
 {
     source->format = vertex_format_find(triangles->vertex_format);
     source->stride = triangles->vertex_stride;
-    source->index_size = index_bytes(triangles->index_type);
+    source->index_size = source_index_bytes(triangles->index_type);
     uint64_t vertex_offset = 0;
     if (source->index_size > 0) {
         uint64_t needed = (uint64_t)range->primitiveCount * 3 * source->index_size;
@@ -80,7 +84,8 @@ static bool open_triangles(struct source *source, const struct builder_triangles
         size = triangles->motion_vertices_size;
     if (vertex_offset > size)
         return false;
-    uint64_t readable = elements_in(size - vertex_offset, source->format->size, source->stride);
+    uint64_t readable =
+        source_elements_in(size - vertex_offset, source->format->size, source->stride);
     /* The product is within vertices_size where any vertex from the first on is readable. */
     uint64_t first = range->firstVertex;
     uint64_t limit = readable > first ? readable - first : 0;
@@ -103,7 +108,7 @@ static bool open_array(struct source *source, const void *data, uint64_t size, u
     if (source->count == 0)
         return true;
     if (range->primitiveOffset > size ||
-        elements_in(size - range->primitiveOffset, element, stride) < source->count)
+        source_elements_in(size - range->primitiveOffset, element, stride) < source->count)
         return false;
     source->data = (const uint8_t *)data + range->primitiveOffset;
     return true;
@@ -140,6 +145,10 @@ bool source_open(struct source *source, bool has_motion, const struct builder_ge
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         return open_array(source, geometry->aabbs.data, geometry->aabbs.size,
                           sizeof(VkAabbPositionsKHR), geometry->aabbs.stride, range);
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+        return source_open_spheres(source, &geometry->spheres, false, range);
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        return source_open_spheres(source, &geometry->spheres, true, range);
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
         return open_instances(source, &geometry->instances, range);
     default:
@@ -147,7 +156,7 @@ bool source_open(struct source *source, bool has_motion, const struct builder_ge
     }
 }
 
-static uint32_t read_number(const uint8_t *from, uint32_t size)
+uint32_t source_read_number(const uint8_t *from, uint32_t size)
 {
     uint32_t wide;
     uint16_t narrow;
@@ -165,7 +174,7 @@ static uint32_t read_number(const uint8_t *from, uint32_t size)
 
 static uint32_t read_index(const struct source *source, uint64_t position)
 {
-    return read_number(source->indices + position * source->index_size, source->index_size);
+    return source_read_number(source->indices + position * source->index_size, source->index_size);
 }
 
 /* Special indices, -1 to -4, are the greatest numbers of their type. */
@@ -176,7 +185,8 @@ uint32_t source_opacity(const struct source *source, uint32_t primitive)
     uint64_t index = primitive;
     if (opacity->indices) {
         uint32_t bits = 8 * opacity->index_size;
-        index = read_number(opacity->indices + opacity->stride * primitive, opacity->index_size);
+        index =
+            source_read_number(opacity->indices + opacity->stride * primitive, opacity->index_size);
         uint64_t beyond = ((uint64_t)1 << bits) - index; /* 1 for -1 */
         if (beyond <= SPECIAL_INDICES)
             return (uint32_t)-beyond;

@@ -36,6 +36,11 @@ struct source {
         *motion_vertices;         /* at time 1, of index 0 and as readable as `vertices`; or NULL */
     bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
     VkTransformMatrixKHR transform;
+    struct sphere_source { /* spheres, swept or not: beside format, vertices, indices and limit */
+        const uint8_t *radii;
+        uint64_t radius_stride, index_stride;
+        bool is_half, is_successive, has_caps;
+    } spheres;
     /* AABBs and instances */
     const uint8_t *data;
     bool is_pointer_array, has_motion;
@@ -45,6 +50,15 @@ struct source {
  * a known format. */
 bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,
                  const VkAccelerationStructureBuildRangeInfoKHR *range);
+
+bool source_open_spheres(struct source *source, const struct builder_spheres *spheres,
+                         bool is_swept, const VkAccelerationStructureBuildRangeInfoKHR *range);
+
+/* How many elements of `size` bytes at `stride` lie in `room` bytes. */
+uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride);
+uint32_t source_index_bytes(VkIndexType type); /* 0: no such type, or none */
+bool source_index_is_known(VkIndexType type);
+uint32_t source_read_number(const uint8_t *from, uint32_t size);
 
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record);
@@ -61,6 +75,11 @@ static inline void source_prefetch_indices(const struct source *source, uint32_t
         __builtin_prefetch(source->indices + (uint64_t)primitive * 3 * source->index_size);
 }
 void source_prefetch_vertices(const struct source *source, uint32_t primitive);
+bool sphere_formats_are_known(const struct builder_spheres *spheres);
+enum source_state source_sphere(const struct source *source, uint32_t primitive,
+                                struct sphere_record *record);
+enum source_state source_swept(const struct source *source, uint32_t primitive,
+                               struct swept_record *record);
 enum source_state source_aabb(const struct source *source, uint32_t primitive,
                               struct aabb_record *record);
 /* Fills the instance, not its inverse; SOURCE_INACTIVE where the reference is 0. */

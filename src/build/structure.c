@@ -18,7 +18,7 @@ uint32_t structure_leaf_limit(enum structure_kind kind)
 uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records)
 {
     uint64_t nodes = (uint64_t)records * 28 / 100;
-    if (kind == STRUCTURE_AABBS)
+    if (structure_record_size(kind) == sizeof(struct aabb_record))
         nodes = (uint64_t)records * 27 / 100;
     if (structure_is_top(kind))
         nodes = (uint64_t)records * 2 / 3;
@@ -77,26 +77,14 @@ static bool place_is_sound(const struct structure_header *header, uint32_t geome
            primitive < structure_geometries(header)[geometry].primitive_count;
 }
 
-/* Of an instance nothing is relied upon but the type of its motion. */
+/* Of an instance nothing is relied upon; all other records have their numbers in one place. */
 static bool record_is_sound(const struct structure_header *header, uint32_t index)
 {
     const uint8_t *records = structure_records(header);
-    const void *record = records + (uint64_t)index * structure_record_size(header->kind);
-    switch ((enum structure_kind)header->kind) {
-    case STRUCTURE_TRIANGLES:
-    case STRUCTURE_MOTION_TRIANGLES: {
-        const struct triangle_record *triangle = record;
-        return place_is_sound(header, triangle->geometry, triangle->primitive);
-    }
-    case STRUCTURE_AABBS: {
-        const struct aabb_record *box = record;
-        return place_is_sound(header, box->geometry, box->primitive);
-    }
-    case STRUCTURE_INSTANCES:
-    case STRUCTURE_MOTION_INSTANCES:
-        return true;
-    }
-    return false;
+    const struct triangle_record *record =
+        (const void *)(records + (uint64_t)index * structure_record_size(header->kind));
+    return structure_is_top(header->kind) ||
+           place_is_sound(header, record->geometry, record->primitive);
 }
 
 /* Depth-first as a traversal goes, with a stack of its size: what overflows it is refused, and so

@@ -63,6 +63,26 @@ struct instance_record {
     uint32_t spare;
 };
 
+struct sphere_record {
+    float center[3];
+    uint32_t geometry;
+    float radius;
+    uint32_t spare[2];
+    uint32_t primitive;
+};
+
+/* A linear swept sphere. */
+#define SWEPT_CAP_FIRST 1u
+#define SWEPT_CAP_LAST 2u
+struct swept_record {
+    float a[3];
+    uint32_t geometry;
+    float b[3];
+    uint32_t primitive;
+    float radius[2];
+    uint32_t caps, spare;
+};
+
 /* At time 0 and time 1; the numbers of both are the same. */
 struct motion_triangle_record {
     struct triangle_record at[2];
@@ -89,8 +109,10 @@ enum structure_kind {
     STRUCTURE_INSTANCES,
     STRUCTURE_MOTION_TRIANGLES, /* of builds with VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV */
     STRUCTURE_MOTION_INSTANCES,
+    STRUCTURE_SPHERES,
+    STRUCTURE_SWEPT_SPHERES,
 };
-#define STRUCTURE_KINDS 5u
+#define STRUCTURE_KINDS 7u
 
 struct structure_header {
     uint32_t magic, version;
@@ -109,11 +131,14 @@ _Static_assert(sizeof(struct wide_node) == 112, "layout");
 _Static_assert(sizeof(struct triangle_record) == 48, "layout");
 _Static_assert(sizeof(struct instance_record) == 144, "layout");
 _Static_assert(sizeof(struct motion_instance_record) == 288, "layout");
-_Static_assert(offsetof(struct aabb_record, geometry) ==
-                       offsetof(struct triangle_record, geometry) &&
-                   offsetof(struct aabb_record, primitive) ==
-                       offsetof(struct triangle_record, primitive),
-               "numbers are in one place");
+#define NUMBERS_ARE_AS_IN_TRIANGLES(type)                                                          \
+    _Static_assert(                                                                                \
+        offsetof(struct type, geometry) == offsetof(struct triangle_record, geometry) &&           \
+            offsetof(struct type, primitive) == offsetof(struct triangle_record, primitive),       \
+        "layout")
+NUMBERS_ARE_AS_IN_TRIANGLES(aabb_record);
+NUMBERS_ARE_AS_IN_TRIANGLES(sphere_record);
+NUMBERS_ARE_AS_IN_TRIANGLES(swept_record);
 
 static inline uint32_t leaf_child(uint32_t first, uint32_t count)
 {
@@ -175,6 +200,10 @@ static inline uint64_t structure_record_size(enum structure_kind kind)
         return sizeof(struct motion_triangle_record);
     case STRUCTURE_MOTION_INSTANCES:
         return sizeof(struct motion_instance_record);
+    case STRUCTURE_SPHERES:
+        return sizeof(struct sphere_record);
+    case STRUCTURE_SWEPT_SPHERES:
+        return sizeof(struct swept_record);
     }
     return 0;
 }

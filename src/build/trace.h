@@ -2,7 +2,8 @@
 /* The reference traversal: rays against a structure of the reference builder.
  *
  * Follows "Ray Traversal" of the Vulkan specification: triangles are hit where tmin < t < tmax,
- * AABBs where [tmin, tmax] meets the ray's interval within the box, both ends included. Distances
+ * AABBs where [tmin, tmax] meets the ray's interval within the box, both ends included; spheres,
+ * swept or not, where the ray enters them, at tmin <= t <= tmax. Distances
  * are in units of the direction's length. Uses no memory but its stack; any number of threads may
  * trace one structure. Expects the floating-point environment that C starts with: rounding to
  * nearest, subnormals not flushed. */
@@ -26,7 +27,7 @@ enum trace_ray_flag {
     TRACE_CULL_FRONT_FACING = 0x20,
     TRACE_CULL_OPAQUE = 0x40,
     TRACE_CULL_NO_OPAQUE = 0x80,
-    TRACE_SKIP_TRIANGLES = 0x100,
+    TRACE_SKIP_TRIANGLES = 0x100, /* and spheres, swept or not (SkipBuiltinPrimitivesNV) */
     TRACE_SKIP_AABBS = 0x200,
     TRACE_FORCE_2_STATE = 0x400, /* opacity micromaps are never unsure */
 };
@@ -44,6 +45,7 @@ struct trace_hit {
     uint32_t geometry, primitive;
     uint32_t instance, custom_index, sbt_offset; /* 0 for a BLAS by itself */
     bool is_aabb, front_face, opaque;
+    bool is_sphere, is_swept; /* u of the latter: 0 to 1 from its first end to its last */
 };
 
 /* Counts of what was done, added to what is there. */

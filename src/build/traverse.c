@@ -45,8 +45,9 @@ static bool is_culled(uint32_t ray_flags, const struct instance_record *instance
 {
     if (ray_flags & (hit->opaque ? TRACE_CULL_OPAQUE : TRACE_CULL_NO_OPAQUE))
         return true;
-    if (hit->is_aabb || (instance && instance->instance.flags &
-                                         VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR))
+    bool has_faces = !hit->is_aabb && !hit->is_sphere && !hit->is_swept;
+    if (!has_faces || (instance && instance->instance.flags &
+                                       VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR))
         return false;
     return ray_flags & (hit->front_face ? TRACE_CULL_FRONT_FACING : TRACE_CULL_BACK_FACING);
 }
@@ -179,6 +180,29 @@ static void test_aabb(struct walk *walk, struct view *view, const struct aabb_re
     offer(walk, view, &hit, t / view->ray.unit);
 }
 
+static void test_sphere(struct walk *walk, struct view *view, const void *record)
+{
+    bool is_swept = view->blas->kind == STRUCTURE_SWEPT_SPHERES;
+    bool is_exact = walk->scene->accuracy == TRACE_EXACT;
+    double t_max = walk->t_max * view->ray.unit;
+    const struct sphere_record *sphere = record; /* swept ones have their numbers there, too */
+    struct local_hit local;
+    if (!(is_swept
+              ? swept_hit(&view->ray, record, is_exact, t_max, &local, &walk->counters.exact_calls)
+              : sphere_hit(&view->ray, record, is_exact, t_max, &local,
+                           &walk->counters.exact_calls)))
+        return;
+    struct trace_hit hit = {
+        .u = local.u,
+        .geometry = sphere->geometry,
+        .primitive = sphere->primitive,
+        .is_sphere = !is_swept,
+        .is_swept = is_swept,
+        .opaque = geometry_is_opaque(view, sphere->geometry),
+    };
+    offer(walk, view, &hit, local.t / view->ray.unit);
+}
+
 static void test_motion_triangle(struct walk *walk, struct view *view,
                                  const struct motion_triangle_record *record)
 {
@@ -198,6 +222,10 @@ static void test_record(struct walk *walk, struct view *view, const void *record
         return;
     case STRUCTURE_MOTION_TRIANGLES:
         test_motion_triangle(walk, view, record);
+        return;
+    case STRUCTURE_SPHERES:
+    case STRUCTURE_SWEPT_SPHERES:
+        test_sphere(walk, view, record);
         return;
     case STRUCTURE_INSTANCES:
     case STRUCTURE_MOTION_INSTANCES:

@@ -220,6 +220,8 @@ static void refit(const struct builder_input *input, void *structure)
 #define HAS_MOTION 0x100u
 #define HAS_POINTERS 0x200u
 #define HAS_OPACITY 0x400u
+#define HAS_SPHERES 0x800u /* in place of AABBs */
+#define HAS_SWEPT 0x1000u  /* those are swept */
 
 struct span {
     const uint8_t *bytes;
@@ -231,6 +233,29 @@ static const void *read_span(void *context, uint64_t address, uint64_t size)
 {
     const struct span *span = context;
     return address <= span->size && size <= span->size - address ? span->bytes + address : NULL;
+}
+
+static struct builder_spheres describe_spheres(const uint8_t *data, size_t size, uint32_t split,
+                                               uint32_t flags)
+{
+    static const VkIndexType types[] = {VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT16,
+                                        VK_INDEX_TYPE_UINT32, VK_INDEX_TYPE_NONE_KHR};
+    return (struct builder_spheres){
+        .vertex_format = split % 3 ? VK_FORMAT_R32G32B32_SFLOAT : VK_FORMAT_R16G16B16A16_SFLOAT,
+        .radius_format = split % 5 ? VK_FORMAT_R32_SFLOAT : VK_FORMAT_R16_SFLOAT,
+        .index_type = types[split % 4],
+        .vertices = data,
+        .radii = data,
+        .indices = data,
+        .vertices_size = size,
+        .radii_size = size,
+        .indices_size = size,
+        .vertex_stride = split % 17,
+        .radius_stride = split % 19,
+        .index_stride = split % 7,
+        .indexing_mode = (VkRayTracingLssIndexingModeNV)(flags >> 13 & 1),
+        .end_caps_mode = (VkRayTracingLssPrimitiveEndCapsModeNV)(flags >> 14 & 1),
+    };
 }
 
 static void fuzz_geometry(struct reader *reader)
@@ -258,6 +283,9 @@ static void fuzz_geometry(struct reader *reader)
     geometry.flags = flags % 4;
     if (flags & HAS_MOTION)
         input.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    if (geometry.type == VK_GEOMETRY_TYPE_AABBS_KHR && flags & HAS_SPHERES)
+        geometry.type = flags & HAS_SWEPT ? VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV
+                                          : VK_GEOMETRY_TYPE_SPHERES_NV;
     bool has_transform = take_number(reader, 2);
     uint32_t split = take_number(reader, 4096);
     if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
@@ -267,7 +295,10 @@ static void fuzz_geometry(struct reader *reader)
     take(reader, data, size);
     if (geometry.type != VK_GEOMETRY_TYPE_AABBS_KHR && split > size)
         split = (uint32_t)size;
-    point_into(&geometry, data, size, split, has_transform);
+    if (geometry.type >= VK_GEOMETRY_TYPE_SPHERES_NV)
+        geometry.spheres = describe_spheres(data, size, split, flags);
+    else
+        point_into(&geometry, data, size, split, has_transform);
     struct builder_opacity opacity = {
         .index_type = geometry.triangles.index_type,
         .base_triangle = flags >> 12,

@@ -98,6 +98,72 @@ struct exact_hit exact_triangle(const struct trace_ray *ray, const float corners
     return hit;
 }
 
+/* to = a . b */
+static void dot_product(mpq_t to, const mpq_t a[3], const mpq_t b[3])
+{
+    mpq_t term;
+    mpq_init(term);
+    mpq_set_ui(to, 0, 1);
+    for (int i = 0; i < 3; i++) {
+        mpq_mul(term, a[i], b[i]);
+        mpq_add(to, to, term);
+    }
+    mpq_clear(term);
+}
+
+/* outside / (along + sqrt(discriminant)), far more precisely than a double is. */
+static double entry(const mpq_t outside, const mpq_t along, const mpq_t discriminant)
+{
+    mpf_t root, other;
+    mpf_init2(root, 256);
+    mpf_init2(other, 256);
+    mpf_set_q(root, discriminant);
+    mpf_sqrt(root, root);
+    mpf_set_q(other, along);
+    mpf_add(root, root, other);
+    mpf_set_q(other, outside);
+    mpf_div(root, other, root);
+    double t = mpf_get_d(root);
+    mpf_clear(root);
+    mpf_clear(other);
+    return t;
+}
+
+/* With F from origin to center: t^2 d.d - 2 t F.d + F.F - r^2 = 0. */
+struct exact_hit exact_sphere(const struct trace_ray *ray, const float center[3], float radius)
+{
+    struct exact_hit hit = {EXACT_OUTSIDE, 0, false};
+    mpq_t f[3], d[3], length, along, outside, discriminant;
+    init_all(f, 3);
+    init_all(d, 3);
+    mpq_inits(length, along, outside, discriminant, NULL);
+    for (int i = 0; i < 3; i++) {
+        mpq_set_d(d[i], ray->origin[i]);
+        mpq_set_d(f[i], center[i]);
+        mpq_sub(f[i], f[i], d[i]);
+        mpq_set_d(d[i], ray->direction[i]);
+    }
+    dot_product(length, d, d);
+    dot_product(along, f, d);
+    dot_product(outside, f, f);
+    mpq_set_d(discriminant, radius);
+    mpq_mul(discriminant, discriminant, discriminant);
+    mpq_sub(outside, outside, discriminant);
+    mpq_mul(length, length, outside);
+    mpq_mul(discriminant, along, along);
+    mpq_sub(discriminant, discriminant, length);
+    if (mpq_sgn(discriminant) >= 0 && mpq_sgn(along) > 0 && mpq_sgn(outside) >= 0) {
+        hit.t = entry(outside, along, discriminant);
+        bool is_between = hit.t >= ray->t_min && hit.t <= ray->t_max;
+        if (is_between)
+            hit.class = mpq_sgn(discriminant) > 0 ? EXACT_INSIDE : EXACT_BOUNDARY;
+    }
+    mpq_clears(length, along, outside, discriminant, NULL);
+    clear_all(f, 3);
+    clear_all(d, 3);
+    return hit;
+}
+
 int exact_determinant_sign(const VkTransformMatrixKHR *transform)
 {
     mpq_t rows[3][3], value;

@@ -20,6 +20,9 @@ struct exact_hit {
 /* Three corners of finite floats. Outside, too, where t isn't between t_min and t_max. */
 struct exact_hit exact_triangle(const struct trace_ray *ray, const float corners[9]);
 
+/* Where the ray enters a sphere from outside; on the boundary: it touches it. */
+struct exact_hit exact_sphere(const struct trace_ray *ray, const float center[3], float radius);
+
 /* The sign of a 3x3 determinant. */
 int exact_determinant_sign(const VkTransformMatrixKHR *transform);
 
