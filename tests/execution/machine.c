@@ -191,6 +191,8 @@ static void change_structure(struct machine *machine, const struct step *step)
         scene_destroy(scene, (uint64_t)buffer->handle);
     else if (step->action == ACTION_FREE_MEMORY)
         scene_destroy(scene, (uint64_t)buffer->memory);
+    else if (step->action == ACTION_CREATE_SPARSE)
+        machine_create_sparse(machine, step->object);
     else
         create_structure(machine, step->object, size_of(machine, step),
                          step->action == ACTION_CREATE_GENERIC

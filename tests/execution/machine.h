@@ -47,6 +47,7 @@ struct machine {
     VkQueue queues[QUEUES]; /* null where there is no second */
     VkSemaphore binaries[SEMAPHORES], timelines[SEMAPHORES + 1];
     VkFence fence;
+    struct test_memory pages; /* for sparse buffers */
     VkQueryPool queries;
     VkDeviceSize compacted; /* as read last */
 
@@ -102,6 +103,10 @@ const struct shape *machine_shape(const struct machine *machine, const struct st
 /* machine_host.c */
 void machine_host(struct machine *machine, const struct step *step);
 void machine_create_operation(struct machine *machine, uint32_t operation);
+
+/* machine_sparse.c */
+void machine_create_sparse(struct machine *machine, uint32_t structure);
+void machine_bind(struct machine *machine, const struct step *step);
 
 /* machine_submit.c */
 void machine_submit(struct machine *machine, const struct step *step);

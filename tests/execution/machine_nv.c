@@ -127,6 +127,7 @@ bool machine_nv_takes(const struct program *program)
         case ACTION_CREATE_GENERIC:
         case ACTION_CREATE_COMPACTED:
         case ACTION_CREATE_FITTING:
+        case ACTION_CREATE_SPARSE:
         case ACTION_DESTROY_BUFFER:
         case ACTION_FREE_INPUT:
         case ACTION_RENEW_INPUT:

@@ -115,12 +115,13 @@ static void build_pair(struct machine *machine, const struct step *step)
                                                                   arguments[1].info};
     const VkAccelerationStructureBuildRangeInfoKHR *const ranges[2] = {arguments[0].ranges,
                                                                        arguments[1].ranges};
+    machine_begin_build(machine, step);
+    const uint32_t second = machine->positions[step->object]++;
     if (step->detail == BAD)
-        machine->last_bad = (struct place){step->object, machine->positions[step->object] + 1};
-    machine->positions[step->object] += 2;
+        machine->last_bad = (struct place){step->object, second};
     machine->vk->CmdBuildAccelerationStructuresKHR(machine->command_buffers[step->object], 2, infos,
                                                    ranges);
-    barrier(machine, machine->command_buffers[step->object]);
+    machine_end_build(machine, step);
 }
 
 static void copy(struct machine *machine, const struct step *step)

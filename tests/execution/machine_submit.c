@@ -149,15 +149,17 @@ static void wait_on_host(struct machine *machine, const struct step *step)
                        "vkQueueWaitIdle");
         break;
     case ACTION_WAIT_FENCE:
-        expect_success(machine->vk->WaitForFences(machine->device, 1, &machine->fence, VK_TRUE, 0),
-                       "vkWaitForFences");
+        expect_success(
+            machine->vk->WaitForFences(machine->device, 1, &machine->fence, VK_TRUE, UINT64_MAX),
+            "vkWaitForFences");
         break;
     case ACTION_POLL_FENCE:
         expect_success(machine->vk->GetFenceStatus(machine->device, machine->fence),
                        "vkGetFenceStatus");
         break;
     case ACTION_HOST_WAIT:
-        expect_success(machine->vk->WaitSemaphores(machine->device, &info, 0), "vkWaitSemaphores");
+        expect_success(machine->vk->WaitSemaphores(machine->device, &info, UINT64_MAX),
+                       "vkWaitSemaphores");
         break;
     case ACTION_HOST_READ:
         expect_success(machine->vk->GetSemaphoreCounterValue(
@@ -196,7 +198,14 @@ void machine_submit(struct machine *machine, const struct step *step)
         machine->batch_count = 0;
         break;
     case ACTION_FAIL_SUBMIT:
-        world->platform->null_driver.fail_next("vkQueueSubmit", VK_ERROR_OUT_OF_DEVICE_MEMORY);
+        world->platform->null_driver.fail_next(step->value != 0 ? "vkQueueBindSparse"
+                                                                : "vkQueueSubmit",
+                                               VK_ERROR_OUT_OF_DEVICE_MEMORY);
+        break;
+    case ACTION_BIND:
+    case ACTION_FAILED_BIND:
+        machine_bind(machine, step);
+        machine->batch_count = 0;
         break;
     case ACTION_SIGNAL_FROM_HOST:
         signal_from_host(machine, step);

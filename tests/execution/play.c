@@ -57,6 +57,8 @@ static struct setup setup_for(const struct play *play)
         setup.configure = lose;
     if (needs & NEEDS_SUBMIT2_KHR)
         setup.enable = ENABLE_SYNCHRONIZATION_2;
+    if (needs & NEEDS_SPARSE)
+        setup.enable |= ENABLE_SPARSE;
     if (needs & NEEDS_EXTENSIONS)
         setup.enable = ENABLE_MOTION | ENABLE_SPHERES | ENABLE_DENSE;
     if (play->command == COMMAND_NV) {
@@ -75,7 +77,7 @@ static const char *enter_world(const struct play *play, struct world *world)
                           world->setup.enable != setup.enable ||
                           world->setup.muted != setup.muted || play->program->needs & NEEDS_LOSS;
     if (!play->platform->is_null &&
-        play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST | NEEDS_DRIVER))
+        play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST | NEEDS_DRIVER | NEEDS_SPARSE))
         return "needs the null driver";
     if (play->platform->is_cpu && play->program->needs & NEEDS_DRIVER)
         return "needs a driver that looks at nothing";
@@ -267,7 +269,7 @@ static bool check_result(const struct step *step, enum expectation expectation, 
                          struct report *report)
 {
     VkResult expected = VK_SUCCESS;
-    if (step->action == ACTION_FAILED_SUBMIT)
+    if (step->action == ACTION_FAILED_SUBMIT || step->action == ACTION_FAILED_BIND)
         expected = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     else if (step->action == ACTION_LOST_SUBMIT)
         expected = VK_ERROR_DEVICE_LOST;

@@ -15,8 +15,8 @@ enum { A, B, C, D, P, R, S, T, COMMAND_BUFFERS };
 /* Structures; all exist when a program starts, and are of a type that fits, or of the generic one.
  */
 enum { W, X, Y, Z, STRUCTURES };
-/* Queries of compacted sizes. */
-enum { QUERIES = 4 };
+/* Queries of compacted sizes; and pages, of which each takes a structure. */
+enum { QUERIES = 4, SPARSE_PAGES = 4 };
 /* So many binary semaphores, and so many timelines; and one timeline that is shared with others who
  * may signal it, on the null driver. */
 enum { QUEUES = 2, SEMAPHORES = 4, FOREIGN = SEMAPHORES };
@@ -65,11 +65,13 @@ enum action {
     ACTION_SIGNAL,
     ACTION_WAIT_FOR, /* object: a timeline, and its value */
     ACTION_SIGNAL_TO,
-    ACTION_SUBMIT,           /* object: a queue; value: 1 with the fence */
-    ACTION_SUBMIT2,          /* value: 1 by its older name */
-    ACTION_LOST_SUBMIT,      /* the device is lost for as long as it takes */
-    ACTION_FAIL_SUBMIT,      /* the driver fails the next submission */
-    ACTION_FAILED_SUBMIT,    /* the submission that the driver fails; object: a queue */
+    ACTION_SUBMIT,        /* object: a queue; value: 1 with the fence */
+    ACTION_SUBMIT2,       /* value: 1 by its older name */
+    ACTION_LOST_SUBMIT,   /* the device is lost for as long as it takes */
+    ACTION_FAIL_SUBMIT,   /* the driver fails the next submission; value 1: of bindings */
+    ACTION_FAILED_SUBMIT, /* the submission that the driver fails; object: a queue */
+    ACTION_BIND,          /* dst: a structure; value: 1 + a page, or 0; detail 1: with the fence */
+    ACTION_FAILED_BIND,
     ACTION_SIGNAL_FROM_HOST, /* object: a timeline, and its value */
     ACTION_IDLE,
     ACTION_QUEUE_IDLE, /* object: a queue */
@@ -87,6 +89,7 @@ enum action {
     ACTION_CREATE_GENERIC,
     ACTION_CREATE_FITTING,   /* of the size that a good build needs */
     ACTION_CREATE_COMPACTED, /* of the compacted size, less `value` bytes */
+    ACTION_CREATE_SPARSE,    /* in a sparse buffer, of which nothing is bound */
     ACTION_DESTROY,
     ACTION_DESTROY_BUFFER, /* of a structure */
     ACTION_FREE_MEMORY,    /* of a structure */
@@ -159,6 +162,15 @@ struct step {
 #define LOST_SUBMIT(queue) STEP(ACTION_LOST_SUBMIT, queue, 0, 0, 0, 0)
 #define FAILED_SUBMIT(queue)                                                                       \
     STEP(ACTION_FAIL_SUBMIT, 0, 0, 0, 0, 0), STEP(ACTION_FAILED_SUBMIT, queue, 0, 0, 0, 0)
+/* On the first queue, by the semaphores of the batch that is being put together, if any is. */
+#define BIND(structure, page) STEP(ACTION_BIND, 0, structure, 0, 0, 1 + (page))
+#define UNBIND(structure) STEP(ACTION_BIND, 0, structure, 0, 0, 0)
+#define UNBIND_WITH_FENCE(structure) STEP(ACTION_BIND, 0, structure, 0, 1, 0)
+#define FAILED_BIND(structure, page)                                                               \
+    STEP(ACTION_FAIL_SUBMIT, 0, 0, 0, 0, 1),                                                       \
+        STEP(ACTION_FAILED_BIND, 0, structure, 0, 0, 1 + (page))
+#define FAILED_UNBIND(structure)                                                                   \
+    STEP(ACTION_FAIL_SUBMIT, 0, 0, 0, 0, 1), STEP(ACTION_FAILED_BIND, 0, structure, 0, 0, 0)
 #define SIGNAL_FROM_HOST(timeline, value) STEP(ACTION_SIGNAL_FROM_HOST, timeline, 0, 0, 0, value)
 #define IDLE STEP(ACTION_IDLE, 0, 0, 0, 0, 0)
 #define WAIT_QUEUE(queue) STEP(ACTION_QUEUE_IDLE, queue, 0, 0, 0, 0)
@@ -171,6 +183,7 @@ struct step {
 #define CREATE_FITTING(structure) STEP(ACTION_CREATE_FITTING, structure, 0, 0, 0, 0)
 #define CREATE_COMPACTED(structure) STEP(ACTION_CREATE_COMPACTED, structure, 0, 0, 0, 0)
 #define CREATE_TOO_SMALL(structure) STEP(ACTION_CREATE_COMPACTED, structure, 0, 0, 0, 1)
+#define CREATE_SPARSE(structure) STEP(ACTION_CREATE_SPARSE, structure, 0, 0, 0, 0)
 #define DESTROY(structure) STEP(ACTION_DESTROY, structure, 0, 0, 0, 0)
 #define DESTROY_BUFFER(structure) STEP(ACTION_DESTROY_BUFFER, structure, 0, 0, 0, 0)
 #define FREE_MEMORY(structure) STEP(ACTION_FREE_MEMORY, structure, 0, 0, 0, 0)
@@ -204,6 +217,7 @@ enum needs {
     /* A driver that does what it is told, fails when it is told to, and looks at nothing. Backend
      * cpu refuses what it can't carry out. */
     NEEDS_DRIVER = 1 << 9,
+    NEEDS_SPARSE = 1 << 10, /* buffers, whose pages the first queue binds */
 };
 
 struct program {
@@ -234,7 +248,7 @@ struct program_list {
                                        sizeof(programs_) / sizeof((programs_)[0])}
 
 extern const struct program_list order_programs, silent_programs, death_programs, nv_programs,
-    size_programs, host_programs, extension_programs;
+    size_programs, sparse_programs, host_programs, extension_programs;
 
 /* Whether the program has such a step. */
 bool program_has(const struct program *program, enum action action);

@@ -206,43 +206,6 @@ static void stages_limit_what_a_semaphore_orders(void **unused)
     program_stop(&p);
 }
 
-static void sparse_bindings_pass_order_on(void **unused)
-{
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    execution_order_add_fence(p.order, FENCE(F), false);
-    create_binary(&p, S);
-    create_binary(&p, T);
-    SUBMIT(&p, .queue = 2, .name = 20);
-    SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S}});
-    SUBMIT(&p, .queue = 2, .kind = SUBMIT_BINDINGS, .wait = {{S}}, .signal = {{T}}, .fence = F);
-    SUBMIT(&p, .queue = 2, .name = 21);
-    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{T}});
-    assert_true(follows(&p, 30, 10));
-    assert_false(follows(&p, 30, 20)); /* bindings don't wait for commands before them, */
-    assert_false(follows(&p, 21, 10)); /* nor do commands for bindings before them */
-    execution_order_see_fence(p.order, FENCE(F));
-    SUBMIT(&p, .queue = 4, .name = 40);
-    assert_true(follows(&p, 40, 10));
-    assert_false(follows(&p, 40, 20));
-    program_stop(&p);
-}
-
-static void bindings_are_held_back_too(void **unused)
-{
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    create_timeline(&p, S, 0);
-    create_binary(&p, T);
-    SUBMIT(&p, .queue = 2, .kind = SUBMIT_BINDINGS, .wait = {{S, 1}}, .signal = {{T}});
-    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{T}});
-    SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S, 1}});
-    assert_true(follows(&p, 30, 10));
-    program_stop(&p);
-}
-
 static void batches_of_one_call_may_use_each_other(void **unused)
 {
     struct program p;
@@ -297,8 +260,6 @@ int main(void)
         cmocka_unit_test(a_wait_before_its_signal_holds_the_queue_back),
         cmocka_unit_test(releases_go_on),
         cmocka_unit_test(stages_limit_what_a_semaphore_orders),
-        cmocka_unit_test(sparse_bindings_pass_order_on),
-        cmocka_unit_test(bindings_are_held_back_too),
         cmocka_unit_test(batches_of_one_call_may_use_each_other),
         cmocka_unit_test(handles_are_reused),
     };
