@@ -2,6 +2,8 @@
 /* Offsets in shared memory. */
 #include "placing.h"
 
+#include <string.h>
+
 enum { ACCEL_ALIGNMENT = 256 };
 
 struct test_buffer place_buffer(struct scene *scene)
@@ -68,16 +70,17 @@ void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, buffer, offset);
 }
 
-/* As many indices or boxes as there are primitives, all zeros: the host's are looked at. */
+/* As many indices or boxes as there are primitives, all zeros: they may be looked at. */
 static void grow_input(struct scene *scene, uint32_t build)
 {
     VkAccelerationStructureGeometryKHR *geometry = &scene->geometries[build][0];
-    const struct test_buffer input =
-        scene_buffer(scene, (VkDeviceSize)scene->ranges[build][0].primitiveCount * 32, INPUT_USAGE);
+    const VkDeviceSize size = (VkDeviceSize)scene->ranges[build][0].primitiveCount * 32;
+    const struct test_buffer input = scene_buffer(scene, size, INPUT_USAGE);
+    memset(input.host, 0, size);
     if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
-        geometry->geometry.aabbs.data.hostAddress = input.host;
+        geometry->geometry.aabbs.data.deviceAddress = scene_address(scene, &input, 0);
     else
-        geometry->geometry.triangles.indexData.hostAddress = input.host;
+        geometry->geometry.triangles.indexData.deviceAddress = scene_address(scene, &input, 0);
 }
 
 void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
@@ -86,8 +89,7 @@ void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
         scene_skip(scene, "its input isn't there, and the backend reads it");
     while (place_size(scene, build) <= size)
         scene->ranges[build][0].primitiveCount *= 2;
-    if (scene->command == COMMAND_HOST)
-        grow_input(scene, build);
+    grow_input(scene, build);
     const VkDeviceSize scratch_size = scene_scratch_size(scene, build);
     const struct test_buffer scratch = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
     place_scratch(scene, build, &scratch, 0);

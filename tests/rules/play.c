@@ -54,8 +54,6 @@ static const char *cannot_play(const struct play *play, const struct world *worl
 {
     if (play->test_case->needs_null_driver && !play->platform->is_null)
         return "needs the null driver";
-    if (play->test_case->submits && play->test_case->may_fail_on_cpu && play->platform->is_named)
-        return "its inputs are too small to be built from";
     if (play->command == COMMAND_INDIRECT && !world->has_indirect)
         return "no accelerationStructureIndirectBuild";
     if (play->command == COMMAND_HOST && !world->has_host)
