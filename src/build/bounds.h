@@ -37,6 +37,7 @@ static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const
 {
     switch (kind) {
     case STRUCTURE_TRIANGLES:
+    case STRUCTURE_DENSE:
         return bounds_of_triangle(record);
     case STRUCTURE_AABBS: {
         const struct aabb_record *aabb = record;

@@ -29,6 +29,8 @@ static uint64_t lay_out_scratch(struct build_state *state, void *scratch)
     enum builder_quality quality = state->input->quality;
     uint64_t chunks = (primitives + PREPARE_CHUNK - 1) / PREPARE_CHUNK;
     state->sources = take(&cursor, state->input->geometry_count, sizeof(*state->sources));
+    if (state->kind == STRUCTURE_DENSE)
+        state->dense = take(&cursor, primitives, sizeof(*state->dense));
     state->chunk_counts = take(&cursor, chunks, sizeof(*state->chunk_counts));
     state->refs = take(&cursor, primitives, sizeof(*state->refs));
     state->tree = take(&cursor, primitives * 2, sizeof(*state->tree));
@@ -67,7 +69,7 @@ static void structure_sizes(const struct build_state *state, struct builder_size
                       input_has_micromaps(state->input));
     sizes->structure = header.size;
     sizes->build_scratch = lay_out_scratch(&measured, NULL);
-    sizes->update_scratch = (uint64_t)geometries * sizeof(struct source);
+    sizes->update_scratch = refit_scratch(state->kind, geometries, state->primitive_count);
 }
 
 enum builder_result builder_get_sizes(const struct builder_input *input, const uint32_t *counts,
@@ -139,7 +141,7 @@ static void write_header(struct build_state *state)
 
 static enum builder_result run_build(struct build_state *state, struct builder_report *report)
 {
-    enum builder_result result = input_open(state->input, state->sources, report);
+    enum builder_result result = input_open(state->input, state->sources, state->dense, report);
     if (result != BUILDER_OK)
         return result;
     workers_start(&state->workers, state->input, state->primitive_count);

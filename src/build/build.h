@@ -94,6 +94,16 @@ struct builder_spheres {
     VkRayTracingLssPrimitiveEndCapsModeNV end_caps_mode;
 };
 
+/* VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX: blocks of format DGF1. The range's
+ * primitiveCount is numTriangles. Geometry and primitive of a hit, and what is opaque, are what the
+ * blocks say; of what doesn't lie within its limits nothing is read. */
+struct builder_dense {
+    const void *data;
+    uint64_t size;
+    uint32_t max_primitive;
+    const struct builder_opacity *opacity; /* by the blocks' primitive numbers; NULL: none */
+};
+
 /* VkAccelerationStructureGeometryInstancesDataKHR; of VkAccelerationStructureMotionInstanceNV, 160
  * bytes apart, in builds with motion, where pointers have their type in the low 4 bits. */
 struct builder_instances {
@@ -110,6 +120,7 @@ struct builder_geometry {
         struct builder_aabbs aabbs;
         struct builder_instances instances;
         struct builder_spheres spheres; /* swept or not */
+        struct builder_dense dense;
     };
 };
 

@@ -2,6 +2,8 @@
 /* A build's input as a whole. */
 #include "build/input.h"
 
+#include "build/dense.h"
+
 static bool triangles_are_known(const struct builder_triangles *triangles)
 {
     return vertex_format_find(triangles->vertex_format) &&
@@ -16,6 +18,9 @@ static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometr
     switch ((int)type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         return triangles_are_known(&geometry->triangles);
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        return !geometry->dense.opacity ||
+               source_index_is_known(geometry->dense.opacity->index_type);
     case VK_GEOMETRY_TYPE_SPHERES_NV:
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
         return sphere_formats_are_known(&geometry->spheres);
@@ -42,6 +47,9 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         *kind = STRUCTURE_AABBS;
         break;
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        *kind = STRUCTURE_DENSE;
+        break;
     case VK_GEOMETRY_TYPE_SPHERES_NV:
         *kind = STRUCTURE_SPHERES;
         break;
@@ -61,7 +69,7 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
 }
 
 enum builder_result input_open(const struct builder_input *input, struct source *sources,
-                               struct builder_report *report)
+                               struct dense_triangle *dense, struct builder_report *report)
 {
     bool has_motion = input->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     uint32_t first = 0;
@@ -72,6 +80,10 @@ enum builder_result input_open(const struct builder_input *input, struct source 
             report->first_out_of_range = (struct builder_place){i, 0};
             return BUILDER_INPUT_OUT_OF_RANGE;
         }
+        if (input->geometries[i].type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX) {
+            sources[i].dense = dense + first;
+            dense_decode(&input->geometries[i].dense, sources[i].count, dense + first);
+        }
         first += sources[i].count;
         if (sources[i].has_transform)
             report->transformed += 3ull * sources[i].count;
@@ -79,11 +91,22 @@ enum builder_result input_open(const struct builder_input *input, struct source 
     return BUILDER_OK;
 }
 
+static const struct builder_opacity *opacity_of(const struct builder_geometry *geometry)
+{
+    switch ((int)geometry->type) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        return geometry->triangles.opacity;
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        return geometry->dense.opacity;
+    default:
+        return NULL;
+    }
+}
+
 bool input_has_micromaps(const struct builder_input *input)
 {
     for (uint32_t i = 0; i < input->geometry_count; i++)
-        if (input->geometries[i].type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
-            input->geometries[i].triangles.opacity)
+        if (opacity_of(&input->geometries[i]))
             return true;
     return false;
 }
@@ -92,7 +115,7 @@ void input_write_micromaps(const struct builder_input *input, struct structure_h
 {
     uint64_t *references = structure_micromaps(header);
     for (uint32_t i = 0; i < header->micromap_count; i++) {
-        const struct builder_opacity *opacity = input->geometries[i].triangles.opacity;
+        const struct builder_opacity *opacity = opacity_of(&input->geometries[i]);
         references[i] = opacity ? opacity->micromap : 0;
     }
 }

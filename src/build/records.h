@@ -17,6 +17,7 @@ union any_record {
     struct motion_instance_record motion_instance;
     struct sphere_record sphere;
     struct swept_record swept;
+    struct dense_record dense;
 };
 
 /* All 0 where the matrix is singular. */
@@ -45,6 +46,8 @@ static ALWAYS_INLINE enum source_state record_read(const struct builder_input *i
         return source_sphere(source, primitive, &record->sphere);
     case STRUCTURE_SWEPT_SPHERES:
         return source_swept(source, primitive, &record->swept);
+    case STRUCTURE_DENSE:
+        return source_dense(source, primitive, &record->dense);
     }
     return SOURCE_INACTIVE;
 }
@@ -66,12 +69,13 @@ static ALWAYS_INLINE enum source_state record_resolve(const struct builder_input
     return *blas ? SOURCE_ACTIVE : SOURCE_UNRESOLVED;
 }
 
+/* `number` is the one by which opacities are found. */
 static ALWAYS_INLINE void finish_triangle(struct builder_place place, const struct source *source,
-                                          struct triangle_record *triangle)
+                                          uint32_t number, struct triangle_record *triangle)
 {
     triangle->geometry = place.geometry;
     triangle->primitive = place.primitive;
-    triangle->opacity = source->opacity.is_present ? source_opacity(source, place.primitive) : 0;
+    triangle->opacity = source->opacity.is_present ? source_opacity(source, number) : 0;
 }
 
 /* The rest of a record that was read: the numbers, what else a triangle has, and an instance's
@@ -81,11 +85,14 @@ static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder
 {
     switch (kind) {
     case STRUCTURE_TRIANGLES:
-        finish_triangle(place, source, &record->triangle);
+        finish_triangle(place, source, place.primitive, &record->triangle);
         return;
     case STRUCTURE_MOTION_TRIANGLES:
-        finish_triangle(place, source, &record->motion_triangle.at[0]);
-        finish_triangle(place, source, &record->motion_triangle.at[1]);
+        finish_triangle(place, source, place.primitive, &record->motion_triangle.at[0]);
+        finish_triangle(place, source, place.primitive, &record->motion_triangle.at[1]);
+        return;
+    case STRUCTURE_DENSE:
+        finish_triangle(place, source, record->dense.primitive, &record->dense.triangle);
         return;
     case STRUCTURE_AABBS:
     case STRUCTURE_SPHERES:

@@ -122,10 +122,14 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
     const struct structure_header *before = source;
     if (!shape_is_same(input, before))
         return BUILDER_INCOMPATIBLE;
+    uint32_t primitives = 0;
+    for (uint32_t i = 0; i < input->geometry_count; i++)
+        primitives += input->ranges[i].primitiveCount;
     if (structure_size < before->size ||
-        scratch_size < (uint64_t)input->geometry_count * sizeof(struct source))
+        scratch_size < refit_scratch(before->kind, input->geometry_count, primitives))
         return BUILDER_TOO_SMALL;
-    enum builder_result result = input_open(input, scratch, report);
+    struct dense_triangle *dense = (void *)((struct source *)scratch + input->geometry_count);
+    enum builder_result result = input_open(input, scratch, dense, report);
     if (result != BUILDER_OK)
         return result;
     if (structure != source)

@@ -46,7 +46,8 @@ static bool open_transform(struct source *source, const struct builder_triangles
     return true;
 }
 
-static bool open_opacity(struct source *source, const struct builder_opacity *opacity)
+static bool open_opacity(struct source *source, const struct builder_opacity *opacity,
+                         uint64_t count)
 {
     if (!opacity)
         return true;
@@ -55,9 +56,9 @@ static bool open_opacity(struct source *source, const struct builder_opacity *op
                                               opacity->base_triangle, true};
     if (source->opacity.index_size == 0)
         source->opacity.indices = NULL;
-    return source->opacity.index_size == 0 || source->count == 0 ||
+    return source->opacity.index_size == 0 || count == 0 ||
            source_elements_in(opacity->indices_size, source->opacity.index_size, opacity->stride) >=
-               source->count;
+               count;
 }
 
 static bool open_triangles(struct source *source, const struct builder_triangles *triangles,
@@ -101,7 +102,7 @@ static bool open_triangles(struct source *source, const struct builder_triangles
     return true;
 }
 
-static bool open_array(struct source *source, const void *data, uint64_t size, uint64_t element,
+bool source_open_array(struct source *source, const void *data, uint64_t size, uint64_t element,
                        uint64_t stride, const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
     source->stride = stride;
@@ -114,21 +115,11 @@ static bool open_array(struct source *source, const void *data, uint64_t size, u
     return true;
 }
 
-/* "VkAccelerationStructureGeometryInstancesDataKHR": those that may move are 160 bytes apart. */
-#define MOTION_INSTANCE_STRIDE 160
-
-static bool open_instances(struct source *source, const struct builder_instances *instances,
-                           const VkAccelerationStructureBuildRangeInfoKHR *range)
+static bool open_dense(struct source *source, const struct builder_dense *dense)
 {
-    uint64_t element = sizeof(VkAccelerationStructureInstanceKHR), stride = element;
-    if (source->has_motion) {
-        element = sizeof(VkAccelerationStructureMotionInstanceNV);
-        stride = MOTION_INSTANCE_STRIDE;
-    }
-    if (instances->array_of_pointers)
-        element = stride = sizeof(uint64_t);
-    source->is_pointer_array = instances->array_of_pointers;
-    return open_array(source, instances->data, instances->size, element, stride, range);
+    source->max_primitive = dense->max_primitive;
+    return open_opacity(source, dense->opacity,
+                        source->count > 0 ? (uint64_t)dense->max_primitive + 1 : 0);
 }
 
 bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,
@@ -140,17 +131,19 @@ bool source_open(struct source *source, bool has_motion, const struct builder_ge
     switch (geometry->type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         return open_transform(source, &geometry->triangles, range->transformOffset) &&
-               open_opacity(source, geometry->triangles.opacity) &&
+               open_opacity(source, geometry->triangles.opacity, source->count) &&
                open_triangles(source, &geometry->triangles, range);
     case VK_GEOMETRY_TYPE_AABBS_KHR:
-        return open_array(source, geometry->aabbs.data, geometry->aabbs.size,
-                          sizeof(VkAabbPositionsKHR), geometry->aabbs.stride, range);
+        return source_open_array(source, geometry->aabbs.data, geometry->aabbs.size,
+                                 sizeof(VkAabbPositionsKHR), geometry->aabbs.stride, range);
     case VK_GEOMETRY_TYPE_SPHERES_NV:
         return source_open_spheres(source, &geometry->spheres, false, range);
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
         return source_open_spheres(source, &geometry->spheres, true, range);
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        return open_dense(source, &geometry->dense);
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
-        return open_instances(source, &geometry->instances, range);
+        return source_open_instances(source, &geometry->instances, range);
     default:
         return false;
     }
@@ -285,6 +278,22 @@ enum source_state source_motion_triangle(const struct source *source, uint32_t p
     return source_triangle(&then, primitive, &record->at[1]);
 }
 
+enum source_state source_dense(const struct source *source, uint32_t primitive,
+                               struct dense_record *record)
+{
+    const struct dense_triangle *from = &source->dense[primitive];
+    memcpy(record->triangle.a, from->a, sizeof(from->a));
+    memcpy(record->triangle.b, from->b, sizeof(from->b));
+    memcpy(record->triangle.c, from->c, sizeof(from->c));
+    record->geometry = from->geometry;
+    record->primitive = from->primitive;
+    record->is_opaque = from->is_opaque;
+    record->spare = 0;
+    if (from->found == SOURCE_ACTIVE && from->primitive > source->max_primitive)
+        return SOURCE_UNDEFINED;
+    return from->found;
+}
+
 /* Only what read_plain() reads; an index out of range asks for nothing. */
 void source_prefetch_vertices(const struct source *source, uint32_t primitive)
 {
@@ -313,74 +322,4 @@ enum source_state source_aabb(const struct source *source, uint32_t primitive,
     memcpy(record->lower, all, sizeof(record->lower));
     memcpy(record->upper, all + 3, sizeof(record->upper));
     return SOURCE_ACTIVE;
-}
-
-/* From an address in the data; where nobody translates, those are host pointers. */
-static const void *find_instance(const struct builder_memory *memory, uint64_t address,
-                                 uint64_t size)
-{
-    return memory->read ? memory->read(memory->context, address, size)
-                        : (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
-}
-
-enum source_state source_instance(const struct source *source, uint32_t primitive,
-                                  const struct builder_memory *memory,
-                                  struct instance_record *record)
-{
-    const void *from = source->data + source->stride * primitive;
-    if (source->is_pointer_array) {
-        uint64_t address;
-        memcpy(&address, from, sizeof(address));
-        from = find_instance(memory, address, sizeof(record->instance));
-        if (!from)
-            return SOURCE_OUT_OF_RANGE;
-    }
-    memcpy(&record->instance, from, sizeof(record->instance));
-    return record->instance.accelerationStructureReference == 0 ? SOURCE_INACTIVE : SOURCE_ACTIVE;
-}
-
-/* What all types of instances have after their transforms: 16 bytes. */
-#define AFTER_TRANSFORM (sizeof(VkAccelerationStructureInstanceKHR) - sizeof(VkTransformMatrixKHR))
-
-static uint64_t motion_size(uint32_t type)
-{
-    switch (type) {
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
-        return sizeof(VkAccelerationStructureInstanceKHR);
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
-        return sizeof(VkAccelerationStructureMatrixMotionInstanceNV);
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
-        return sizeof(VkAccelerationStructureSRTMotionInstanceNV);
-    default:
-        return 0;
-    }
-}
-
-/* An address's low 4 bits are the type of what lies there; in an array it comes before. */
-enum source_state source_motion_instance(const struct source *source, uint32_t primitive,
-                                         const struct builder_memory *memory,
-                                         struct motion_instance_record *record)
-{
-    const uint8_t *from = source->data + source->stride * primitive;
-    *record = (struct motion_instance_record){.type = 0};
-    if (source->is_pointer_array) {
-        uint64_t address;
-        memcpy(&address, from, sizeof(address));
-        record->type = address & 0xf;
-        from = find_instance(memory, address & ~(uint64_t)0xf, motion_size(record->type));
-    } else {
-        memcpy(&record->type, from, sizeof(record->type));
-        from += offsetof(VkAccelerationStructureMotionInstanceNV, data);
-    }
-    uint64_t size = motion_size(record->type);
-    if (!from || size == 0)
-        return SOURCE_OUT_OF_RANGE;
-    VkAccelerationStructureInstanceKHR *instance = &record->base.instance;
-    memcpy((uint8_t *)instance + sizeof(instance->transform), from + size - AFTER_TRANSFORM,
-           AFTER_TRANSFORM);
-    if (record->type == VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)
-        memcpy(&instance->transform, from, sizeof(instance->transform));
-    else
-        memcpy(&record->at, from, size - AFTER_TRANSFORM);
-    return instance->accelerationStructureReference == 0 ? SOURCE_INACTIVE : SOURCE_ACTIVE;
 }

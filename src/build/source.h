@@ -16,6 +16,14 @@ enum source_state {
     SOURCE_UNRESOLVED,   /* an instance of nothing that the resolver knows */
 };
 
+/* A triangle of dense geometry, decoded. */
+struct dense_triangle {
+    float a[3], b[3], c[3];
+    uint32_t geometry, primitive;
+    uint32_t is_opaque;
+    enum source_state found;
+};
+
 struct source {
     uint32_t first; /* of the structure's primitives, all geometries counted on */
     uint32_t count;
@@ -41,6 +49,8 @@ struct source {
         uint64_t radius_stride, index_stride;
         bool is_half, is_successive, has_caps;
     } spheres;
+    const struct dense_triangle *dense;
+    uint32_t max_primitive; /* of dense geometry */
     /* AABBs and instances */
     const uint8_t *data;
     bool is_pointer_array, has_motion;
@@ -53,6 +63,12 @@ bool source_open(struct source *source, bool has_motion, const struct builder_ge
 
 bool source_open_spheres(struct source *source, const struct builder_spheres *spheres,
                          bool is_swept, const VkAccelerationStructureBuildRangeInfoKHR *range);
+
+bool source_open_instances(struct source *source, const struct builder_instances *instances,
+                           const VkAccelerationStructureBuildRangeInfoKHR *range);
+/* False where the range's elements don't lie in the data. */
+bool source_open_array(struct source *source, const void *data, uint64_t size, uint64_t element,
+                       uint64_t stride, const VkAccelerationStructureBuildRangeInfoKHR *range);
 
 /* How many elements of `size` bytes at `stride` lie in `room` bytes. */
 uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride);
@@ -75,6 +91,8 @@ static inline void source_prefetch_indices(const struct source *source, uint32_t
         __builtin_prefetch(source->indices + (uint64_t)primitive * 3 * source->index_size);
 }
 void source_prefetch_vertices(const struct source *source, uint32_t primitive);
+enum source_state source_dense(const struct source *source, uint32_t primitive,
+                               struct dense_record *record);
 bool sphere_formats_are_known(const struct builder_spheres *spheres);
 enum source_state source_sphere(const struct source *source, uint32_t primitive,
                                 struct sphere_record *record);

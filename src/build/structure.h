@@ -63,6 +63,13 @@ struct instance_record {
     uint32_t spare;
 };
 
+/* Triangles of dense geometry: what their blocks say of themselves beside where they come from. */
+struct dense_record {
+    struct triangle_record triangle;
+    uint32_t geometry, primitive; /* of hits */
+    uint32_t is_opaque, spare;
+};
+
 struct sphere_record {
     float center[3];
     uint32_t geometry;
@@ -111,8 +118,9 @@ enum structure_kind {
     STRUCTURE_MOTION_INSTANCES,
     STRUCTURE_SPHERES,
     STRUCTURE_SWEPT_SPHERES,
+    STRUCTURE_DENSE,
 };
-#define STRUCTURE_KINDS 7u
+#define STRUCTURE_KINDS 8u
 
 struct structure_header {
     uint32_t magic, version;
@@ -204,6 +212,8 @@ static inline uint64_t structure_record_size(enum structure_kind kind)
         return sizeof(struct sphere_record);
     case STRUCTURE_SWEPT_SPHERES:
         return sizeof(struct swept_record);
+    case STRUCTURE_DENSE:
+        return sizeof(struct dense_record);
     }
     return 0;
 }

@@ -2,168 +2,63 @@
 /* Walks trees without recursion: a stack of fixed size for a BLAS, another for the TLAS above it,
  * both as deep as trees may be (structure.h).
  * "Ray Intersection Candidate Determination" and "Ray Intersection Culling" say what counts. */
+#include "build/candidate.h"
 #include "build/motion.h"
-#include "build/ray.h"
 
 struct waiting_child {
     uint32_t child;
     float enter;
 };
 
-struct walk {
-    const struct trace_scene *scene;
-    const struct trace_ray *ray;
-    const struct trace_visitor *visitor;
-    struct trace_counters counters;
-    double t_max; /* in the caller's distances; what has been accepted shortens it */
-    bool is_stopped;
-};
-
-/* The instance that a BLAS is seen through; NULL: none. */
-struct view {
-    const struct structure_header *blas;
-    const struct instance_record *instance;
-    struct local_ray ray;
-};
-
-static bool is_opaque(uint32_t ray_flags, const struct instance_record *instance, bool opaque)
-{
-    uint32_t flags = instance ? instance->instance.flags : 0;
-    if (flags & VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
-        opaque = true;
-    else if (flags & VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR)
-        opaque = false;
-    if (ray_flags & TRACE_OPAQUE)
-        opaque = true;
-    else if (ray_flags & TRACE_NO_OPAQUE)
-        opaque = false;
-    return opaque;
-}
-
-static bool is_culled(uint32_t ray_flags, const struct instance_record *instance,
-                      const struct trace_hit *hit)
-{
-    if (ray_flags & (hit->opaque ? TRACE_CULL_OPAQUE : TRACE_CULL_NO_OPAQUE))
-        return true;
-    bool has_faces = !hit->is_aabb && !hit->is_sphere && !hit->is_swept;
-    if (!has_faces || (instance && instance->instance.flags &
-                                       VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR))
-        return false;
-    return ray_flags & (hit->front_face ? TRACE_CULL_FRONT_FACING : TRACE_CULL_BACK_FACING);
-}
-
-/* Facing is that of object space: an instance's transform leaves it alone, its flag turns it. */
-static void name_instance(const struct instance_record *instance, struct trace_hit *hit)
-{
-    if (!instance)
-        return;
-    hit->instance = instance->primitive;
-    hit->custom_index = instance->instance.instanceCustomIndex;
-    hit->sbt_offset = instance->instance.instanceShaderBindingTableRecordOffset;
-    if (instance->instance.flags & VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR)
-        hit->front_face = !hit->front_face;
-}
-
-/* MICROMAP_NONE where none says anything. */
-static enum micromap_state look_up(struct walk *walk, const struct view *view,
-                                   const struct triangle_record *triangle,
-                                   const struct local_hit *local)
-{
-    const struct builder_resolver *micromaps = &walk->scene->micromaps;
-    uint32_t flags = view->instance ? view->instance->instance.flags : 0;
-    if (flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
-        return MICROMAP_NONE;
-    if (triangle->opacity >= OPACITY_SPECIAL)
-        return (enum micromap_state) ~triangle->opacity;
-    if (!micromaps->find || view->blas->micromap_count == 0)
-        return MICROMAP_NONE;
-    const void *micromap =
-        micromaps->find(micromaps->context, structure_micromaps(view->blas)[triangle->geometry]);
-    if (!micromap)
-        return MICROMAP_NONE;
-    walk->counters.micromaps++;
-    return micromap_opacity(micromap, triangle->opacity - 1, local->u, local->v);
-}
-
-/* "Ray Opacity Micromap": what the instance and the ray may then override; false: ignored. */
-static bool begin_opacity(struct walk *walk, const struct view *view,
-                          const struct triangle_record *triangle, const struct local_hit *local,
-                          bool *opaque)
-{
-    enum micromap_state state = look_up(walk, view, triangle, local);
-    bool has_two_states =
-        walk->ray->flags & TRACE_FORCE_2_STATE ||
-        (view->instance && view->instance->instance.flags &
-                               VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR);
-    switch (state) {
-    case MICROMAP_TRANSPARENT:
-        return false;
-    case MICROMAP_OPAQUE:
-        *opaque = true;
-        return true;
-    case MICROMAP_UNKNOWN_TRANSPARENT:
-        *opaque = false;
-        return !has_two_states;
-    case MICROMAP_UNKNOWN_OPAQUE:
-        *opaque = has_two_states;
-        return true;
-    case MICROMAP_NONE:
-        return true;
-    }
-    return true;
-}
-
-/* `opaque` in the hit is what its geometry or micromap says. */
-static void offer(struct walk *walk, struct view *view, struct trace_hit *hit, double t)
-{
-    uint32_t flags = walk->ray->flags;
-    name_instance(view->instance, hit);
-    hit->opaque = is_opaque(flags, view->instance, hit->opaque);
-    if (is_culled(flags, view->instance, hit))
-        return;
-    float before = hit->t = (float)t;
-    enum trace_answer answer = walk->visitor->visit(walk->visitor->context, hit);
-    if (answer == TRACE_ACCEPT) {
-        walk->t_max = hit->t == before ? t : hit->t;
-        ray_limit(&view->ray, walk->t_max);
-    }
-    if (answer == TRACE_STOP || (answer == TRACE_ACCEPT && flags & TRACE_TERMINATE_ON_FIRST_HIT))
-        walk->is_stopped = true;
-}
-
 static bool geometry_is_opaque(const struct view *view, uint32_t geometry)
 {
     return structure_geometries(view->blas)[geometry].flags & VK_GEOMETRY_OPAQUE_BIT_KHR;
 }
 
+static bool meets_triangle(struct walk *walk, const struct view *view,
+                           const struct triangle_record *triangle, struct local_hit *local)
+{
+    double t_max = walk->t_max * view->ray.unit;
+    switch (walk->scene->accuracy) {
+    case TRACE_FAST:
+        return triangle_fast(&view->ray, triangle, t_max, local);
+    case TRACE_ROBUST:
+        return triangle_robust(&view->ray, triangle, t_max, local);
+    case TRACE_EXACT:
+        return triangle_exact(&view->ray, triangle, t_max, local, &walk->counters.exact_calls);
+    }
+    return false;
+}
+
+/* `hit` has the numbers, and what is opaque but for micromaps. */
+static void offer_triangle(struct walk *walk, struct view *view,
+                           const struct triangle_record *triangle, struct trace_hit *hit)
+{
+    struct local_hit local;
+    if (!meets_triangle(walk, view, triangle, &local))
+        return;
+    hit->u = local.u;
+    hit->v = local.v;
+    hit->front_face = local.front_face;
+    if (triangle->opacity == 0 || candidate_opacity(walk, view, triangle, &local, &hit->opaque))
+        candidate_offer(walk, view, hit, local.t / view->ray.unit);
+}
+
 static void test_triangle(struct walk *walk, struct view *view,
                           const struct triangle_record *triangle)
 {
-    struct local_hit local;
-    double t_max = walk->t_max * view->ray.unit;
-    bool is_hit = false;
-    switch (walk->scene->accuracy) {
-    case TRACE_FAST:
-        is_hit = triangle_fast(&view->ray, triangle, t_max, &local);
-        break;
-    case TRACE_ROBUST:
-        is_hit = triangle_robust(&view->ray, triangle, t_max, &local);
-        break;
-    case TRACE_EXACT:
-        is_hit = triangle_exact(&view->ray, triangle, t_max, &local, &walk->counters.exact_calls);
-        break;
-    }
-    if (!is_hit)
-        return;
-    struct trace_hit hit = {.u = local.u,
-                            .v = local.v,
-                            .geometry = triangle->geometry,
+    struct trace_hit hit = {.geometry = triangle->geometry,
                             .primitive = triangle->primitive,
-                            .front_face = local.front_face,
                             .opaque = geometry_is_opaque(view, triangle->geometry)};
-    if (triangle->opacity != 0 && !begin_opacity(walk, view, triangle, &local, &hit.opaque))
-        return;
-    offer(walk, view, &hit, local.t / view->ray.unit);
+    offer_triangle(walk, view, triangle, &hit);
+}
+
+static void test_dense(struct walk *walk, struct view *view, const struct dense_record *record)
+{
+    struct trace_hit hit = {.geometry = record->geometry,
+                            .primitive = record->primitive,
+                            .opaque = record->is_opaque != 0};
+    offer_triangle(walk, view, &record->triangle, &hit);
 }
 
 static void test_aabb(struct walk *walk, struct view *view, const struct aabb_record *box)
@@ -177,7 +72,7 @@ static void test_aabb(struct walk *walk, struct view *view, const struct aabb_re
         .is_aabb = true,
         .opaque = geometry_is_opaque(view, box->geometry),
     };
-    offer(walk, view, &hit, t / view->ray.unit);
+    candidate_offer(walk, view, &hit, t / view->ray.unit);
 }
 
 static void test_sphere(struct walk *walk, struct view *view, const void *record)
@@ -200,7 +95,7 @@ static void test_sphere(struct walk *walk, struct view *view, const void *record
         .is_swept = is_swept,
         .opaque = geometry_is_opaque(view, sphere->geometry),
     };
-    offer(walk, view, &hit, local.t / view->ray.unit);
+    candidate_offer(walk, view, &hit, local.t / view->ray.unit);
 }
 
 static void test_motion_triangle(struct walk *walk, struct view *view,
@@ -222,6 +117,9 @@ static void test_record(struct walk *walk, struct view *view, const void *record
         return;
     case STRUCTURE_MOTION_TRIANGLES:
         test_motion_triangle(walk, view, record);
+        return;
+    case STRUCTURE_DENSE:
+        test_dense(walk, view, record);
         return;
     case STRUCTURE_SPHERES:
     case STRUCTURE_SWEPT_SPHERES:

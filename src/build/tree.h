@@ -88,7 +88,8 @@ struct build_state {
     struct workers workers;
     pthread_mutex_t lock; /* of what several threads add to */
     struct source *sources;
-    uint32_t *chunk_counts; /* refs of each PREPARE_CHUNK primitives */
+    struct dense_triangle *dense; /* NULL where there is no dense geometry */
+    uint32_t *chunk_counts;       /* refs of each PREPARE_CHUNK primitives */
     struct primitive_ref *refs;
     uint32_t primitive_count, ref_count;
     struct box bounds, centers;

@@ -222,6 +222,7 @@ static void refit(const struct builder_input *input, void *structure)
 #define HAS_OPACITY 0x400u
 #define HAS_SPHERES 0x800u /* in place of AABBs */
 #define HAS_SWEPT 0x1000u  /* those are swept */
+#define HAS_DENSE 0x8000u  /* in place of triangles */
 
 struct span {
     const uint8_t *bytes;
@@ -286,6 +287,8 @@ static void fuzz_geometry(struct reader *reader)
     if (geometry.type == VK_GEOMETRY_TYPE_AABBS_KHR && flags & HAS_SPHERES)
         geometry.type = flags & HAS_SWEPT ? VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV
                                           : VK_GEOMETRY_TYPE_SPHERES_NV;
+    bool is_sphere = geometry.type == VK_GEOMETRY_TYPE_SPHERES_NV ||
+                     geometry.type == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
     bool has_transform = take_number(reader, 2);
     uint32_t split = take_number(reader, 4096);
     if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
@@ -295,10 +298,16 @@ static void fuzz_geometry(struct reader *reader)
     take(reader, data, size);
     if (geometry.type != VK_GEOMETRY_TYPE_AABBS_KHR && split > size)
         split = (uint32_t)size;
-    if (geometry.type >= VK_GEOMETRY_TYPE_SPHERES_NV)
+    if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR && flags & HAS_DENSE) {
+        geometry.type = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+        geometry.dense = (struct builder_dense){data, size, 0x1fffffff, NULL};
+        for (size_t i = 0; i < size; i += 128) /* mostly what blocks begin with */
+            data[i] = i % 5 ? 6 : data[i];
+    } else if (is_sphere) {
         geometry.spheres = describe_spheres(data, size, split, flags);
-    else
+    } else {
         point_into(&geometry, data, size, split, has_transform);
+    }
     struct builder_opacity opacity = {
         .index_type = geometry.triangles.index_type,
         .base_triangle = flags >> 12,
