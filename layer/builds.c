@@ -73,6 +73,7 @@ static struct built describe(const struct build_call *call, const struct build_v
         .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
         .dense_readable = build->dense_readable,
         .micromaps = build->micromaps,
+        .contents = build->contents,
     };
     if (build->geometry_count != build->info->geometryCount)
         return (struct built){.state = BUILT_UNKNOWN, .position = description.position};

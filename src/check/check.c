@@ -107,8 +107,11 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     pairs_collect(context, sweep, build);
     if (walk->instances)
         pairs_collect_instances(sweep, build, walk->instances);
+    build->contents = walk->contents;
     if (context->see_build)
         context->see_build(context->user, build);
+    if (walk->contents)
+        content_forget_kept(walk);
 }
 
 /* Checks `count` builds, VIEWS_MAX at most, from `begin` on. */

@@ -222,6 +222,8 @@ static void check_contents(struct walk *walk, const struct range_view *range,
     }
     if (aabbs)
         read_boxes(&content, aabbs);
+    if (triangles || aabbs)
+        content_keep(&content);
     if (instances)
         content_read_instances(&content, instances);
 }

@@ -17,6 +17,7 @@ struct content {
     struct walk *walk;
     const struct range_view *range; /* with its build range */
     const struct cpu_memory *memory;
+    bool has_gaps; /* of an instance nothing is known */
     bool wants[RULE_COUNT];
 };
 
@@ -41,6 +42,12 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
                              const VkTransformMatrixKHR *matrix);
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance);
+
+/* Keeps what later updates are measured by: of triangles and boxes, and of one instance. */
+void content_keep(struct content *content);
+void content_keep_instance(struct content *content, uint32_t index, uint64_t reference);
+void content_lose_instance(struct content *content);
+void content_forget_kept(struct walk *walk); /* once the build was seen */
 
 /* All structures that instances of the build in hand refer to, each once. */
 struct instance_uses {

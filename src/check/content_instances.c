@@ -107,6 +107,7 @@ static void read_instance(struct content *content, uint32_t index, const void *b
     VkAccelerationStructureInstanceKHR instance;
     memcpy(&instance, bytes, sizeof(instance));
     content_check_instance(content, index, false, &instance);
+    content_keep_instance(content, index, instance.accelerationStructureReference);
 }
 
 /* ---- all of a geometry */
@@ -124,6 +125,8 @@ static void read_pointed_instances(struct content *content, VkDeviceOrHostAddres
             content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
         if (bytes)
             read_instance(content, i, bytes);
+        else
+            content_lose_instance(content);
     }
 }
 

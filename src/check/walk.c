@@ -12,6 +12,7 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->findings = 0;
     walk->micromaps = (struct micromap_uses){0};
     walk->instances = NULL;
+    walk->contents = NULL;
     memcpy(walk->wants, context->active, sizeof(walk->wants));
 }
 

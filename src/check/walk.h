@@ -15,6 +15,7 @@ struct walk {
     bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
     uint32_t findings;
     struct micromap_uses micromaps;  /* of the build in hand, see check_micromap_build */
+    struct build_contents *contents; /* likewise, to be kept; NULL: nothing */
     struct instance_uses *instances; /* likewise, see check_host_contents; NULL: none */
 };
 

@@ -30,8 +30,10 @@ struct built built_share(const struct built *built)
 
 void built_release(struct built *built)
 {
-    if (built->shapes && take_reference(&built->shapes->references))
+    if (built->shapes && take_reference(&built->shapes->references)) {
+        build_contents_release(built->shapes->contents);
         free(built->shapes);
+    }
     if (built->compacted_size && take_reference(&built->compacted_size->references))
         free(built->compacted_size);
     *built = (struct built){0};
@@ -203,6 +205,7 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
         return NULL;
     shapes->dst_size = description->dst_size;
     shapes->needed_size = description->needed_size;
+    shapes->contents = NULL;
     for (uint32_t i = 0; i < shapes->count; i++)
         shapes->items[i] = describe_geometry(build_geometry(description->info, i),
                                              description->ranges ? &description->ranges[i] : NULL);
@@ -214,6 +217,7 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
         free(shapes);
         return NULL;
     }
+    shapes->contents = build_contents_share(description->contents);
     return shapes;
 }
 

@@ -12,6 +12,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "state/contents.h"
 #include "state/facts.h"
 
 struct geometry_shape {
@@ -47,6 +48,7 @@ struct geometry_shapes {
     /* Of an update: the size of its dst, and what vkGetAccelerationStructureBuildSizesKHR says that
      * it needs, in bytes; 0 where that isn't known. */
     VkDeviceSize dst_size, needed_size;
+    struct build_contents *contents; /* NULL: none were kept */
     uint32_t count, dense_count;
     struct geometry_shape items[];
 };
@@ -126,6 +128,7 @@ struct build_description {
     VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
     bool dense_readable;                   /* the chains of dense geometries, with their data */
     const struct micromap_uses *micromaps; /* NULL: none */
+    struct build_contents *contents;       /* shared; NULL: none */
 };
 
 struct built built_describe(const struct build_description *description);

@@ -140,10 +140,11 @@ static void play_at_level_state(struct run *run)
 
 /* ---- every rule about what was built has fired, and stayed silent */
 
+/* What was built, not with what data: programs run at level execution. */
 static bool is_about_updates(enum rule rule)
 {
     const char *subject = rule_infos[rule].subject;
-    return subject != NULL &&
+    return subject != NULL && rule_infos[rule].level < LEVEL_CONTENT &&
            (strcmp(subject, "update") == 0 || strcmp(subject, "updated_geometry") == 0);
 }
 

@@ -21,7 +21,7 @@ static const struct case_list *const lists[] = {
     &cases_spheres,        &cases_micromap,        &cases_micromap_data, &cases_micromap_use,
     &cases_micromap_state, &cases_micromap_update, &cases_displacement,  &cases_nv,
     &cases_nv_info,        &cases_nv_geometry,     &cases_nv_update,     &cases_host,
-    &cases_instances,
+    &cases_instances,      &cases_content_update,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 

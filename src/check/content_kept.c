@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading what is kept of data for later updates, by the reference builder's own reader. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "build/source.h"
+#include "check/content.h"
+#include "check/geometry_data.h"
+
+/* All that can be read of `count` elements. */
+static uint64_t find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                          uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
+                          const void **bytes)
+{
+    const struct cpu_memory *memory = content->memory;
+    uint64_t extent;
+    if (!address.deviceAddress || !count || __builtin_mul_overflow(count - 1, stride, &extent) ||
+        __builtin_add_overflow(extent, size, &extent) ||
+        __builtin_add_overflow(extent, offset, &extent))
+        return 0;
+    return memory->find(memory->context, address.deviceAddress, extent, bytes);
+}
+
+/* Transforms change nothing about activity. */
+static bool describe_triangles(const struct content *content,
+                               const VkAccelerationStructureGeometryTrianglesDataKHR *from,
+                               struct builder_triangles *to)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const struct vertex_format *format = vertex_format_find(from->vertexFormat);
+    uint32_t size = index_type_size(from->indexType);
+    uint64_t corners = (uint64_t)range->primitiveCount * 3;
+    uint64_t vertices = size ? (uint64_t)from->maxVertex + 1 : corners;
+    if (!format || (!size && from->indexType != VK_INDEX_TYPE_NONE_KHR))
+        return false;
+    *to = (struct builder_triangles){.vertex_format = from->vertexFormat,
+                                     .index_type = from->indexType,
+                                     .max_vertex = from->maxVertex,
+                                     .vertex_stride = from->vertexStride};
+    if (size)
+        to->indices_size = find_some(content, from->indexData, range->primitiveOffset, corners,
+                                     size, size, &to->indices);
+    to->vertices_size =
+        find_some(content, from->vertexData, size ? 0 : range->primitiveOffset,
+                  range->firstVertex + vertices, from->vertexStride, format->size, &to->vertices);
+    return true;
+}
+
+static bool describe(const struct content *content, struct builder_geometry *described)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    *described = (struct builder_geometry){.type = geometry->geometryType};
+    if (triangles)
+        return describe_triangles(content, triangles, &described->triangles);
+    if (!aabbs)
+        return false;
+    described->aabbs.stride = aabbs->stride;
+    described->aabbs.size =
+        find_some(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
+                  aabbs->stride, sizeof(VkAabbPositionsKHR), &described->aabbs.data);
+    return true;
+}
+
+static enum source_state read_state(const struct source *source, uint32_t primitive,
+                                    VkGeometryTypeKHR type)
+{
+    struct triangle_record triangle;
+    struct aabb_record box;
+    return type == VK_GEOMETRY_TYPE_AABBS_KHR ? source_aabb(source, primitive, &box)
+                                              : source_triangle(source, primitive, &triangle);
+}
+
+static uint64_t *make_bits(uint32_t count)
+{
+    return calloc((size_t)count / 64 + 1, sizeof(uint64_t));
+}
+
+static void set_inactive(uint64_t *inactive, uint32_t primitive)
+{
+    inactive[primitive / 64] |= UINT64_C(1) << primitive % 64;
+}
+
+/* Nothing is known of a geometry with a primitive of which it isn't, nor of moving ones. */
+static uint64_t *find_inactive(const struct content *content)
+{
+    struct builder_geometry described;
+    struct source source = {0};
+    uint32_t count = content->range->range->primitiveCount;
+    if ((content->range->geometry->build->info->flags &
+         VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) ||
+        !describe(content, &described) ||
+        !source_open(&source, false, &described, content->range->range))
+        return NULL;
+    uint64_t *inactive = make_bits(count);
+    for (uint32_t i = 0; inactive && i < count; i++) {
+        enum source_state state = read_state(&source, i, described.type);
+        if (state == SOURCE_INACTIVE) {
+            set_inactive(inactive, i);
+        } else if (state != SOURCE_ACTIVE) {
+            free(inactive);
+            return NULL;
+        }
+    }
+    return inactive;
+}
+
+static void keep_indices(const struct content *content, struct geometry_contents *kept)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(content->range->geometry->geometry);
+    uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
+    uint64_t count = (uint64_t)kept->primitive_count * 3;
+    const uint8_t *indices =
+        size ? content_find(content, triangles->indexData, content->range->range->primitiveOffset,
+                            count, size, size)
+             : NULL;
+    if (!indices)
+        return;
+    kept->indices_size = count * size;
+    kept->indices = malloc(kept->indices_size);
+    if (kept->indices)
+        memcpy(kept->indices, indices, kept->indices_size);
+}
+
+static struct geometry_contents *kept_of(struct content *content)
+{
+    const struct build_view *build = content->range->geometry->build;
+    if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
+        build->info->mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+        return NULL;
+    if (!content->walk->contents)
+        content->walk->contents = build_contents_create(build->geometry_count);
+    return content->walk->contents
+               ? &content->walk->contents->items[content->range->geometry->index]
+               : NULL;
+}
+
+void content_keep(struct content *content)
+{
+    struct geometry_contents *kept = kept_of(content);
+    if (!kept)
+        return;
+    kept->primitive_count = content->range->range->primitiveCount;
+    kept->inactive = find_inactive(content);
+    keep_indices(content, kept);
+}
+
+void content_keep_instance(struct content *content, uint32_t index, uint64_t reference)
+{
+    struct geometry_contents *kept = kept_of(content);
+    if (!kept || content->has_gaps)
+        return;
+    if (!kept->inactive) {
+        kept->primitive_count = content->range->range->primitiveCount;
+        kept->inactive = make_bits(kept->primitive_count);
+    }
+    if (kept->inactive && !reference)
+        set_inactive(kept->inactive, index);
+}
+
+void content_lose_instance(struct content *content)
+{
+    struct geometry_contents *kept = kept_of(content);
+    content->has_gaps = true;
+    if (!kept)
+        return;
+    free(kept->inactive);
+    kept->inactive = NULL;
+}
+
+void content_forget_kept(struct walk *walk)
+{
+    build_contents_release(walk->contents);
+    walk->contents = NULL;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The life of kept data. */
+#include "state/contents.h"
+
+#include <stdlib.h>
+
+struct build_contents *build_contents_create(uint32_t count)
+{
+    struct build_contents *contents =
+        calloc(1, sizeof(*contents) + (size_t)count * sizeof(contents->items[0]));
+    if (!contents)
+        return NULL;
+    atomic_init(&contents->references, 1);
+    contents->count = count;
+    return contents;
+}
+
+struct build_contents *build_contents_share(struct build_contents *contents)
+{
+    if (contents)
+        atomic_fetch_add_explicit(&contents->references, 1, memory_order_relaxed);
+    return contents;
+}
+
+void build_contents_release(struct build_contents *contents)
+{
+    if (!contents || atomic_fetch_sub_explicit(&contents->references, 1, memory_order_acq_rel) != 1)
+        return;
+    for (uint32_t i = 0; i < contents->count; i++) {
+        free(contents->items[i].inactive);
+        free(contents->items[i].indices);
+    }
+    free(contents);
+}
