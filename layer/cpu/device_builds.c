@@ -50,14 +50,10 @@ static void gather_instances(struct cpu_recorder *recorder, struct cpu_recorded_
     const struct cpu_snapshot *addresses =
         cpu_snapshot_find(build->snapshots, build->snapshot_count,
                           parameters->geometries[0].geometry.instances.data.deviceAddress);
-    uint32_t count = addresses ? (uint32_t)(addresses->size / sizeof(uint64_t)) : 0;
-    struct cpu_gathering gathering = {.count = count};
-    if (!count ||
-        !cpu_recorder_gather(recorder, addresses, count, sizeof(VkAccelerationStructureInstanceKHR),
-                             &gathering.elements))
-        return;
-    gathering.addresses = *addresses;
-    build->gathering = gathering;
+    struct cpu_gathering gathering = {.is_typed = parameters->info.flags &
+                                                  VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV};
+    if (addresses && cpu_recorder_gather(recorder, addresses, &gathering))
+        build->gathering = gathering;
 }
 
 static void copy_inputs(struct cpu_recorder *recorder, struct cpu_recorded_build *build)

@@ -14,8 +14,12 @@ static const uint32_t code[] = {
 /* As the shader has them. */
 struct constants {
     uint64_t addresses, ranges, target;
-    uint32_t count, range_count, words;
+    uint32_t count, range_count, words, typed;
 };
+_Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
+                   sizeof(VkAccelerationStructureMatrixMotionInstanceNV) == 4 * 28 &&
+                   sizeof(VkAccelerationStructureSRTMotionInstanceNV) == 4 * 36,
+               "words of elements that have types");
 
 enum { GROUP = 64, GROUPS_MAX = 65535 };
 
@@ -163,28 +167,36 @@ static void dispatch(const struct cpu_recorder *recorder, const struct constants
 }
 
 bool cpu_recorder_gather(struct cpu_recorder *recorder, const struct cpu_snapshot *addresses,
-                         uint32_t count, uint32_t size, struct cpu_snapshot *gathered)
+                         struct cpu_gathering *gathering)
 {
+    const uint32_t count = (uint32_t)(addresses->size / sizeof(uint64_t));
+    const uint32_t size = gathering->is_typed ? sizeof(VkAccelerationStructureMotionInstanceDataNV)
+                                              : sizeof(VkAccelerationStructureInstanceKHR);
     struct cpu_snapshot ranges;
     uint32_t range_count;
+    if (!count)
+        return false;
     if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->cpu->gather) ||
         !list_ranges(recorder, &ranges, &range_count) ||
-        !cpu_recorder_reserve(recorder, (uint64_t)count * size, gathered)) {
+        !cpu_recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements)) {
         cpu_recorder_lose(recorder);
         return false;
     }
     const struct constants constants = {
         .addresses = address_of(recorder, addresses),
         .ranges = address_of(recorder, &ranges),
-        .target = address_of(recorder, gathered),
+        .target = address_of(recorder, &gathering->elements),
         .count = count,
         .range_count = range_count,
         .words = size / 4,
+        .typed = gathering->is_typed,
     };
     barrier(recorder, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
     dispatch(recorder, &constants);
     barrier(recorder, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
             VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+    gathering->addresses = *addresses;
+    gathering->count = count;
     return true;
 }

@@ -28,7 +28,8 @@ layout(push_constant) uniform Constants
 {
     uvec2 addresses, ranges, target;
     uint count, range_count;
-    uint words; // of an element
+    uint words; // of an element, the largest where they have types
+    uint typed; // whether the low 4 bits of an address are a VkAccelerationStructureMotionInstanceTypeNV
 };
 
 bool is_at_most(uvec2 a, uvec2 b)
@@ -44,7 +45,7 @@ uvec2 plus(uvec2 a, uint bytes)
 }
 
 // Whether all of an element lies in one range; they are in ascending order, and apart.
-bool is_readable(uvec2 address)
+bool is_readable(uvec2 address, uint words)
 {
     Ranges sorted = Ranges(ranges);
     uint low = 0, high = range_count;
@@ -59,13 +60,25 @@ bool is_readable(uvec2 address)
            is_at_most(plus(address, words * 4), sorted.at[low - 1].zw);
 }
 
+// Of static, matrix and SRT motion instances.
+uint words_of(uint type)
+{
+    return type == 0 ? 16 : type == 1 ? 28 : type == 2 ? 36 : 0;
+}
+
 void main()
 {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count)
         return;
     uvec2 address = Addresses(addresses).at[i];
-    bool readable = is_readable(address);
+    uint there = words;
+    if (typed != 0) {
+        there = words_of(address.x & 15);
+        address.x &= ~15;
+    }
+    if (!is_readable(address, there))
+        there = 0;
     for (uint word = 0; word < words; word++)
-        Target(target).at[i * words + word] = readable ? Source(address).at[word] : 0;
+        Target(target).at[i * words + word] = word < there ? Source(address).at[word] : 0;
 }

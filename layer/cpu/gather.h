@@ -12,10 +12,10 @@ struct cpu_gather;
 VkResult cpu_gather_create(const struct layer_device *device, struct cpu_gather **gather);
 void cpu_gather_destroy(struct cpu_gather *gather); /* NULL: nothing */
 
-/* Records the gathering of `count` elements of `size` bytes, a multiple of 4, from where the 64-bit
- * addresses in `addresses` point to, which is a snapshot that the recorder has copied. False
- * without memory, or where the driver makes no such pipeline. */
+/* Records the gathering of instances, from where the 64-bit addresses in `addresses` point to,
+ * which is a snapshot that the recorder has copied, and fills in the rest of `gathering`. False
+ * where there are none, without memory, or where the driver makes no such pipeline. */
 bool cpu_recorder_gather(struct cpu_recorder *recorder, const struct cpu_snapshot *addresses,
-                         uint32_t count, uint32_t size, struct cpu_snapshot *gathered);
+                         struct cpu_gathering *gathering);
 
 #endif

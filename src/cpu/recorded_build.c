@@ -103,25 +103,40 @@ static unsigned char *bytes_of(const struct cpu_snapshot_memory *memory,
     return memory->bases[snapshot->chunk] + snapshot->offset;
 }
 
-/* Of the same address there may be several, all alike. Null pointers have no element. */
+/* Those whose address has `type` in its `type_bits`. Of the same there may be several, all alike.
+ * Null pointers have no element. */
+static bool add_elements(struct cpu_snapshot_memory *memory, uint64_t type_bits, uint64_t type)
+{
+    const struct cpu_gathering *gathering = memory->gathering;
+    uint64_t element_size = gathering->elements.size / gathering->count;
+    for (uint32_t i = 0; i < gathering->count; i++) {
+        uint64_t address;
+        memcpy(&address, bytes_of(memory, &gathering->addresses) + 8ull * i, sizeof(address));
+        if ((address & type_bits) != type || address == type)
+            continue;
+        if (!handle_table_set(&memory->gathered, address - type,
+                              bytes_of(memory, &gathering->elements) + i * element_size))
+            return false;
+    }
+    return true;
+}
+
+/* An address may have several types: those of more bytes come later, and have those of fewer. */
 bool cpu_snapshot_memory_open(struct cpu_snapshot_memory *memory)
 {
     const struct cpu_gathering *gathering = memory->gathering;
     memory->gathered = (struct handle_table){0};
     if (!gathering || !gathering->count)
         return true;
-    uint64_t element_size = gathering->elements.size / gathering->count;
-    for (uint32_t i = 0; i < gathering->count; i++) {
-        uint64_t address;
-        memcpy(&address, bytes_of(memory, &gathering->addresses) + 8ull * i, sizeof(address));
-        if (address &&
-            !handle_table_set(&memory->gathered, address,
-                              bytes_of(memory, &gathering->elements) + i * element_size)) {
-            cpu_snapshot_memory_close(memory);
-            return false;
-        }
-    }
-    return true;
+    uint64_t type_bits = gathering->is_typed ? 0xf : 0;
+    uint64_t last =
+        gathering->is_typed ? VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV : 0;
+    bool is_whole = true;
+    for (uint64_t type = 0; type <= last && is_whole; type++)
+        is_whole = add_elements(memory, type_bits, type);
+    if (!is_whole)
+        cpu_snapshot_memory_close(memory);
+    return is_whole;
 }
 
 void cpu_snapshot_memory_close(struct cpu_snapshot_memory *memory)
@@ -133,7 +148,7 @@ void cpu_snapshot_memory_close(struct cpu_snapshot_memory *memory)
 static uint64_t find_gathered(const struct cpu_snapshot_memory *memory, uint64_t address,
                               uint64_t size, const void **bytes)
 {
-    static const VkAccelerationStructureInstanceKHR nothing;
+    static const VkAccelerationStructureMotionInstanceDataNV nothing;
     const struct cpu_gathering *gathering = memory->gathering;
     *bytes = NULL;
     if (!gathering || !gathering->count)

@@ -16,10 +16,12 @@ struct cpu_snapshot {
 };
 
 /* What an array of pointers points to: `count` elements, one behind the other, of the addresses in
- * a snapshot. */
+ * a snapshot. In builds with motion an address's low 4 bits are the element's type, and elements
+ * are as far apart as the largest type needs. */
 struct cpu_gathering {
     struct cpu_snapshot addresses, elements;
     uint32_t count;
+    bool is_typed;
 };
 
 /* Of addresses and offsets of its own: see cpu_recorded_build_normalize(). */

@@ -135,12 +135,61 @@ static void test_indirect(void **state)
     close_device_scene(&scene);
 }
 
+/* ---- pointers, whose low 4 bits are types */
+
+enum { POINTERS = MOVING_INSTANCES + 1, APART = 160 };
+
+/* In `instances`, so that each ends where the next one or the buffer's end comes, the last of them
+ * first. */
+static void point_to_instances(const struct device_scene *scene,
+                               const struct device_buffer *instances, uint64_t pointers[POINTERS])
+{
+    static const size_t sizes[] = {sizeof(VkAccelerationStructureInstanceKHR),
+                                   sizeof(VkAccelerationStructureMatrixMotionInstanceNV),
+                                   sizeof(VkAccelerationStructureSRTMotionInstanceNV)};
+    for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
+        VkAccelerationStructureMotionInstanceNV instance;
+        const size_t at = (size_t)(MOVING_INSTANCES - i) * APART - sizes[i];
+        memcpy(&instance, (char *)scene->host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
+               sizeof(instance));
+        memcpy((char *)instances->bytes + at, &instance.data, sizes[i]);
+        pointers[i] = (instances->address + at) | instance.type;
+    }
+    pointers[MOVING_INSTANCES] = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
+}
+
+static void test_array_of_pointers(void **state)
+{
+    (void)state;
+    struct device_scene scene;
+    open_device_scene(&scene);
+    struct device_buffer instances =
+        device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
+    struct device_buffer pointers = device_buffer_create(&device, POINTERS * sizeof(uint64_t));
+    point_to_instances(&scene, &instances, pointers.bytes);
+    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    scene.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
+    scene.host.instances.range.primitiveCount = POINTERS;
+    stage_destroy(&device.stage, &scene.host.tlas);
+    free(scene.host.instances.scratch);
+    scene.host.tlas = stage_create_for(&device.stage, &scene.host.instances);
+    build_scene(&scene);
+    memset(instances.bytes, 0, (size_t)MOVING_INSTANCES * APART); /* too late to matter */
+    expect_moving_tlas(&device.stage, scene.host.tlas.handle);
+    /* Content may tell of the null pointer. */
+    messages_clear(&device.stage.kit.messages);
+    device_buffer_destroy(&device, &instances);
+    device_buffer_destroy(&device, &pointers);
+    close_device_scene(&scene);
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_as_host_build),
         cmocka_unit_test(test_offsets),
         cmocka_unit_test(test_indirect),
+        cmocka_unit_test(test_array_of_pointers),
     };
     const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
     if (reason) {
