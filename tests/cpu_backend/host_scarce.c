@@ -8,7 +8,7 @@
 #include "../scarce/application_parts.h"
 #include "assay.h"
 
-enum { BLASES = SETS - 1, STRUCTURE_SIZE = 16384, HOST_MEMORY_TYPE = 1 };
+enum { BLASES = SETS - 1, MOVING = 2 /* of them */, STRUCTURE_SIZE = 16384, HOST_MEMORY_TYPE = 1 };
 
 /* Beside the structures, of which the last is the TLAS. */
 static struct {
@@ -17,6 +17,7 @@ static struct {
     VkPrivateDataSlot slot;
     float vertices[9];
     void *scratch;
+    VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
     VkAccelerationStructureGeometryKHR triangles[GEOMETRIES], instances;
     VkAccelerationStructureInstanceKHR instance[BLASES];
 } host;
@@ -38,8 +39,12 @@ static VkAccelerationStructureKHR create_structure(struct application *app, unsi
                                                    VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
+    const VkAccelerationStructureMotionInfoNV motion = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .pNext = n == MOVING ? &motion : NULL,
+        .createFlags = n == MOVING ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
         .buffer = app->inputs,
         .offset = n * STRUCTURE_SIZE,
         .size = STRUCTURE_SIZE,
@@ -144,12 +149,24 @@ static void check_sizes(struct application *app,
         complain(app, "accelerationStructureSize", (int)sizes.accelerationStructureSize);
 }
 
+/* In time, though not in space. */
+static void move(VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    host.motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+        .vertexData.hostAddress = host.vertices};
+    host.triangles[0].geometry.triangles.pNext = &host.motion;
+    info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+}
+
 static void build_blases(struct application *app)
 {
     for (unsigned i = 0; i < BLASES; i++) {
         VkAccelerationStructureBuildGeometryInfoKHR info =
             blas_info(app, i, i == 0 ? GEOMETRIES : 1);
-        if (i == 0)
+        if (i == MOVING)
+            move(&info);
+        if (i == 0 || i == MOVING)
             check_sizes(app, &info);
         GET(app, "vkBuildAccelerationStructuresKHR", build(app, VK_NULL_HANDLE, &info, 1));
     }

@@ -118,6 +118,7 @@ static void create_device(struct application *app)
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
                                              VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
@@ -125,9 +126,13 @@ static void create_device(struct application *app)
     VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
         .micromap = VK_TRUE};
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+        .pNext = offers_more ? &micromaps : NULL,
+        .rayTracingMotionBlur = VK_TRUE};
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
-        .pNext = offers_more ? &micromaps : NULL,
+        .pNext = &motion,
         .bufferDeviceAddress = VK_TRUE};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
@@ -143,7 +148,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = offers_more ? 6 : 3,
+                                     .enabledExtensionCount = offers_more ? 7 : 4,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;
