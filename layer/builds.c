@@ -299,8 +299,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;
     struct host_work work = host_work_begin(state);
-    if (state->level >= LEVEL_EXECUTION) /* backend cpu has one at all levels */
-        call.journal = work.journal;
+    call.journal = work.journal;
     run_checks(&call);
     if (host_work_prepare(&work, call.skip))
         return VK_ERROR_VALIDATION_FAILED_EXT;
