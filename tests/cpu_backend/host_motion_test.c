@@ -141,6 +141,14 @@ static struct cost cost_of_still_scene(void)
     return cost;
 }
 
+static void expect_same_sizes(const VkAccelerationStructureBuildSizesInfoKHR *a,
+                              const VkAccelerationStructureBuildSizesInfoKHR *b)
+{
+    assert_int_equal(a->accelerationStructureSize, b->accelerationStructureSize);
+    assert_int_equal(a->buildScratchSize, b->buildScratchSize);
+    assert_int_equal(a->updateScratchSize, b->updateScratchSize);
+}
+
 static void test_no_motion_costs_nothing(void **state)
 {
     (void)state;
@@ -165,7 +173,8 @@ static void test_no_motion_costs_nothing(void **state)
     stage_use_device(&stage, first, &vk);
 
     assert_memory_equal(&a.counters, &b.counters, sizeof(a.counters));
-    assert_memory_equal(a.sizes, b.sizes, sizeof(a.sizes));
+    for (int i = 0; i < 2; i++)
+        expect_same_sizes(&a.sizes[i], &b.sizes[i]);
     assert_int_equal(a.size, b.size);
     assert_memory_equal(a.bytes, b.bytes, a.size);
     free(a.bytes);
