@@ -107,6 +107,45 @@ static void test_smaller_counts_fit(void **state)
                      BUILDER_TOO_MANY_PRIMITIVES);
 }
 
+static uint64_t aligned(uint64_t size)
+{
+    return (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
+}
+
+/* What extensions add isn't there where none is used: a header, 8 bytes a geometry, 48 a triangle,
+ * 112 a node; and rays look nothing up. */
+static void test_plain(void **state)
+{
+    (void)state;
+    struct kit_mesh mesh = kit_terrain(30);
+    struct kit_input input;
+    kit_input_mesh(&input, &mesh);
+    void *structure = kit_build(&input.input, NULL);
+    uint64_t triangles = mesh.triangle_count, nodes = triangles * 28 / 100 + 1;
+    assert_int_equal(builder_size(structure),
+                     aligned(96) + aligned(8) + aligned(48 * triangles) + aligned(112 * nodes));
+    struct trace_counters counters = {0};
+    struct trace_scene scene = {
+        .structure = structure, .accuracy = TRACE_EXACT, .counters = &counters};
+    float lower[3], upper[3];
+    assert_true(builder_bounds(structure, lower, upper));
+    struct trace_ray ray = {.direction = {0, 0, -1}, .t_max = INFINITY, .time = 0.5f};
+    for (int i = 0; i < 3; i++)
+        ray.origin[i] = 0.4f * lower[i] + 0.6f * upper[i];
+    int thinnest = 0;
+    for (int i = 1; i < 3; i++)
+        if (upper[i] - lower[i] < upper[thinnest] - lower[thinnest])
+            thinnest = i;
+    ray.origin[thinnest] = upper[thinnest] + 1;
+    memset(ray.direction, 0, sizeof(ray.direction));
+    ray.direction[thinnest] = -1;
+    struct trace_hit hit;
+    assert_true(trace_closest(&scene, &ray, &hit));
+    assert_true(counters.nodes > 0 && counters.micromaps == 0 && counters.instances == 0);
+    free(structure);
+    kit_mesh_free(&mesh);
+}
+
 static void test_too_small(void **state)
 {
     (void)state;
@@ -137,7 +176,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counts),    cmocka_unit_test(test_uneven),
         cmocka_unit_test(test_instances), cmocka_unit_test(test_smaller_counts_fit),
-        cmocka_unit_test(test_too_small),
+        cmocka_unit_test(test_plain),     cmocka_unit_test(test_too_small),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -284,7 +284,6 @@ static void swept_seams(const struct setting *setting)
     uint64_t random = 107;
     for (int i = 0; i < 30; i++) {
         struct swept swept = random_swept(&random, i % 2);
-        void *structure = build_swept(setting, &swept, true);
         double axis[3], side[3] = {0}, length = 0, shrink = (double)swept.radii[0] - swept.radii[1];
         for (int j = 0; j < 3; j++) {
             axis[j] = (double)swept.ends[3 + j] - swept.ends[j];
@@ -293,6 +292,7 @@ static void swept_seams(const struct setting *setting)
         length = sqrt(length);
         if (length < 1)
             continue;
+        void *structure = build_swept(setting, &swept, true);
         int least = fabs(axis[0]) < fabs(axis[1]) ? 0 : 1; /* across the axis */
         side[(least + 1) % 3] = axis[(least + 2) % 3];
         side[(least + 2) % 3] = -axis[(least + 1) % 3];
