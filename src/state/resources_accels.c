@@ -53,8 +53,9 @@ static void add_accel(struct resources *resources, struct accel_record *accel,
     remove_accel(resources, handle);
     if (accel)
         accel->id = ++resources->last_id;
-    if (resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel) &&
-        buffer)
+    bool kept =
+        resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel);
+    if (accel && kept && buffer)
         put_into_buffer(accel, buffer);
 }
 
