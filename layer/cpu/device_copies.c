@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: copies of command buffers, between structures and from and to memory. */
 #include "cpu/commands.h"
-#include "cpu/recorder.h"
+#include "snapshots/recorder.h"
 
 static void record_copy(VkCommandBuffer commands, uint64_t dst, uint64_t src,
                         VkCopyAccelerationStructureModeKHR mode)
 {
-    struct cpu_recorder recorder;
-    if (!cpu_recorder_begin(&recorder, commands))
+    struct recorder recorder;
+    if (!recorder_begin(&recorder, commands))
         return;
-    const struct cpu_item item = {
-        .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? CPU_ITEM_COMPACT
-                                                                        : CPU_ITEM_CLONE,
+    const struct recorded_item item = {
+        .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? ITEM_COMPACT : ITEM_CLONE,
         .dst = dst,
         .src = src,
     };
-    cpu_recorder_add(&recorder, &item);
+    recorder_add(&recorder, &item);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureKHR(
@@ -34,11 +33,11 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureNV(
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureToMemoryInfoKHR *pInfo)
 {
-    struct cpu_recorder recorder;
-    struct cpu_item item = {.kind = CPU_ITEM_SERIALIZE, .src = (uint64_t)pInfo->src};
-    if (cpu_recorder_begin(&recorder, commandBuffer) &&
-        cpu_recorder_find(&recorder, pInfo->dst.deviceAddress, &item.target))
-        cpu_recorder_add(&recorder, &item);
+    struct recorder recorder;
+    struct recorded_item item = {.kind = ITEM_SERIALIZE, .src = (uint64_t)pInfo->src};
+    if (recorder_begin(&recorder, commandBuffer) &&
+        recorder_find(&recorder, pInfo->dst.deviceAddress, &item.target))
+        recorder_add(&recorder, &item);
 }
 
 /* What the serialized form of a structure of `size` bytes can take at most: the header, and a
@@ -52,14 +51,14 @@ static uint64_t serialized_max(uint64_t size)
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
-    struct cpu_recorder recorder;
+    struct recorder recorder;
     struct cpu_structure_info info;
-    struct cpu_item item = {.kind = CPU_ITEM_DESERIALIZE, .dst = (uint64_t)pInfo->dst};
-    if (!cpu_recorder_begin(&recorder, commandBuffer) ||
+    struct recorded_item item = {.kind = ITEM_DESERIALIZE, .dst = (uint64_t)pInfo->dst};
+    if (!recorder_begin(&recorder, commandBuffer) ||
         !cpu_structures_find(recorder.device->cpu->device->structures, item.dst, &info))
         return;
-    if (cpu_recorder_copy(&recorder, pInfo->src.deviceAddress, serialized_max(info.size),
-                          &item.serialized))
-        cpu_recorder_add(&recorder, &item);
-    cpu_recorder_end(&recorder);
+    if (recorder_copy(&recorder, pInfo->src.deviceAddress, serialized_max(info.size),
+                      &item.serialized))
+        recorder_add(&recorder, &item);
+    recorder_end(&recorder);
 }

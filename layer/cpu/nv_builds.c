@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "cpu/commands.h"
-#include "cpu/nv_info.h"
-#include "cpu/recorder.h"
+#include "snapshots/nv_info.h"
+#include "snapshots/recorder.h"
 
 enum {
     NOWHERE = 1,         /* in no buffer */
@@ -19,7 +19,7 @@ struct input_buffer {
 };
 
 struct inputs {
-    struct cpu_recorder *recorder;
+    struct recorder *recorder;
     struct input_buffer *buffers;
     uint32_t count, capacity;
     uint64_t next_address;
@@ -32,7 +32,7 @@ static bool reserve(struct inputs *inputs)
     uint32_t capacity = inputs->capacity ? inputs->capacity * 2 : 8;
     struct input_buffer *grown = realloc(inputs->buffers, capacity * sizeof(*grown));
     if (!grown) {
-        cpu_recorder_lose(inputs->recorder);
+        recorder_lose(inputs->recorder);
         return false;
     }
     inputs->buffers = grown;
@@ -69,7 +69,7 @@ static uint64_t address_of(void *context, VkBuffer handle, VkDeviceSize offset)
     return buffer && offset < buffer->size ? buffer->address + offset : NOWHERE;
 }
 
-static bool find(void *context, uint64_t address, struct cpu_target *target)
+static bool find(void *context, uint64_t address, struct buffer_target *target)
 {
     const struct inputs *inputs = context;
     for (uint32_t i = 0; i < inputs->count; i++) {
@@ -77,26 +77,25 @@ static bool find(void *context, uint64_t address, struct cpu_target *target)
         if (address < buffer->address || address - buffer->address >= buffer->size)
             continue;
         uint64_t offset = address - buffer->address;
-        *target = (struct cpu_target){buffer->handle, offset, buffer->size - offset};
+        *target = (struct buffer_target){buffer->handle, offset, buffer->size - offset};
         return true;
     }
     return false;
 }
 
 /* NULL where a parameter can't be read, or without memory: then nothing is built. */
-static struct cpu_recorded_build *translate(const struct cpu_recorder *recorder,
-                                            const VkAccelerationStructureInfoNV *info,
-                                            const struct cpu_nv_data *data)
+static struct recorded_build *translate(const struct recorder *recorder,
+                                        const VkAccelerationStructureInfoNV *info,
+                                        const struct nv_data *data)
 {
-    struct cpu_recorded_build *build = calloc(1, sizeof(*build));
+    struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)
-        result =
-            cpu_nv_info_copy(&recorder->command_buffer->readable, info, data, &build->parameters);
+        result = nv_info_copy(&recorder->command_buffer->readable, info, data, &build->parameters);
     if (result == VK_SUCCESS)
         return build;
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-        cpu_recorder_lose(recorder);
+        recorder_lose(recorder);
     free(build);
     return NULL;
 }
@@ -107,24 +106,24 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructureNV(
     VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
     VkDeviceSize scratchOffset)
 {
-    struct cpu_recorder recorder;
+    struct recorder recorder;
     struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
-    const struct cpu_addresses addresses = {find, &inputs};
-    const struct cpu_nv_data data = {address_of, &inputs, instanceData, instanceOffset};
+    const struct recorder_addresses addresses = {find, &inputs};
+    const struct nv_data data = {address_of, &inputs, instanceData, instanceOffset};
     (void)scratch;
     (void)scratchOffset;
-    if (!cpu_recorder_begin(&recorder, commandBuffer))
+    if (!recorder_begin(&recorder, commandBuffer))
         return;
     recorder.addresses = &addresses;
-    struct cpu_recorded_build *build = translate(&recorder, pInfo, &data);
+    struct recorded_build *build = translate(&recorder, pInfo, &data);
     if (build) {
         VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
         info->mode = update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
                             : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
         info->dstAccelerationStructure = (VkAccelerationStructureKHR)dst;
         info->srcAccelerationStructure = (VkAccelerationStructureKHR)src;
-        cpu_recorder_add_build(&recorder, build);
+        recorder_add_build(&recorder, build);
     }
-    cpu_recorder_end(&recorder);
+    recorder_end(&recorder);
     free(inputs.buffers);
 }

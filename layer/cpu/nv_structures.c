@@ -4,9 +4,9 @@
 #include <string.h>
 
 #include "cpu/commands.h"
-#include "cpu/memory.h"
-#include "cpu/nv_info.h"
 #include "cpu/overlay.h"
+#include "snapshots/memory.h"
+#include "snapshots/nv_info.h"
 
 enum { MEMORY_ALIGNMENT = 256 };
 
@@ -20,16 +20,16 @@ static VkResult describe(const VkAccelerationStructureCreateInfoNV *create_info,
                          struct cpu_structure_info *info)
 {
     struct readable_cache cache = {0};
-    struct cpu_build_info build;
+    struct build_parameters build;
     struct builder_sizes sizes;
     *info = (struct cpu_structure_info){.type = create_info->info.type,
                                         .size = create_info->compactedSize};
     if (create_info->compactedSize)
         return VK_SUCCESS;
-    VkResult result = cpu_nv_info_copy(&cache, &create_info->info, NULL, &build);
+    VkResult result = nv_info_copy(&cache, &create_info->info, NULL, &build);
     if (result == VK_SUCCESS)
-        result = cpu_build_info_sizes(&build, NULL, &sizes);
-    cpu_build_info_release(&build);
+        result = build_parameters_sizes(&build, NULL, &sizes);
+    build_parameters_release(&build);
     if (result == VK_SUCCESS && sizes.structure) {
         info->size = sizes.structure;
         info->build_scratch = sizes.build_scratch + CPU_SCRATCH_SLACK;
@@ -129,7 +129,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureHandleNV(
 {
     struct cpu_structure_info info;
     const uint64_t handle = (uint64_t)accelerationStructure;
-    if (dataSize < sizeof(handle) || !cpu_is_writable(pData, sizeof(handle)) ||
+    if (dataSize < sizeof(handle) || !memory_is_writable(pData, sizeof(handle)) ||
         !cpu_structures_find(structures_of(device), handle, &info))
         return VK_ERROR_VALIDATION_FAILED;
     memcpy(pData, &handle, sizeof(handle));

@@ -6,10 +6,10 @@
 #include <string.h>
 
 #include "cpu/commands.h"
-#include "cpu/gather.h"
 #include "cpu/offer.h"
-#include "cpu/staging.h"
 #include "cpu/submits.h"
+#include "snapshots/gather.h"
+#include "snapshots/staging.h"
 
 /* ---- instances */
 
@@ -106,8 +106,8 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     device->cpu = overlay;
     if (cpu_device_create(uuid, &overlay->device) != VK_SUCCESS ||
         cpu_playback_create(overlay->device, &overlay->playback) != VK_SUCCESS ||
-        cpu_staging_create(device, &overlay->staging) != VK_SUCCESS ||
-        cpu_gather_create(device, &overlay->gather) != VK_SUCCESS)
+        staging_create(device, &overlay->staging) != VK_SUCCESS ||
+        gather_create(device, &overlay->gather) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     overlay->set_loader_data = find_loader_data_setter(create_info);
     overlay->acceleration_structure = khr;
@@ -126,8 +126,8 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
     cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
     cpu_tickets_release(overlay, true);
-    cpu_staging_destroy(overlay->staging);
-    cpu_gather_destroy(overlay->gather);
+    staging_destroy(overlay->staging);
+    gather_destroy(overlay->gather);
     handle_table_release(&overlay->queue_families);
     pthread_mutex_destroy(&overlay->queue_lock);
     pthread_mutex_destroy(&overlay->tickets_lock);

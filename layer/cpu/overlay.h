@@ -25,8 +25,8 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
                            const VkDeviceCreateInfo *create_info,
                            const VkAllocationCallbacks *allocator, VkDevice *handle);
 
-struct cpu_gather;
-struct cpu_staging;
+struct gather;
+struct staging;
 struct fence_ticket;
 
 /* layer_device.cpu; NULL on backend driver, and for a device that enables nothing of the backend's.
@@ -34,8 +34,8 @@ struct fence_ticket;
 struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
-    struct cpu_staging *staging;
-    struct cpu_gather *gather;
+    struct staging *staging;
+    struct gather *gather;
     VkuDeviceDispatchTable next;
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     /* Submissions take their turns as they are made, for their order isn't known any more. */

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "cpu/commands.h"
-#include "cpu/recorder.h"
+#include "snapshots/recorder.h"
 
 static bool is_own(const struct cpu_overlay *overlay, VkQueryPool pool)
 {
@@ -89,13 +89,13 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
         overlay->next.CmdResetQueryPool(commandBuffer, queryPool, firstQuery, queryCount);
         return;
     }
-    const struct cpu_item item = {.kind = CPU_ITEM_RESET_QUERIES,
-                                  .pool = (uint64_t)queryPool,
-                                  .first = firstQuery,
-                                  .count = queryCount};
-    struct cpu_recorder recorder;
-    if (cpu_recorder_begin(&recorder, commandBuffer))
-        cpu_recorder_add(&recorder, &item);
+    const struct recorded_item item = {.kind = ITEM_RESET_QUERIES,
+                                       .pool = (uint64_t)queryPool,
+                                       .first = firstQuery,
+                                       .count = queryCount};
+    struct recorder recorder;
+    if (recorder_begin(&recorder, commandBuffer))
+        recorder_add(&recorder, &item);
 }
 
 /* `structures`: handles of either kind. The type of queries is the pool's own, or the application
@@ -103,24 +103,24 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
 static void record_writes(VkCommandBuffer commands, uint32_t count, const void *structures,
                           VkQueryPool pool, uint32_t first)
 {
-    struct cpu_recorder recorder;
-    struct cpu_item item = {
-        .kind = CPU_ITEM_WRITE_QUERIES,
+    struct recorder recorder;
+    struct recorded_item item = {
+        .kind = ITEM_WRITE_QUERIES,
         .pool = (uint64_t)pool,
         .first = first,
         .count = count,
     };
     const size_t size = count * sizeof(*item.structures);
-    if (!cpu_recorder_begin(&recorder, commands) || !is_own(recorder.device->cpu, pool) ||
+    if (!recorder_begin(&recorder, commands) || !is_own(recorder.device->cpu, pool) ||
         !readable(&recorder.command_buffer->readable, structures, size))
         return;
     item.structures = malloc(size);
     if (!item.structures) {
-        cpu_recorder_lose(&recorder);
+        recorder_lose(&recorder);
         return;
     }
     memcpy(item.structures, structures, size);
-    cpu_recorder_add(&recorder, &item);
+    recorder_add(&recorder, &item);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesKHR(
@@ -155,8 +155,8 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
                                               dstBuffer, dstOffset, stride, flags);
         return;
     }
-    const struct cpu_item item = {
-        .kind = CPU_ITEM_COPY_QUERIES,
+    const struct recorded_item item = {
+        .kind = ITEM_COPY_QUERIES,
         .pool = (uint64_t)queryPool,
         .first = firstQuery,
         .count = queryCount,
@@ -164,7 +164,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
         .flags = flags,
         .target = {dstBuffer, dstOffset, UINT64_MAX - dstOffset},
     };
-    struct cpu_recorder recorder;
-    if (cpu_recorder_begin(&recorder, commandBuffer))
-        cpu_recorder_add(&recorder, &item);
+    struct recorder recorder;
+    if (recorder_begin(&recorder, commandBuffer))
+        recorder_add(&recorder, &item);
 }

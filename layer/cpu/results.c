@@ -9,8 +9,8 @@
 
 #include "cpu/commands.h"
 #include "cpu/playback.h"
-#include "cpu/staging.h"
 #include "cpu/submits.h"
+#include "snapshots/staging.h"
 
 /* One copy on its way. */
 struct transfer {
@@ -20,14 +20,14 @@ struct transfer {
     VkCommandBuffer command_buffer;
     VkQueue queue;
     VkFence fence;
-    struct cpu_staging_chunk *chunk;
+    struct staging_chunk *chunk;
 };
 
 static void free_transfer(const struct transfer *transfer)
 {
     VkDevice device = transfer->device->handle;
     if (transfer->chunk)
-        cpu_staging_give_back(transfer->device->cpu->staging, transfer->chunk);
+        staging_give_back(transfer->device->cpu->staging, transfer->chunk);
     transfer->next->DestroyFence(device, transfer->fence, NULL);
     transfer->next->DestroyCommandPool(device, transfer->pool, NULL);
 }
@@ -45,7 +45,7 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
         .queueFamilyIndex = family,
     };
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    transfer->chunk = cpu_staging_take(overlay->staging, size);
+    transfer->chunk = staging_take(overlay->staging, size);
     if (!transfer->chunk ||
         transfer->next->CreateFence(device, &fence_info, NULL, &transfer->fence) != VK_SUCCESS ||
         transfer->next->CreateCommandPool(device, &pool_info, NULL, &transfer->pool) != VK_SUCCESS)
@@ -104,7 +104,7 @@ static VkResult submit(const struct transfer *transfer)
 }
 
 /* What can't be written is left out: the buffer keeps what it had. */
-static void write(void *user, struct cpu_ticket *ticket, VkBuffer buffer, const void *bytes,
+static void write(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
                   uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
 {
     struct layer_device *device = user;

@@ -5,14 +5,14 @@
 #include <stdlib.h>
 
 #include "cpu/commands.h"
-#include "cpu/recorder.h"
+#include "cpu/submit_infos.h"
 #include "cpu/submits.h"
-#include "submit_infos.h"
+#include "snapshots/recorder.h"
 
 /* ---- tickets */
 
 struct fence_ticket {
-    struct cpu_ticket ticket; /* first */
+    struct ticket ticket; /* first */
     const struct layer_device *device;
     VkFence fence;
     VkQueue queue;
@@ -20,7 +20,7 @@ struct fence_ticket {
     struct fence_ticket *next; /* of the overlay's unfinished ones */
 };
 
-static VkResult wait_for_fence(struct cpu_ticket *ticket, uint64_t nanoseconds)
+static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
 {
     const struct fence_ticket *own = (const struct fence_ticket *)ticket;
     return own->device->cpu->next.WaitForFences(own->device->handle, 1, &own->fence, VK_TRUE,
@@ -48,7 +48,7 @@ static void keep_unfinished(struct cpu_overlay *overlay, struct fence_ticket *ow
     pthread_mutex_unlock(&overlay->tickets_lock);
 }
 
-static void free_ticket(struct cpu_ticket *ticket)
+static void free_ticket(struct ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
     if (is_finished(own))
@@ -72,12 +72,12 @@ void cpu_tickets_release(struct cpu_overlay *overlay, bool all)
     }
 }
 
-VkQueue cpu_ticket_queue(const struct cpu_ticket *ticket)
+VkQueue cpu_ticket_queue(const struct ticket *ticket)
 {
     return ((const struct fence_ticket *)ticket)->queue;
 }
 
-static struct cpu_ticket *create_ticket(const struct layer_device *device, VkQueue queue)
+static struct ticket *create_ticket(const struct layer_device *device, VkQueue queue)
 {
     const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     cpu_tickets_release(device->cpu, false);
@@ -101,8 +101,8 @@ static struct cpu_ticket *create_ticket(const struct layer_device *device, VkQue
 struct submit {
     struct layer_device *device;
     VkQueue queue;
-    struct cpu_ticket *ticket;
-    struct cpu_execution **executions;
+    struct ticket *ticket;
+    struct execution **executions;
     uint32_t count, capacity;
     VkResult result; /* of what was done so far */
 };
@@ -112,8 +112,7 @@ static bool reserve(struct submit *submit)
     if (submit->count < submit->capacity)
         return true;
     uint32_t capacity = submit->capacity ? submit->capacity * 2 : 8;
-    struct cpu_execution **grown =
-        realloc(submit->executions, capacity * sizeof(struct cpu_execution *));
+    struct execution **grown = realloc(submit->executions, capacity * sizeof(struct execution *));
     if (!grown)
         return false;
     submit->executions = grown;
@@ -121,14 +120,14 @@ static bool reserve(struct submit *submit)
     return true;
 }
 
-static bool add_execution(struct submit *submit, struct cpu_recording *recording)
+static bool add_execution(struct submit *submit, struct recording *recording)
 {
     if (!submit->ticket)
         submit->ticket = create_ticket(submit->device, submit->queue);
     if (!submit->ticket || !reserve(submit))
         return false;
-    cpu_recording_detach(recording, submit->ticket);
-    struct cpu_execution *execution = cpu_execution_create(recording, submit->ticket);
+    recording_detach(recording, submit->ticket);
+    struct execution *execution = execution_create(recording, submit->ticket);
     if (execution)
         submit->executions[submit->count++] = execution;
     return execution;
@@ -136,7 +135,7 @@ static bool add_execution(struct submit *submit, struct cpu_recording *recording
 
 static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
 {
-    struct cpu_recording *recording = cpu_recording_of(submit->device, handle);
+    struct recording *recording = recording_of(submit->device, handle);
     if (recording && recording->first && submit->result == VK_SUCCESS &&
         !add_execution(submit, recording))
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -144,7 +143,7 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
 
 static void release(struct submit *submit)
 {
-    cpu_ticket_release(submit->ticket);
+    ticket_release(submit->ticket);
     free(submit->executions);
 }
 
@@ -152,7 +151,7 @@ static void release(struct submit *submit)
 static VkResult give_up(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
-        cpu_execution_release(submit->executions[i]);
+        execution_release(submit->executions[i]);
     release(submit);
     return result;
 }
@@ -302,13 +301,13 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdExecuteCommands(VkCommandBuffer commandBuffer,
 {
     const struct layer_device *device = layer_find_device(commandBuffer);
     for (uint32_t i = 0; i < commandBufferCount; i++) {
-        struct cpu_recording *recording = cpu_recording_of(device, pCommandBuffers[i]);
-        struct cpu_recorder recorder;
-        if (!recording || !recording->first || !cpu_recorder_begin(&recorder, commandBuffer))
+        struct recording *recording = recording_of(device, pCommandBuffers[i]);
+        struct recorder recorder;
+        if (!recording || !recording->first || !recorder_begin(&recorder, commandBuffer))
             continue;
-        const struct cpu_item item = {.kind = CPU_ITEM_EXECUTE,
-                                      .secondary = cpu_recording_share(recording)};
-        cpu_recorder_add(&recorder, &item);
+        const struct recorded_item item = {.kind = ITEM_EXECUTE,
+                                           .secondary = recording_share(recording)};
+        recorder_add(&recorder, &item);
     }
     device->cpu->next.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }

@@ -25,7 +25,7 @@ static inline void cpu_deliver(struct layer_device *device)
 void cpu_tickets_release(struct cpu_overlay *overlay, bool all);
 
 /* The queue of the submission that a ticket is for. */
-VkQueue cpu_ticket_queue(const struct cpu_ticket *ticket);
+VkQueue cpu_ticket_queue(const struct ticket *ticket);
 /* False where the queue isn't known. */
 bool cpu_queue_family(struct cpu_overlay *overlay, VkQueue queue, uint32_t *family);
 

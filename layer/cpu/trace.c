@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "cpu/commands.h"
-#include "cpu/memory.h"
 #include "cpu/overlay.h"
 #include "cpu/scene.h"
+#include "snapshots/memory.h"
 
 _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_ROBUST == TRACE_ROBUST &&
@@ -107,7 +107,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
     if (!readable(&cache, info, sizeof(*info)) || !is_ray_size(info->raySize) ||
         info->hitSize != sizeof(AssayHit) || (uint32_t)info->accuracy > ASSAY_ACCURACY_EXACT ||
         !readable(&cache, info->rays, info->rayCount * info->raySize) ||
-        !cpu_is_writable(info->hits, info->rayCount * sizeof(AssayHit)))
+        !memory_is_writable(info->hits, info->rayCount * sizeof(AssayHit)))
         return VK_ERROR_VALIDATION_FAILED;
     struct cpu_scene scene;
     VkResult result = cpu_scene_open(cpu_overlay_of(device)->device, info->accelerationStructure,

@@ -11,7 +11,7 @@
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
 {
-    const struct cpu_memory *memory = content->memory;
+    const struct input_memory *memory = content->memory;
     uint64_t begin, extent;
     const void *bytes;
     if (!address.deviceAddress || !count ||
@@ -208,7 +208,7 @@ static void read_boxes(struct content *content,
 /* ---- geometries */
 
 static void check_contents(struct walk *walk, const struct range_view *range,
-                           const struct cpu_memory *memory)
+                           const struct input_memory *memory)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
@@ -241,7 +241,7 @@ static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t si
 
 void check_host_contents(struct walk *walk, const struct range_view *range)
 {
-    const struct cpu_memory memory = {find_in_host_memory, walk->context->readable};
+    const struct input_memory memory = {find_in_host_memory, walk->context->readable};
     /* A driver can be asked for sizes whatever the data says. */
     uint32_t findings = walk->findings;
     if (range->range)

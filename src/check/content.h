@@ -5,7 +5,7 @@
 
 #include "check/content_view.h"
 #include "check/walk.h"
-#include "cpu/memory.h"
+#include "snapshots/memory.h"
 #include "state/handle_table.h"
 
 /* At level CONTENT: puts the data of a geometry of a host build to its rules. What can't be read,
@@ -16,7 +16,7 @@ void check_host_contents(struct walk *walk, const struct range_view *range);
 struct content {
     struct walk *walk;
     const struct range_view *range; /* with its build range */
-    const struct cpu_memory *memory;
+    const struct input_memory *memory;
     bool has_gaps; /* of an instance nothing is known */
     bool wants[RULE_COUNT];
 };

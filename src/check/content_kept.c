@@ -12,7 +12,7 @@ static uint64_t find_some(const struct content *content, VkDeviceOrHostAddressCo
                           uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
                           const void **bytes)
 {
-    const struct cpu_memory *memory = content->memory;
+    const struct input_memory *memory = content->memory;
     uint64_t extent;
     if (!address.deviceAddress || !count || __builtin_mul_overflow(count - 1, stride, &extent) ||
         __builtin_add_overflow(extent, size, &extent) ||

@@ -10,16 +10,16 @@
 
 struct build_call {
     struct cpu_device *device;
-    struct cpu_host_memory memory;
+    struct host_memory memory;
     struct builder_team team; /* those who join; open where the call is deferred */
     bool is_deferred;
     uint32_t count;
-    struct cpu_build_info builds[]; /* zeros where one is not copied yet */
+    struct build_parameters builds[]; /* zeros where one is not copied yet */
 };
 
 /* ---- one build */
 
-static VkResult make_tree(struct build_call *call, const struct cpu_build_info *build,
+static VkResult make_tree(struct build_call *call, const struct build_parameters *build,
                           uint64_t size_max, const void *source, struct cpu_tree *tree)
 {
     struct cpu_pins pins;
@@ -27,7 +27,7 @@ static VkResult make_tree(struct build_call *call, const struct cpu_build_info *
     const struct cpu_making making = {
         .device = call->device,
         .build = build,
-        .memory = cpu_host_memory_of(&call->memory),
+        .memory = host_memory_of(&call->memory),
         .resolver = cpu_pins_resolver(&pins),
         .source = source,
         .size_max = size_max,
@@ -41,7 +41,7 @@ static VkResult make_tree(struct build_call *call, const struct cpu_build_info *
     return result;
 }
 
-static VkResult build_into(struct build_call *call, const struct cpu_build_info *build,
+static VkResult build_into(struct build_call *call, const struct build_parameters *build,
                            uint64_t size_max, const void *source)
 {
     struct cpu_tree *tree = cpu_tree_create();
@@ -61,7 +61,7 @@ static VkResult build_into(struct build_call *call, const struct cpu_build_info 
 static VkResult run(void *context, uint32_t part)
 {
     struct build_call *call = context;
-    const struct cpu_build_info *build = &call->builds[part];
+    const struct build_parameters *build = &call->builds[part];
     struct cpu_structures *structures = call->device->structures;
     struct cpu_structure_info dst;
     if (!cpu_structures_find(structures, (uint64_t)build->info.dstAccelerationStructure, &dst))
@@ -94,8 +94,8 @@ static void release(void *context)
     if (call->is_deferred)
         builder_team_destroy(&call->team);
     for (uint32_t i = 0; i < call->count; i++)
-        cpu_build_info_release(&call->builds[i]);
-    cpu_host_memory_release(&call->memory);
+        build_parameters_release(&call->builds[i]);
+    host_memory_release(&call->memory);
     free(call);
 }
 
@@ -105,7 +105,7 @@ static VkResult copy_parameters(struct build_call *call,
 {
     struct readable_cache *cache = &call->memory.readable;
     for (uint32_t i = 0; i < call->count; i++) {
-        VkResult result = cpu_build_info_copy(cache, &infos[i], ranges[i], &call->builds[i]);
+        VkResult result = build_parameters_copy(cache, &infos[i], ranges[i], &call->builds[i]);
         if (result != VK_SUCCESS)
             return result;
         if (call->builds[i].geometries && !ranges[i])
@@ -168,7 +168,7 @@ VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t 
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     call->device = device;
     call->count = count;
-    cpu_host_memory_init(&call->memory);
+    host_memory_init(&call->memory);
     call->memory.readable = cache;
     VkResult result = copy_parameters(call, infos, ranges);
     if (result != VK_SUCCESS) {

@@ -87,7 +87,7 @@ VkResult cpu_host_copy(struct cpu_device *device, uint64_t operation,
 static VkResult write_tree(const struct copy_call *call, const void *source)
 {
     uint64_t size = builder_serialized_size(source);
-    if (!cpu_is_writable(call->to, size))
+    if (!memory_is_writable(call->to, size))
         return VK_ERROR_VALIDATION_FAILED;
     enum builder_result result = builder_serialize(source, &call->device->uuids, call->to, size);
     cpu_count(&call->device->counters.copies, 1);
@@ -113,7 +113,7 @@ VkResult cpu_host_serialize(struct cpu_device *device, uint64_t operation,
 
 /* ---- from memory */
 
-static VkResult read_tree(const struct copy_call *call, const struct cpu_memory *memory)
+static VkResult read_tree(const struct copy_call *call, const struct input_memory *memory)
 {
     struct cpu_structure_info dst;
     if (!cpu_structures_find(call->device->structures, call->dst, &dst))
@@ -129,11 +129,11 @@ static VkResult run_deserialize(void *context, uint32_t part)
 {
     const struct copy_call *call = context;
     (void)part;
-    struct cpu_host_memory host;
-    cpu_host_memory_init(&host);
-    struct cpu_memory memory = cpu_host_memory_of(&host);
+    struct host_memory host;
+    host_memory_init(&host);
+    struct input_memory memory = host_memory_of(&host);
     VkResult result = read_tree(call, &memory);
-    cpu_host_memory_release(&host);
+    host_memory_release(&host);
     return result;
 }
 
@@ -166,7 +166,7 @@ VkResult cpu_host_write_properties(struct cpu_device *device, uint32_t count,
     struct readable_cache cache = {0};
     VkResult result = VK_SUCCESS;
     if (!readable(&cache, structures, sizeof(*structures) * (size_t)count) ||
-        !cpu_is_writable(data, size))
+        !memory_is_writable(data, size))
         return VK_ERROR_VALIDATION_FAILED;
     for (uint32_t i = 0; i < count; i++) {
         uint64_t value = 0, at;

@@ -11,9 +11,9 @@
 struct late {
     struct cpu_device *device;
     uint64_t size_max;
-    struct cpu_execution *execution;        /* whose snapshots are read; NULL: none */
-    const struct cpu_recorded_build *build; /* of the execution's recording */
-    struct cpu_snapshot serialized;
+    struct execution *execution;        /* whose snapshots are read; NULL: none */
+    const struct recorded_build *build; /* of the execution's recording */
+    struct snapshot serialized;
     struct cpu_tree *source; /* of an update or a compaction */
     struct cpu_pins pins;    /* what instances refer to, as it was when the build executed */
     bool has_pins;
@@ -25,7 +25,7 @@ static void release(void *context)
     if (late->has_pins)
         cpu_pins_release(&late->pins);
     cpu_tree_release(late->source);
-    cpu_execution_release(late->execution);
+    execution_release(late->execution);
     free(late);
 }
 
@@ -49,7 +49,7 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
     if (tree) {
         *own = *late;
         if (own->execution)
-            cpu_execution_share(own->execution);
+            execution_share(own->execution);
         if (own->has_pins) {
             cpu_pins_init(&own->pins, own->device->structures);
             cpu_pins_hold(&own->pins);
@@ -71,10 +71,10 @@ static VkResult make_by_build(const struct late *late, const struct cpu_making *
     return result == VK_SUCCESS && !is_whole ? VK_ERROR_OUT_OF_HOST_MEMORY : result;
 }
 
-static VkResult make_from_memory(struct late *late, const struct cpu_memory *memory,
+static VkResult make_from_memory(struct late *late, const struct input_memory *memory,
                                  struct cpu_tree *tree)
 {
-    struct cpu_build_info parameters = late->build->parameters;
+    struct build_parameters parameters = late->build->parameters;
     const struct cpu_making making = {
         .device = late->device,
         .build = &parameters,
@@ -91,7 +91,7 @@ static VkResult make_from_memory(struct late *late, const struct cpu_memory *mem
     parameters.ranges = calloc(parameters.info.geometryCount + 1u, sizeof(*parameters.ranges));
     if (!parameters.ranges)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    cpu_recorded_build_read_ranges(late->build, memory, parameters.ranges);
+    recorded_build_read_ranges(late->build, memory, parameters.ranges);
     VkResult result = make_by_build(late, &making, tree);
     free(parameters.ranges);
     return result;
@@ -100,29 +100,29 @@ static VkResult make_from_memory(struct late *late, const struct cpu_memory *mem
 static VkResult make_build(void *context, struct cpu_tree *tree)
 {
     struct late *late = context;
-    struct cpu_execution *execution = late->execution;
+    struct execution *execution = late->execution;
     VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
     if (result != VK_SUCCESS)
         return result;
     pthread_rwlock_rdlock(&execution->lock);
-    struct cpu_snapshot_memory snapshots = {
+    struct snapshot_memory snapshots = {
         .snapshots = late->build->snapshots,
         .count = late->build->snapshot_count,
         .bases = execution->bases,
         .gathering = &late->build->gathering,
     };
     result = VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (!execution->is_lost && cpu_snapshot_memory_open(&snapshots)) {
-        struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
+    if (!execution->is_lost && snapshot_memory_open(&snapshots)) {
+        struct input_memory memory = snapshot_memory_of(&snapshots);
         result = make_from_memory(late, &memory, tree);
-        cpu_snapshot_memory_close(&snapshots);
+        snapshot_memory_close(&snapshots);
     }
     pthread_rwlock_unlock(&execution->lock);
     return result;
 }
 
-struct cpu_tree *cpu_late_build(struct cpu_device *device, struct cpu_execution *execution,
-                                const struct cpu_recorded_build *build, struct cpu_tree *source,
+struct cpu_tree *cpu_late_build(struct cpu_device *device, struct execution *execution,
+                                const struct recorded_build *build, struct cpu_tree *source,
                                 uint64_t size_max)
 {
     struct late late = {
@@ -157,14 +157,14 @@ struct cpu_tree *cpu_late_compaction(struct cpu_device *device, struct cpu_tree 
 static VkResult make_deserialization(void *context, struct cpu_tree *tree)
 {
     struct late *late = context;
-    struct cpu_execution *execution = late->execution;
+    struct execution *execution = late->execution;
     VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
     if (result != VK_SUCCESS)
         return result;
     pthread_rwlock_rdlock(&execution->lock);
-    struct cpu_snapshot_memory snapshots = {
+    struct snapshot_memory snapshots = {
         .snapshots = &late->serialized, .count = 1, .bases = execution->bases};
-    struct cpu_memory memory = cpu_snapshot_memory_of(&snapshots);
+    struct input_memory memory = snapshot_memory_of(&snapshots);
     result = execution->is_lost
                  ? VK_ERROR_OUT_OF_HOST_MEMORY
                  : cpu_make_by_deserializing(late->device, &memory, late->serialized.address,
@@ -173,9 +173,8 @@ static VkResult make_deserialization(void *context, struct cpu_tree *tree)
     return result;
 }
 
-struct cpu_tree *cpu_late_deserialization(struct cpu_device *device,
-                                          struct cpu_execution *execution,
-                                          const struct cpu_snapshot *serialized, uint64_t size_max)
+struct cpu_tree *cpu_late_deserialization(struct cpu_device *device, struct execution *execution,
+                                          const struct snapshot *serialized, uint64_t size_max)
 {
     struct late late = {
         .device = device, .execution = execution, .serialized = *serialized, .size_max = size_max};

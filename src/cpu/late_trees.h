@@ -5,22 +5,21 @@
 #define ASSAY_CPU_LATE_TREES_H
 
 #include "cpu/device.h"
-#include "cpu/recording.h"
+#include "snapshots/recording.h"
 
 /* All return one reference, or NULL without memory; `size_max` is the structure's size. */
 
 /* `source`: of an update, whose reference is taken; or NULL. The structures that a TLAS refers to
  * are those of now. */
-struct cpu_tree *cpu_late_build(struct cpu_device *device, struct cpu_execution *execution,
-                                const struct cpu_recorded_build *build, struct cpu_tree *source,
+struct cpu_tree *cpu_late_build(struct cpu_device *device, struct execution *execution,
+                                const struct recorded_build *build, struct cpu_tree *source,
                                 uint64_t size_max);
 
 /* Takes the source's reference. */
 struct cpu_tree *cpu_late_compaction(struct cpu_device *device, struct cpu_tree *source,
                                      uint64_t size_max);
 
-struct cpu_tree *cpu_late_deserialization(struct cpu_device *device,
-                                          struct cpu_execution *execution,
-                                          const struct cpu_snapshot *serialized, uint64_t size_max);
+struct cpu_tree *cpu_late_deserialization(struct cpu_device *device, struct execution *execution,
+                                          const struct snapshot *serialized, uint64_t size_max);
 
 #endif

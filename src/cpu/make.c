@@ -2,8 +2,8 @@
 /* Trees made by the reference builder. */
 #include "cpu/make.h"
 
-#include "cpu/input.h"
 #include "cpu/scratch.h"
+#include "snapshots/build_input.h"
 
 VkResult cpu_result(enum builder_result result)
 {
@@ -60,9 +60,9 @@ static void count_build(const struct cpu_making *making, const struct sizes *siz
 
 VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tree)
 {
-    struct cpu_input input;
+    struct build_input input;
     struct sizes sizes;
-    VkResult result = cpu_input_open(making->build, &making->memory, &input);
+    VkResult result = build_input_open(making->build, &making->memory, &input);
     input.input.resolver = making->resolver;
     input.input.team = making->team;
     if (result == VK_SUCCESS)
@@ -74,7 +74,7 @@ VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tre
     }
     if (result == VK_SUCCESS)
         count_build(making, &sizes);
-    cpu_input_close(&input);
+    build_input_close(&input);
     return result;
 }
 
@@ -106,7 +106,7 @@ VkResult cpu_make_by_copy(struct cpu_device *device, VkCopyAccelerationStructure
         compacts ? builder_compact(source, bytes, size) : builder_clone(source, bytes, size), size);
 }
 
-VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct cpu_memory *memory,
+VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input_memory *memory,
                                    uint64_t address, uint64_t size_max, struct cpu_tree *tree)
 {
     const void *bytes;

@@ -5,10 +5,10 @@
 #define ASSAY_CPU_MAKE_H
 
 #include "build/build.h"
-#include "cpu/build_info.h"
 #include "cpu/device.h"
-#include "cpu/memory.h"
 #include "cpu/tree.h"
+#include "snapshots/build_parameters.h"
+#include "snapshots/memory.h"
 
 /* Results are VK_SUCCESS, VK_ERROR_OUT_OF_HOST_MEMORY, or VK_ERROR_VALIDATION_FAILED where the
  * parameters or the data allow no tree: data that can't be read, unknown formats, another shape
@@ -17,8 +17,8 @@ VkResult cpu_result(enum builder_result result);
 
 struct cpu_making {
     struct cpu_device *device; /* counts, and keeps the claims of scratch */
-    const struct cpu_build_info *build;
-    struct cpu_memory memory;
+    const struct build_parameters *build;
+    struct input_memory memory;
     struct builder_resolver resolver;
     const void *source;        /* of an update */
     uint64_t size_max;         /* of the tree */
@@ -32,7 +32,7 @@ VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tre
 /* VkCopyAccelerationStructureModeKHR clone and compact. */
 VkResult cpu_make_by_copy(struct cpu_device *device, VkCopyAccelerationStructureModeKHR mode,
                           const void *source, uint64_t size_max, struct cpu_tree *tree);
-VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct cpu_memory *memory,
+VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input_memory *memory,
                                    uint64_t address, uint64_t size_max, struct cpu_tree *tree);
 
 /* What a query of the type reads from a tree; false for another type. */

@@ -11,9 +11,9 @@
 /* What goes to a buffer once the submission is complete. */
 struct result {
     struct result *next;
-    struct cpu_ticket *ticket;
+    struct ticket *ticket;
     struct moment moment;
-    struct cpu_target target;
+    struct buffer_target target;
     struct cpu_tree *tree; /* serialized; or */
     uint64_t pool;         /* a copy of the queries, to be read with: */
     uint32_t count;
@@ -27,7 +27,7 @@ struct cpu_playback {
     pthread_mutex_t turns;    /* held while items are carried out, so that turns don't mix */
     pthread_mutex_t delivery; /* held while results are written; neither is taken under it */
     pthread_mutex_t lock;     /* guards both lists; no other is taken under it */
-    struct cpu_execution *expected, **expected_last;
+    struct execution *expected, **expected_last;
     struct result *results, **results_last;
 };
 
@@ -50,7 +50,7 @@ static void free_result(struct cpu_playback *playback, struct result *result)
 {
     if (result->pool)
         cpu_query_pools_remove(playback->device->query_pools, result->pool);
-    cpu_ticket_release(result->ticket);
+    ticket_release(result->ticket);
     cpu_tree_release(result->tree);
     free(result);
 }
@@ -60,9 +60,9 @@ void cpu_playback_destroy(struct cpu_playback *playback)
     if (!playback)
         return;
     while (playback->expected) {
-        struct cpu_execution *execution = playback->expected;
+        struct execution *execution = playback->expected;
         playback->expected = execution->next;
-        cpu_execution_release(execution);
+        execution_release(execution);
     }
     while (playback->results) {
         struct result *result = playback->results;
@@ -89,28 +89,28 @@ static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structur
 
 /* The new tree of a structure of `size_max` bytes; takes the source's reference. NULL without
  * memory. */
-static struct cpu_tree *make_tree(struct cpu_playback *playback, struct cpu_execution *execution,
-                                  const struct cpu_item *item, struct cpu_tree *source,
+static struct cpu_tree *make_tree(struct cpu_playback *playback, struct execution *execution,
+                                  const struct recorded_item *item, struct cpu_tree *source,
                                   uint64_t size_max)
 {
     struct cpu_device *device = playback->device;
     switch (item->kind) {
-    case CPU_ITEM_BUILD:
-    case CPU_ITEM_UPDATE:
+    case ITEM_BUILD:
+    case ITEM_UPDATE:
         return cpu_late_build(device, execution, item->build, source, size_max);
-    case CPU_ITEM_COMPACT:
+    case ITEM_COMPACT:
         return cpu_late_compaction(device, source, size_max);
-    case CPU_ITEM_DESERIALIZE:
+    case ITEM_DESERIALIZE:
         return cpu_late_deserialization(device, execution, &item->serialized, size_max);
     default:
         return source; /* a clone shares it */
     }
 }
 
-static void change_structure(struct cpu_playback *playback, struct cpu_execution *execution,
-                             const struct cpu_item *item)
+static void change_structure(struct cpu_playback *playback, struct execution *execution,
+                             const struct recorded_item *item)
 {
-    bool has_source = item->kind != CPU_ITEM_BUILD && item->kind != CPU_ITEM_DESERIALIZE;
+    bool has_source = item->kind != ITEM_BUILD && item->kind != ITEM_DESERIALIZE;
     struct cpu_tree *source = has_source ? tree_of(playback, item->src) : NULL, *tree = NULL;
     struct cpu_structure_info info;
     if (!cpu_structures_find(playback->device->structures, item->dst, &info)) {
@@ -125,8 +125,8 @@ static void change_structure(struct cpu_playback *playback, struct cpu_execution
     set_tree(playback, item->dst, tree);
 }
 
-static void write_queries(struct cpu_playback *playback, struct cpu_execution *execution,
-                          const struct cpu_item *item)
+static void write_queries(struct cpu_playback *playback, struct execution *execution,
+                          const struct recorded_item *item)
 {
     for (uint32_t i = 0; i < item->count; i++)
         cpu_query_pools_write(playback->device->query_pools, item->pool, item->first + i,
@@ -134,8 +134,8 @@ static void write_queries(struct cpu_playback *playback, struct cpu_execution *e
 }
 
 /* Without memory the buffer keeps what it has. */
-static void add_result(struct cpu_playback *playback, struct cpu_execution *execution,
-                       const struct cpu_item *item, struct moment moment)
+static void add_result(struct cpu_playback *playback, struct execution *execution,
+                       const struct recorded_item *item, struct moment moment)
 {
     struct result *result = calloc(1, sizeof(*result));
     if (!result) {
@@ -143,13 +143,13 @@ static void add_result(struct cpu_playback *playback, struct cpu_execution *exec
         return;
     }
     VkResult copied = VK_SUCCESS;
-    result->ticket = cpu_ticket_share(execution->ticket);
+    result->ticket = ticket_share(execution->ticket);
     result->moment = moment;
     result->target = item->target;
     result->count = item->count;
     result->stride = item->stride;
     result->flags = item->flags;
-    if (item->kind == CPU_ITEM_SERIALIZE)
+    if (item->kind == ITEM_SERIALIZE)
         result->tree = tree_of(playback, item->src);
     else
         copied = cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first,
@@ -162,31 +162,30 @@ static void add_result(struct cpu_playback *playback, struct cpu_execution *exec
     pthread_mutex_unlock(&playback->lock);
 }
 
-static void play(struct cpu_playback *playback, struct cpu_execution *execution,
-                 struct moment moment)
+static void play(struct cpu_playback *playback, struct execution *execution, struct moment moment)
 {
     uint32_t child = 0;
-    for (const struct cpu_item *item = execution->recording->first; item; item = item->next) {
+    for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
         switch (item->kind) {
-        case CPU_ITEM_BUILD:
-        case CPU_ITEM_UPDATE:
-        case CPU_ITEM_CLONE:
-        case CPU_ITEM_COMPACT:
-        case CPU_ITEM_DESERIALIZE:
+        case ITEM_BUILD:
+        case ITEM_UPDATE:
+        case ITEM_CLONE:
+        case ITEM_COMPACT:
+        case ITEM_DESERIALIZE:
             change_structure(playback, execution, item);
             break;
-        case CPU_ITEM_WRITE_QUERIES:
+        case ITEM_WRITE_QUERIES:
             write_queries(playback, execution, item);
             break;
-        case CPU_ITEM_RESET_QUERIES:
+        case ITEM_RESET_QUERIES:
             cpu_query_pools_reset(playback->device->query_pools, item->pool, item->first,
                                   item->count);
             break;
-        case CPU_ITEM_SERIALIZE:
-        case CPU_ITEM_COPY_QUERIES:
+        case ITEM_SERIALIZE:
+        case ITEM_COPY_QUERIES:
             add_result(playback, execution, item, moment);
             break;
-        case CPU_ITEM_EXECUTE:
+        case ITEM_EXECUTE:
             play(playback, execution->children[child++], moment);
             break;
         }
@@ -200,7 +199,7 @@ uint32_t cpu_playback_take_lost(struct cpu_playback *playback)
     return atomic_exchange(&playback->lost, 0);
 }
 
-void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *execution)
+void cpu_playback_expect(struct cpu_playback *playback, struct execution *execution)
 {
     pthread_mutex_lock(&playback->lock);
     *playback->expected_last = execution;
@@ -209,14 +208,13 @@ void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *ex
 }
 
 /* The first execution of a recording, or of any, taken off the list; or NULL. */
-static struct cpu_execution *take(struct cpu_playback *playback,
-                                  const struct cpu_recording *recording)
+static struct execution *take(struct cpu_playback *playback, const struct recording *recording)
 {
     pthread_mutex_lock(&playback->lock);
-    struct cpu_execution **at = &playback->expected;
+    struct execution **at = &playback->expected;
     while (*at && recording && (*at)->recording != recording)
         at = &(*at)->next;
-    struct cpu_execution *execution = *at;
+    struct execution *execution = *at;
     if (execution) {
         *at = execution->next;
         execution->next = NULL;
@@ -227,20 +225,20 @@ static struct cpu_execution *take(struct cpu_playback *playback,
     return execution;
 }
 
-static bool play_next(struct cpu_playback *playback, const struct cpu_recording *recording,
+static bool play_next(struct cpu_playback *playback, const struct recording *recording,
                       struct moment moment)
 {
-    struct cpu_execution *execution = take(playback, recording);
+    struct execution *execution = take(playback, recording);
     if (!execution)
         return false;
     pthread_mutex_lock(&playback->turns);
     play(playback, execution, moment);
     pthread_mutex_unlock(&playback->turns);
-    cpu_execution_release(execution);
+    execution_release(execution);
     return true;
 }
 
-void cpu_playback_run(struct cpu_playback *playback, const struct cpu_recording *recording,
+void cpu_playback_run(struct cpu_playback *playback, const struct recording *recording,
                       struct moment moment)
 {
     play_next(playback, recording, moment);

@@ -9,7 +9,7 @@
 
 #include "cpu/device.h"
 #include "cpu/query_pools.h"
-#include "cpu/recording.h"
+#include "snapshots/recording.h"
 #include "state/execution_clock.h"
 
 struct cpu_playback;
@@ -18,13 +18,13 @@ VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **pl
 void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
 
 /* Takes the reference. */
-void cpu_playback_expect(struct cpu_playback *playback, struct cpu_execution *execution);
+void cpu_playback_expect(struct cpu_playback *playback, struct execution *execution);
 /* How many structures and results were lost for lack of memory since the last call. */
 uint32_t cpu_playback_take_lost(struct cpu_playback *playback);
 
 /* The turn of the first expected execution of a recording, in a batch that executes at `moment`; of
  * all, where the order is lost. */
-void cpu_playback_run(struct cpu_playback *playback, const struct cpu_recording *recording,
+void cpu_playback_run(struct cpu_playback *playback, const struct recording *recording,
                       struct moment moment);
 void cpu_playback_run_all(struct cpu_playback *playback);
 
@@ -33,7 +33,7 @@ void cpu_playback_run_all(struct cpu_playback *playback);
  * its ticket come a moment later. */
 struct cpu_delivery {
     const struct execution_clock *seen;
-    void (*write)(void *user, struct cpu_ticket *ticket, VkBuffer buffer, const void *bytes,
+    void (*write)(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
                   uint64_t size, const VkBufferCopy *regions, uint32_t region_count);
     void *user;
 };

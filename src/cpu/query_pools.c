@@ -11,8 +11,8 @@
 #include "state/handle_table.h"
 
 struct query {
-    struct cpu_ticket *ticket; /* NULL: reset, or never written */
-    struct cpu_tree *tree;     /* NULL: of a structure that wasn't built */
+    struct ticket *ticket; /* NULL: reset, or never written */
+    struct cpu_tree *tree; /* NULL: of a structure that wasn't built */
 };
 
 struct query_pool {
@@ -37,7 +37,7 @@ VkResult cpu_query_pools_create(struct cpu_query_pools **pools)
 
 static void release_query(const struct query *query)
 {
-    cpu_ticket_release(query->ticket);
+    ticket_release(query->ticket);
     cpu_tree_release(query->tree);
 }
 
@@ -144,9 +144,9 @@ void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint3
 }
 
 void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
-                           struct cpu_tree *tree, struct cpu_ticket *ticket)
+                           struct cpu_tree *tree, struct ticket *ticket)
 {
-    struct query next = {.ticket = cpu_ticket_share(ticket), .tree = tree};
+    struct query next = {.ticket = ticket_share(ticket), .tree = tree};
     struct query before = exchange(pools, handle, query, next);
     release_query(&before);
 }
@@ -164,7 +164,7 @@ static bool find(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
         *found = pool->queries[query];
         *type = pool->type;
         if (found->ticket)
-            cpu_ticket_share(found->ticket);
+            ticket_share(found->ticket);
         if (found->tree)
             cpu_tree_keep(found->tree);
     }

@@ -11,8 +11,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "cpu/ticket.h"
 #include "cpu/tree.h"
+#include "snapshots/ticket.h"
 
 struct cpu_query_pools;
 
@@ -32,7 +32,7 @@ void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint3
                            uint32_t count);
 /* Takes over the tree (NULL: not built); shares the ticket. */
 void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
-                           struct cpu_tree *tree, struct cpu_ticket *ticket);
+                           struct cpu_tree *tree, struct ticket *ticket);
 
 /* A pool of copies of `count` queries, as they are now. */
 VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "build/build.h"
-#include "cpu/memory.h"
+#include "snapshots/memory.h"
 
 _Static_assert(CPU_SCRATCH_SLACK == BUILDER_ALIGNMENT - 1, "room to align in");
 
@@ -61,7 +61,7 @@ VkResult cpu_scratch_take(struct cpu_scratch_claims *claims, void *given, uint64
     if (given && size <= UINT64_MAX - skipped) {
         scratch->bytes = (char *)given + skipped;
         if (claim(claims, scratch)) {
-            if (cpu_is_writable(scratch->bytes, size))
+            if (memory_is_writable(scratch->bytes, size))
                 return VK_SUCCESS;
             unclaim(claims, scratch);
         }

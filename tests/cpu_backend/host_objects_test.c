@@ -15,9 +15,9 @@
 #include <cmocka.h>
 
 #include "build/build.h"
-#include "cpu/memory.h"
 #include "cpu/scratch.h"
 #include "cpu/structures.h"
+#include "snapshots/memory.h"
 
 #define FIRST_HANDLE (1ull << 62)
 
@@ -207,9 +207,9 @@ static void test_probing(void **state)
     (void)state;
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *pages = map_pages(page);
-    struct cpu_host_memory host;
-    cpu_host_memory_init(&host);
-    struct cpu_memory memory = cpu_host_memory_of(&host);
+    struct host_memory host;
+    host_memory_init(&host);
+    struct input_memory memory = host_memory_of(&host);
     const void *bytes;
     uint64_t address = (uintptr_t)pages + 5;
     assert_int_equal(memory.find(memory.context, address, 100, &bytes), 100);
@@ -220,19 +220,19 @@ static void test_probing(void **state)
     assert_int_equal(memory.find(memory.context, 0, 16, &bytes), 0);
     assert_int_equal(memory.find(memory.context, 16, 16, &bytes), 0);
     assert_int_equal(memory.find(memory.context, UINT64_MAX - 3, 16, &bytes), 0);
-    cpu_host_memory_release(&host);
+    host_memory_release(&host);
 
-    assert_true(cpu_is_writable(pages + 1, page - 1));
+    assert_true(memory_is_writable(pages + 1, page - 1));
     assert_int_equal(pages[1], 'x');
-    assert_false(cpu_is_writable(pages + 1, page));
-    assert_false(cpu_is_writable(pages + page, 1));
-    assert_false(cpu_is_writable(NULL, 1));
-    assert_false(cpu_is_writable(pages, UINT64_MAX));
-    assert_true(cpu_is_writable(NULL, 0));
+    assert_false(memory_is_writable(pages + 1, page));
+    assert_false(memory_is_writable(pages + page, 1));
+    assert_false(memory_is_writable(NULL, 1));
+    assert_false(memory_is_writable(pages, UINT64_MAX));
+    assert_true(memory_is_writable(NULL, 0));
     munmap(pages, PAGES * page);
     size_t large = 1000 * page;
     char *heap = calloc(1, large);
-    assert_true(cpu_is_writable(heap, large));
+    assert_true(memory_is_writable(heap, large));
     free(heap);
 }
 

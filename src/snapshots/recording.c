@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Works and their executions: what they own, and for how long. */
-#include "cpu/recording.h"
+#include "snapshots/recording.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-struct cpu_recording *cpu_recording_create(void (*free_chunk)(void *user, struct cpu_chunk *chunk),
-                                           void *user)
+struct recording *recording_create(void (*free_chunk)(void *user, struct snapshot_chunk *chunk),
+                                   void *user)
 {
-    struct cpu_recording *recording = calloc(1, sizeof(*recording));
+    struct recording *recording = calloc(1, sizeof(*recording));
     if (!recording)
         return NULL;
     atomic_init(&recording->references, 1);
@@ -19,26 +19,26 @@ struct cpu_recording *cpu_recording_create(void (*free_chunk)(void *user, struct
     return recording;
 }
 
-struct cpu_recording *cpu_recording_share(struct cpu_recording *recording)
+struct recording *recording_share(struct recording *recording)
 {
     atomic_fetch_add_explicit(&recording->references, 1, memory_order_relaxed);
     return recording;
 }
 
-static void release_item(const struct cpu_item *item)
+static void release_item(const struct recorded_item *item)
 {
     free(item->structures);
-    cpu_recorded_build_free(item->build);
-    cpu_recording_release(item->secondary);
+    recorded_build_free(item->build);
+    recording_release(item->secondary);
 }
 
-void cpu_recording_release(struct cpu_recording *recording)
+void recording_release(struct recording *recording)
 {
     if (!recording ||
         atomic_fetch_sub_explicit(&recording->references, 1, memory_order_acq_rel) != 1)
         return;
     while (recording->first) {
-        struct cpu_item *item = recording->first;
+        struct recorded_item *item = recording->first;
         recording->first = item->next;
         release_item(item);
         free(item);
@@ -50,9 +50,9 @@ void cpu_recording_release(struct cpu_recording *recording)
     free(recording);
 }
 
-bool cpu_recording_add(struct cpu_recording *recording, const struct cpu_item *item)
+bool recording_add(struct recording *recording, const struct recorded_item *item)
 {
-    struct cpu_item *own = malloc(sizeof(*own));
+    struct recorded_item *own = malloc(sizeof(*own));
     if (!own) {
         release_item(item);
         return false;
@@ -61,18 +61,18 @@ bool cpu_recording_add(struct cpu_recording *recording, const struct cpu_item *i
     own->next = NULL;
     *recording->last = own;
     recording->last = &own->next;
-    recording->secondary_count += item->kind == CPU_ITEM_EXECUTE;
+    recording->secondary_count += item->kind == ITEM_EXECUTE;
     recording->has_targets |=
         item->target.buffer || (item->secondary && item->secondary->has_targets);
     return true;
 }
 
-bool cpu_recording_add_chunk(struct cpu_recording *recording, struct cpu_chunk *chunk)
+bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk)
 {
     if (recording->chunk_count == recording->chunk_capacity) {
         uint32_t capacity = recording->chunk_capacity ? recording->chunk_capacity * 2 : 4;
-        struct cpu_chunk **chunks =
-            realloc(recording->chunks, capacity * sizeof(struct cpu_chunk *));
+        struct snapshot_chunk **chunks =
+            realloc(recording->chunks, capacity * sizeof(struct snapshot_chunk *));
         if (!chunks) {
             recording->free_chunk(recording->user, chunk);
             return false;
@@ -86,13 +86,13 @@ bool cpu_recording_add_chunk(struct cpu_recording *recording, struct cpu_chunk *
 
 /* ---- executions */
 
-static struct cpu_execution *allocate_execution(struct cpu_recording *recording)
+static struct execution *allocate_execution(struct recording *recording)
 {
-    struct cpu_execution *execution = calloc(1, sizeof(*execution));
+    struct execution *execution = calloc(1, sizeof(*execution));
     if (!execution)
         return NULL;
     execution->bases = malloc((recording->chunk_count + 1) * sizeof(unsigned char *));
-    execution->children = calloc(recording->secondary_count + 1, sizeof(struct cpu_execution *));
+    execution->children = calloc(recording->secondary_count + 1, sizeof(struct execution *));
     if (execution->bases && execution->children)
         return execution;
     free(execution->bases);
@@ -101,12 +101,12 @@ static struct cpu_execution *allocate_execution(struct cpu_recording *recording)
     return NULL;
 }
 
-static bool add_children(struct cpu_execution *execution)
+static bool add_children(struct execution *execution)
 {
-    for (const struct cpu_item *item = execution->recording->first; item; item = item->next) {
-        if (item->kind != CPU_ITEM_EXECUTE)
+    for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
+        if (item->kind != ITEM_EXECUTE)
             continue;
-        struct cpu_execution *child = cpu_execution_create(item->secondary, execution->ticket);
+        struct execution *child = execution_create(item->secondary, execution->ticket);
         if (!child)
             return false;
         execution->children[execution->child_count++] = child;
@@ -114,16 +114,15 @@ static bool add_children(struct cpu_execution *execution)
     return true;
 }
 
-struct cpu_execution *cpu_execution_create(struct cpu_recording *recording,
-                                           struct cpu_ticket *ticket)
+struct execution *execution_create(struct recording *recording, struct ticket *ticket)
 {
-    struct cpu_execution *execution = allocate_execution(recording);
+    struct execution *execution = allocate_execution(recording);
     if (!execution)
         return NULL;
     atomic_init(&execution->references, 1);
     pthread_rwlock_init(&execution->lock, NULL);
-    execution->recording = cpu_recording_share(recording);
-    execution->ticket = cpu_ticket_share(ticket);
+    execution->recording = recording_share(recording);
+    execution->ticket = ticket_share(ticket);
     for (uint32_t i = 0; i < recording->chunk_count; i++)
         execution->bases[i] = recording->chunks[i]->bytes;
     pthread_mutex_lock(&recording->lock);
@@ -131,11 +130,11 @@ struct cpu_execution *cpu_execution_create(struct cpu_recording *recording,
     pthread_mutex_unlock(&recording->lock);
     if (add_children(execution))
         return execution;
-    cpu_execution_release(execution);
+    execution_release(execution);
     return NULL;
 }
 
-struct cpu_execution *cpu_execution_share(struct cpu_execution *execution)
+struct execution *execution_share(struct execution *execution)
 {
     atomic_fetch_add_explicit(&execution->references, 1, memory_order_relaxed);
     return execution;
@@ -148,9 +147,9 @@ static void free_copies(unsigned char **bases, uint32_t count)
 }
 
 /* So that nobody finds it by its recording any more once it has no references. */
-static bool drop_reference(struct cpu_execution *execution)
+static bool drop_reference(struct execution *execution)
 {
-    struct cpu_recording *recording = execution->recording;
+    struct recording *recording = execution->recording;
     pthread_mutex_lock(&recording->lock);
     bool is_last = atomic_fetch_sub_explicit(&execution->references, 1, memory_order_acq_rel) == 1;
     if (is_last && recording->latest == execution)
@@ -159,28 +158,28 @@ static bool drop_reference(struct cpu_execution *execution)
     return is_last;
 }
 
-void cpu_execution_release(struct cpu_execution *execution)
+void execution_release(struct execution *execution)
 {
     if (!execution || !drop_reference(execution))
         return;
     for (uint32_t i = 0; i < execution->child_count; i++)
-        cpu_execution_release(execution->children[i]);
+        execution_release(execution->children[i]);
     if (execution->detached)
         free_copies(execution->bases, execution->recording->chunk_count);
     free(execution->children);
     free(execution->bases);
     pthread_rwlock_destroy(&execution->lock);
-    cpu_ticket_release(execution->ticket);
-    cpu_recording_release(execution->recording);
+    ticket_release(execution->ticket);
+    recording_release(execution->recording);
     free(execution);
 }
 
 /* With the lock held. */
-static bool copy_chunks(struct cpu_execution *execution)
+static bool copy_chunks(struct execution *execution)
 {
-    struct cpu_recording *recording = execution->recording;
+    struct recording *recording = execution->recording;
     for (uint32_t i = 0; i < recording->chunk_count; i++) {
-        const struct cpu_chunk *chunk = recording->chunks[i];
+        const struct snapshot_chunk *chunk = recording->chunks[i];
         unsigned char *copy = malloc(chunk->used + 1);
         if (!copy) {
             free_copies(execution->bases, i);
@@ -193,7 +192,7 @@ static bool copy_chunks(struct cpu_execution *execution)
     return true;
 }
 
-static void detach(struct cpu_execution *execution)
+static void detach(struct execution *execution)
 {
     VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
     pthread_rwlock_wrlock(&execution->lock);
@@ -204,16 +203,15 @@ static void detach(struct cpu_execution *execution)
     pthread_rwlock_unlock(&execution->lock);
 }
 
-void cpu_recording_detach(struct cpu_recording *recording, const struct cpu_ticket *next)
+void recording_detach(struct recording *recording, const struct ticket *next)
 {
     pthread_mutex_lock(&recording->lock);
-    struct cpu_execution *latest =
-        recording->latest ? cpu_execution_share(recording->latest) : NULL;
+    struct execution *latest = recording->latest ? execution_share(recording->latest) : NULL;
     pthread_mutex_unlock(&recording->lock);
     if (latest && latest->ticket != next)
         detach(latest);
-    cpu_execution_release(latest);
-    for (const struct cpu_item *item = recording->first; item; item = item->next)
-        if (item->kind == CPU_ITEM_EXECUTE)
-            cpu_recording_detach(item->secondary, next);
+    execution_release(latest);
+    for (const struct recorded_item *item = recording->first; item; item = item->next)
+        if (item->kind == ITEM_EXECUTE)
+            recording_detach(item->secondary, next);
 }

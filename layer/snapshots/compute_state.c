@@ -1,22 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: those that set what a dispatch of its own disturbs. */
-#include "cpu/compute_state.h"
+#include "snapshots/compute_state.h"
 
 #include <string.h>
 
 #include "cpu/commands.h"
 
-static struct cpu_compute_state *state_of(VkCommandBuffer handle)
+static struct compute_state *state_of(VkCommandBuffer handle)
 {
-    struct cpu_recorder recorder;
-    return cpu_recorder_begin(&recorder, handle) ? &recorder.recording->compute : NULL;
+    struct recorder recorder;
+    return recorder_begin(&recorder, handle) ? &recorder.recording->compute : NULL;
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdBindPipeline(VkCommandBuffer commandBuffer,
                                                VkPipelineBindPoint pipelineBindPoint,
                                                VkPipeline pipeline)
 {
-    struct cpu_compute_state *state =
+    struct compute_state *state =
         pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE ? state_of(commandBuffer) : NULL;
     if (state) {
         state->pipeline = pipeline;
@@ -30,7 +30,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBindShadersEXT(VkCommandBuffer commandBuffer, 
                                                  const VkShaderEXT *pShaders)
 {
     for (uint32_t i = 0; i < stageCount; i++) {
-        struct cpu_compute_state *state =
+        struct compute_state *state =
             pStages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? state_of(commandBuffer) : NULL;
         if (!state)
             continue;
@@ -47,7 +47,7 @@ static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
                            VkShaderStageFlags stages, uint32_t offset, uint32_t size,
                            const void *values)
 {
-    struct cpu_compute_state *state = state_of(handle);
+    struct compute_state *state = state_of(handle);
     if (!state || offset % 4 || size % 4 || offset > sizeof(state->constants) ||
         size > sizeof(state->constants) - offset)
         return;
@@ -85,13 +85,12 @@ DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2KHR)
 /* ---- restoring */
 
 /* Words that were pushed for the same stages go together. */
-static void restore_constants(const struct cpu_recorder *recorder,
-                              const struct cpu_compute_state *state)
+static void restore_constants(const struct recorder *recorder, const struct compute_state *state)
 {
     uint32_t end;
-    for (uint32_t begin = 0; begin < CPU_CONSTANT_WORDS; begin = end) {
+    for (uint32_t begin = 0; begin < CONSTANT_WORDS; begin = end) {
         VkShaderStageFlags stages = state->stages[begin];
-        for (end = begin + 1; end < CPU_CONSTANT_WORDS && state->stages[end] == stages;)
+        for (end = begin + 1; end < CONSTANT_WORDS && state->stages[end] == stages;)
             end++;
         if (stages)
             recorder->device->cpu->next.CmdPushConstants(recorder->handle, state->layout, stages,
@@ -100,10 +99,10 @@ static void restore_constants(const struct cpu_recorder *recorder,
     }
 }
 
-void cpu_compute_state_restore(const struct cpu_recorder *recorder)
+void compute_state_restore(const struct recorder *recorder)
 {
     static const VkShaderStageFlagBits stage = VK_SHADER_STAGE_COMPUTE_BIT;
-    const struct cpu_compute_state *state = &recorder->recording->compute;
+    const struct compute_state *state = &recorder->recording->compute;
     const VkuDeviceDispatchTable *next = &recorder->device->cpu->next;
     if (state->pipeline)
         next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, state->pipeline);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The parameters of one build, copied, so that they can be used after the call. */
-#ifndef ASSAY_CPU_BUILD_INFO_H
-#define ASSAY_CPU_BUILD_INFO_H
+#ifndef ASSAY_SNAPSHOTS_BUILD_PARAMETERS_H
+#define ASSAY_SNAPSHOTS_BUILD_PARAMETERS_H
 
 #include <vulkan/vulkan_core.h>
 
@@ -10,7 +10,7 @@
 
 /* pNext of info and geometries is NULL, for what chains say is in members of its own; ppGeometries
  * is resolved to pGeometries. */
-struct cpu_build_info {
+struct build_parameters {
     VkAccelerationStructureBuildGeometryInfoKHR info;
     VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
     VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry; in the same block */
@@ -21,18 +21,18 @@ struct cpu_build_info {
 
 /* VK_ERROR_VALIDATION_FAILED where a parameter can't be read. `ranges` may be NULL: zeros, for the
  * caller to fill in. */
-VkResult cpu_build_info_copy(struct readable_cache *cache,
-                             const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                             const VkAccelerationStructureBuildRangeInfoKHR *ranges,
-                             struct cpu_build_info *copy);
-void cpu_build_info_release(struct cpu_build_info *copy);
+VkResult build_parameters_copy(struct readable_cache *cache,
+                               const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                               const VkAccelerationStructureBuildRangeInfoKHR *ranges,
+                               struct build_parameters *copy);
+void build_parameters_release(struct build_parameters *copy);
 
 /* Room for that many geometries and their ranges, in parameters that have none. */
-VkResult cpu_build_info_allocate(struct cpu_build_info *build, uint32_t count);
+VkResult build_parameters_allocate(struct build_parameters *build, uint32_t count);
 
 /* `counts`: NULL: those of the ranges. Zeros for geometries that the builder doesn't take. */
-VkResult cpu_build_info_sizes(const struct cpu_build_info *build, const uint32_t *counts,
-                              struct builder_sizes *sizes);
+VkResult build_parameters_sizes(const struct build_parameters *build, const uint32_t *counts,
+                                struct builder_sizes *sizes);
 
 /* vkGetAccelerationStructureBuildSizesKHR: zeros also where a parameter can't be read, or without
  * memory. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From VkAccelerationStructureInfoNV to a build's parameters. */
-#include "cpu/nv_info.h"
+#include "snapshots/nv_info.h"
 
-static VkDeviceOrHostAddressConstKHR address(const struct cpu_nv_data *data, VkBuffer buffer,
+static VkDeviceOrHostAddressConstKHR address(const struct nv_data *data, VkBuffer buffer,
                                              VkDeviceSize offset)
 {
     uint64_t found = data && buffer ? data->find(data->context, buffer, offset) : 0;
@@ -16,7 +16,7 @@ static uint32_t count_triangles(const VkGeometryTrianglesNV *from)
     return (is_indexed ? from->indexCount : from->vertexCount) / 3;
 }
 
-static void translate_triangles(const VkGeometryTrianglesNV *from, const struct cpu_nv_data *data,
+static void translate_triangles(const VkGeometryTrianglesNV *from, const struct nv_data *data,
                                 VkAccelerationStructureGeometryTrianglesDataKHR *to)
 {
     to->vertexFormat = from->vertexFormat;
@@ -29,7 +29,7 @@ static void translate_triangles(const VkGeometryTrianglesNV *from, const struct 
     to->transformData = address(data, from->transformData, from->transformOffset);
 }
 
-static void translate_geometry(const VkGeometryNV *from, const struct cpu_nv_data *data,
+static void translate_geometry(const VkGeometryNV *from, const struct nv_data *data,
                                VkAccelerationStructureGeometryKHR *to, uint32_t *count)
 {
     const VkGeometryAABBNV *aabbs = &from->geometry.aabbs;
@@ -52,12 +52,12 @@ static void translate_geometry(const VkGeometryNV *from, const struct cpu_nv_dat
 
 static VkResult copy_geometries(struct readable_cache *cache,
                                 const VkAccelerationStructureInfoNV *info,
-                                const struct cpu_nv_data *data, struct cpu_build_info *copy)
+                                const struct nv_data *data, struct build_parameters *copy)
 {
     const size_t count = info->geometryCount;
     if (!readable(cache, info->pGeometries, count * sizeof(*info->pGeometries)))
         return VK_ERROR_VALIDATION_FAILED;
-    VkResult result = cpu_build_info_allocate(copy, info->geometryCount);
+    VkResult result = build_parameters_allocate(copy, info->geometryCount);
     for (size_t i = 0; result == VK_SUCCESS && i < count; i++)
         translate_geometry(&info->pGeometries[i], data, &copy->geometries[i],
                            &copy->ranges[i].primitiveCount);
@@ -65,9 +65,9 @@ static VkResult copy_geometries(struct readable_cache *cache,
 }
 
 static VkResult copy_instances(const VkAccelerationStructureInfoNV *info,
-                               const struct cpu_nv_data *data, struct cpu_build_info *copy)
+                               const struct nv_data *data, struct build_parameters *copy)
 {
-    VkResult result = cpu_build_info_allocate(copy, 1);
+    VkResult result = build_parameters_allocate(copy, 1);
     if (result != VK_SUCCESS)
         return result;
     copy->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
@@ -78,10 +78,10 @@ static VkResult copy_instances(const VkAccelerationStructureInfoNV *info,
     return VK_SUCCESS;
 }
 
-VkResult cpu_nv_info_copy(struct readable_cache *cache, const VkAccelerationStructureInfoNV *info,
-                          const struct cpu_nv_data *data, struct cpu_build_info *copy)
+VkResult nv_info_copy(struct readable_cache *cache, const VkAccelerationStructureInfoNV *info,
+                      const struct nv_data *data, struct build_parameters *copy)
 {
-    *copy = (struct cpu_build_info){0};
+    *copy = (struct build_parameters){0};
     if (!readable(cache, info, sizeof(*info)))
         return VK_ERROR_VALIDATION_FAILED;
     copy->info.type = info->type;

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The host's memory, probed. */
 #define _GNU_SOURCE /* process_vm_readv */
-#include "cpu/memory.h"
+#include "snapshots/memory.h"
 
 #include <errno.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
-void cpu_host_memory_init(struct cpu_host_memory *host)
+void host_memory_init(struct host_memory *host)
 {
     pthread_mutex_init(&host->lock, NULL);
     host->readable = (struct readable_cache){0};
 }
 
-void cpu_host_memory_release(struct cpu_host_memory *host)
+void host_memory_release(struct host_memory *host)
 {
     pthread_mutex_destroy(&host->lock);
 }
@@ -24,7 +24,7 @@ void cpu_host_memory_release(struct cpu_host_memory *host)
 
 static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
-    struct cpu_host_memory *host = context;
+    struct host_memory *host = context;
     *bytes = (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
     if ((uintptr_t)address != address)
         return 0;
@@ -35,9 +35,9 @@ static uint64_t find(void *context, uint64_t address, uint64_t size, const void 
     return found;
 }
 
-struct cpu_memory cpu_host_memory_of(struct cpu_host_memory *host)
+struct input_memory host_memory_of(struct host_memory *host)
 {
-    return (struct cpu_memory){find, host};
+    return (struct input_memory){find, host};
 }
 
 /* The smallest page of the platforms. */
@@ -55,7 +55,7 @@ static bool probe(char *const bytes[], unsigned count)
     return copied == (ssize_t)count || (copied < 0 && errno != EFAULT);
 }
 
-bool cpu_is_writable(void *pointer, uint64_t size)
+bool memory_is_writable(void *pointer, uint64_t size)
 {
     uintptr_t begin = (uintptr_t)pointer;
     if (size == 0)

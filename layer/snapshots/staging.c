@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Staging memory: chunks of a buffer and an allocation each, mapped as long as they live. */
-#include "cpu/staging.h"
+#include "snapshots/staging.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -9,14 +9,14 @@
 #define CHUNK_SIZE ((uint64_t)256 << 10)
 #define KEPT_MAX ((uint64_t)64 << 20)
 
-struct cpu_staging {
+struct staging {
     struct layer_device *device;
     pthread_mutex_t lock; /* guards the rest; nothing is called under it */
-    struct cpu_staging_chunk *kept;
+    struct staging_chunk *kept;
     uint64_t kept_size;
 };
 
-VkResult cpu_staging_create(struct layer_device *device, struct cpu_staging **staging)
+VkResult staging_create(struct layer_device *device, struct staging **staging)
 {
     *staging = calloc(1, sizeof(**staging));
     if (!*staging)
@@ -26,7 +26,7 @@ VkResult cpu_staging_create(struct layer_device *device, struct cpu_staging **st
     return VK_SUCCESS;
 }
 
-static void free_chunk(const struct layer_device *device, struct cpu_staging_chunk *chunk)
+static void free_chunk(const struct layer_device *device, struct staging_chunk *chunk)
 {
     const VkuDeviceDispatchTable *next = &device->cpu->next;
     next->DestroyBuffer(device->handle, chunk->buffer, NULL);
@@ -34,12 +34,12 @@ static void free_chunk(const struct layer_device *device, struct cpu_staging_chu
     free(chunk);
 }
 
-void cpu_staging_destroy(struct cpu_staging *staging)
+void staging_destroy(struct staging *staging)
 {
     if (!staging)
         return;
     while (staging->kept) {
-        struct cpu_staging_chunk *chunk = staging->kept;
+        struct staging_chunk *chunk = staging->kept;
         staging->kept = chunk->next;
         free_chunk(staging->device, chunk);
     }
@@ -72,7 +72,7 @@ static VkDeviceAddress address_of(const struct layer_device *device, VkBuffer bu
     return get(device->handle, &info);
 }
 
-static VkResult allocate(const struct layer_device *device, struct cpu_staging_chunk *chunk)
+static VkResult allocate(const struct layer_device *device, struct staging_chunk *chunk)
 {
     const VkuDeviceDispatchTable *next = &device->cpu->next;
     VkMemoryRequirements requirements;
@@ -100,9 +100,9 @@ static VkResult allocate(const struct layer_device *device, struct cpu_staging_c
     return result;
 }
 
-static struct cpu_staging_chunk *create_chunk(const struct layer_device *device, uint64_t size)
+static struct staging_chunk *create_chunk(const struct layer_device *device, uint64_t size)
 {
-    struct cpu_staging_chunk *chunk = calloc(1, sizeof(*chunk));
+    struct staging_chunk *chunk = calloc(1, sizeof(*chunk));
     if (!chunk)
         return NULL;
     const VkBufferCreateInfo create_info = {
@@ -120,13 +120,13 @@ static struct cpu_staging_chunk *create_chunk(const struct layer_device *device,
     return NULL;
 }
 
-struct cpu_staging_chunk *cpu_staging_take(struct cpu_staging *staging, uint64_t size)
+struct staging_chunk *staging_take(struct staging *staging, uint64_t size)
 {
     pthread_mutex_lock(&staging->lock);
-    struct cpu_staging_chunk **at = &staging->kept;
+    struct staging_chunk **at = &staging->kept;
     while (*at && (*at)->chunk.size < size)
         at = &(*at)->next;
-    struct cpu_staging_chunk *chunk = *at;
+    struct staging_chunk *chunk = *at;
     if (chunk) {
         *at = chunk->next;
         staging->kept_size -= chunk->chunk.size;
@@ -138,7 +138,7 @@ struct cpu_staging_chunk *cpu_staging_take(struct cpu_staging *staging, uint64_t
     return chunk;
 }
 
-void cpu_staging_give_back(struct cpu_staging *staging, struct cpu_staging_chunk *chunk)
+void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
 {
     pthread_mutex_lock(&staging->lock);
     bool is_kept = chunk->chunk.size <= KEPT_MAX - staging->kept_size;

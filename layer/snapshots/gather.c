@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Gathering by a compute shader, and the state of the command buffer that it disturbs. */
-#include "cpu/gather.h"
+#include "snapshots/gather.h"
 
 #include <stdlib.h>
 
-#include "cpu/compute_state.h"
-#include "cpu/staging.h"
+#include "snapshots/compute_state.h"
+#include "snapshots/staging.h"
 
 static const uint32_t code[] = {
 #include "gather_comp.h"
@@ -23,14 +23,14 @@ _Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
 
 enum { GROUP = 64, GROUPS_MAX = 65535 };
 
-struct cpu_gather {
+struct gather {
     const struct layer_device *device;
     pthread_mutex_t lock; /* held while the rest is made */
     VkPipelineLayout layout;
     VkPipeline pipeline;
 };
 
-VkResult cpu_gather_create(const struct layer_device *device, struct cpu_gather **gather)
+VkResult gather_create(const struct layer_device *device, struct gather **gather)
 {
     *gather = calloc(1, sizeof(**gather));
     if (!*gather)
@@ -40,7 +40,7 @@ VkResult cpu_gather_create(const struct layer_device *device, struct cpu_gather 
     return VK_SUCCESS;
 }
 
-void cpu_gather_destroy(struct cpu_gather *gather)
+void gather_destroy(struct gather *gather)
 {
     if (!gather)
         return;
@@ -91,7 +91,7 @@ static VkResult create_pipeline(const struct layer_device *device, VkPipelineLay
     return result;
 }
 
-static bool make(struct cpu_gather *gather)
+static bool make(struct gather *gather)
 {
     const struct layer_device *device = gather->device;
     pthread_mutex_lock(&gather->lock);
@@ -121,21 +121,21 @@ static void add_range(void *user, uint64_t begin, uint64_t end)
     ranges->count++;
 }
 
-static uint64_t address_of(const struct cpu_recorder *recorder, const struct cpu_snapshot *snapshot)
+static uint64_t address_of(const struct recorder *recorder, const struct snapshot *snapshot)
 {
-    const struct cpu_staging_chunk *chunk =
-        (const struct cpu_staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    const struct staging_chunk *chunk =
+        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
     return chunk->address + snapshot->offset;
 }
 
 /* The ranges as they are while the command is recorded. */
-static bool list_ranges(struct cpu_recorder *recorder, struct cpu_snapshot *list, uint32_t *count)
+static bool list_ranges(struct recorder *recorder, struct snapshot *list, uint32_t *count)
 {
     struct resources *resources = recorder->device->resources;
     struct ranges ranges = {0};
     resources_find_ranges(resources, add_range, &ranges);
     uint32_t room = ranges.count;
-    if (!cpu_recorder_reserve(recorder, (room + 1ull) * sizeof(*ranges.at), list))
+    if (!recorder_reserve(recorder, (room + 1ull) * sizeof(*ranges.at), list))
         return false;
     unsigned char *bytes = recorder->recording->chunks[list->chunk]->bytes + list->offset;
     ranges = (struct ranges){.at = (void *)bytes, .capacity = room};
@@ -146,7 +146,7 @@ static bool list_ranges(struct cpu_recorder *recorder, struct cpu_snapshot *list
 
 /* ---- the command */
 
-static void barrier(const struct cpu_recorder *recorder, VkPipelineStageFlags from,
+static void barrier(const struct recorder *recorder, VkPipelineStageFlags from,
                     VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags read)
 {
     const VkMemoryBarrier memory = {
@@ -155,31 +155,31 @@ static void barrier(const struct cpu_recorder *recorder, VkPipelineStageFlags fr
                                                    NULL, 0, NULL);
 }
 
-static void dispatch(const struct cpu_recorder *recorder, const struct constants *constants)
+static void dispatch(const struct recorder *recorder, const struct constants *constants)
 {
     const VkuDeviceDispatchTable *next = &recorder->device->cpu->next;
-    const struct cpu_gather *gather = recorder->device->cpu->gather;
+    const struct gather *gather = recorder->device->cpu->gather;
     next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, gather->pipeline);
     next->CmdPushConstants(recorder->handle, gather->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                            sizeof(*constants), constants);
     next->CmdDispatch(recorder->handle, (constants->count + GROUP - 1) / GROUP, 1, 1);
-    cpu_compute_state_restore(recorder);
+    compute_state_restore(recorder);
 }
 
-bool cpu_recorder_gather(struct cpu_recorder *recorder, const struct cpu_snapshot *addresses,
-                         struct cpu_gathering *gathering)
+bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
+                     struct gathering *gathering)
 {
     const uint32_t count = (uint32_t)(addresses->size / sizeof(uint64_t));
     const uint32_t size = gathering->is_typed ? sizeof(VkAccelerationStructureMotionInstanceDataNV)
                                               : sizeof(VkAccelerationStructureInstanceKHR);
-    struct cpu_snapshot ranges;
+    struct snapshot ranges;
     uint32_t range_count;
     if (!count)
         return false;
     if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->cpu->gather) ||
         !list_ranges(recorder, &ranges, &range_count) ||
-        !cpu_recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements)) {
-        cpu_recorder_lose(recorder);
+        !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements)) {
+        recorder_lose(recorder);
         return false;
     }
     const struct constants constants = {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where builds and copies read the application's data, without ever touching what can't be read. */
-#ifndef ASSAY_CPU_MEMORY_H
-#define ASSAY_CPU_MEMORY_H
+#ifndef ASSAY_SNAPSHOTS_MEMORY_H
+#define ASSAY_SNAPSHOTS_MEMORY_H
 
 #include <pthread.h>
 #include <stdbool.h>
@@ -11,24 +11,24 @@
 
 /* `find` may be called from several threads at once. It returns how many bytes from the address on
  * can be read, at most `size`, and where they are. */
-struct cpu_memory {
+struct input_memory {
     uint64_t (*find)(void *context, uint64_t address, uint64_t size, const void **bytes);
     void *context;
 };
 
 /* The host's own memory: addresses are pointers. For one operation: what was found readable is
  * remembered. */
-struct cpu_host_memory {
+struct host_memory {
     pthread_mutex_t lock; /* of the cache */
     struct readable_cache readable;
 };
 
-void cpu_host_memory_init(struct cpu_host_memory *host);
-void cpu_host_memory_release(struct cpu_host_memory *host);
-struct cpu_memory cpu_host_memory_of(struct cpu_host_memory *host);
+void host_memory_init(struct host_memory *host);
+void host_memory_release(struct host_memory *host);
+struct input_memory host_memory_of(struct host_memory *host);
 
 /* Whether all of [pointer, pointer + size) can be written. Writes bytes of it over themselves, so
  * nobody else may be writing there. */
-bool cpu_is_writable(void *pointer, uint64_t size);
+bool memory_is_writable(void *pointer, uint64_t size);
 
 #endif

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Snapshots of what arrays of pointers point to: a compute shader of the backend's own gathers it
  * at that point of the command buffer. */
-#ifndef ASSAY_LAYER_CPU_GATHER_H
-#define ASSAY_LAYER_CPU_GATHER_H
+#ifndef ASSAY_LAYER_SNAPSHOTS_GATHER_H
+#define ASSAY_LAYER_SNAPSHOTS_GATHER_H
 
-#include "cpu/recorder.h"
+#include "snapshots/recorder.h"
 
 /* Its pipeline, made when it is first needed. */
-struct cpu_gather;
+struct gather;
 
-VkResult cpu_gather_create(const struct layer_device *device, struct cpu_gather **gather);
-void cpu_gather_destroy(struct cpu_gather *gather); /* NULL: nothing */
+VkResult gather_create(const struct layer_device *device, struct gather **gather);
+void gather_destroy(struct gather *gather); /* NULL: nothing */
 
 /* Records the gathering of instances, from where the 64-bit addresses in `addresses` point to,
  * which is a snapshot that the recorder has copied, and fills in the rest of `gathering`. False
  * where there are none, without memory, or where the driver makes no such pipeline. */
-bool cpu_recorder_gather(struct cpu_recorder *recorder, const struct cpu_snapshot *addresses,
-                         struct cpu_gathering *gathering);
+bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
+                     struct gathering *gathering);
 
 #endif

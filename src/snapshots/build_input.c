@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The builder's input: what a geometry is, and how much of its data can be read. */
-#include "cpu/input.h"
+#include "snapshots/build_input.h"
 
 #include <stdlib.h>
 
-enum builder_quality cpu_quality(VkBuildAccelerationStructureFlagsKHR flags)
+enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags)
 {
     if (flags & VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR)
         return BUILDER_HIGH;
@@ -13,8 +13,8 @@ enum builder_quality cpu_quality(VkBuildAccelerationStructureFlagsKHR flags)
     return BUILDER_BALANCED;
 }
 
-void cpu_describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
-                           struct builder_geometry *described)
+void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
+                          struct builder_geometry *described)
 {
     *described =
         (struct builder_geometry){.type = geometry->geometryType, .flags = geometry->flags};
@@ -52,7 +52,7 @@ static uint64_t extent(uint64_t offset, uint64_t count, uint64_t stride, uint64_
                : sum;
 }
 
-static uint64_t find(const struct cpu_memory *memory, VkDeviceOrHostAddressConstKHR address,
+static uint64_t find(const struct input_memory *memory, VkDeviceOrHostAddressConstKHR address,
                      uint64_t size, const void **bytes)
 {
     return memory->find(memory->context, address.deviceAddress, size, bytes);
@@ -66,7 +66,7 @@ static uint64_t index_size(VkIndexType type)
 }
 
 /* `motion`: an address of 0 where it doesn't move. */
-static void find_triangles(const struct cpu_memory *memory,
+static void find_triangles(const struct input_memory *memory,
                            const VkAccelerationStructureGeometryTrianglesDataKHR *from,
                            VkDeviceOrHostAddressConstKHR motion,
                            const VkAccelerationStructureBuildRangeInfoKHR *range,
@@ -100,7 +100,7 @@ static void find_triangles(const struct cpu_memory *memory,
 
 enum { MOTION_INSTANCE_STRIDE = 160 };
 
-static uint64_t extent_of_instances(const struct cpu_build_info *build, bool array_of_pointers,
+static uint64_t extent_of_instances(const struct build_parameters *build, bool array_of_pointers,
                                     uint64_t offset, uint64_t count)
 {
     if (array_of_pointers)
@@ -111,7 +111,7 @@ static uint64_t extent_of_instances(const struct cpu_build_info *build, bool arr
     return extent(offset, count, sizeof(VkAccelerationStructureInstanceKHR), 0);
 }
 
-static void find_data(const struct cpu_memory *memory, const struct cpu_build_info *build,
+static void find_data(const struct input_memory *memory, const struct build_parameters *build,
                       uint32_t geometry, struct builder_geometry *to)
 {
     const VkAccelerationStructureGeometryKHR *from = &build->geometries[geometry];
@@ -146,19 +146,19 @@ static void find_data(const struct cpu_memory *memory, const struct cpu_build_in
 /* For arrays of pointers. */
 static const void *read_address(void *context, uint64_t address, uint64_t size)
 {
-    const struct cpu_memory *memory = context;
+    const struct input_memory *memory = context;
     const void *bytes;
     return memory->find(memory->context, address, size, &bytes) == size ? bytes : NULL;
 }
 
-VkResult cpu_input_open(const struct cpu_build_info *build, const struct cpu_memory *memory,
-                        struct cpu_input *input)
+VkResult build_input_open(const struct build_parameters *build, const struct input_memory *memory,
+                          struct build_input *input)
 {
     uint32_t count = build->info.geometryCount;
-    *input = (struct cpu_input){
+    *input = (struct build_input){
         .input = {.type = build->info.type,
                   .flags = build->info.flags,
-                  .quality = cpu_quality(build->info.flags),
+                  .quality = build_input_quality(build->info.flags),
                   .geometry_count = count,
                   .ranges = build->ranges},
         .memory = *memory,
@@ -171,13 +171,13 @@ VkResult cpu_input_open(const struct cpu_build_info *build, const struct cpu_mem
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     input->input.geometries = input->geometries;
     for (uint32_t i = 0; i < count; i++) {
-        cpu_describe_geometry(&build->geometries[i], &input->geometries[i]);
+        build_input_describe(&build->geometries[i], &input->geometries[i]);
         find_data(memory, build, i, &input->geometries[i]);
     }
     return VK_SUCCESS;
 }
 
-void cpu_input_close(struct cpu_input *input)
+void build_input_close(struct build_input *input)
 {
     free(input->geometries);
     input->geometries = NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of command buffers: their parameters and snapshots. */
-#include "cpu/recorded_build.h"
+#include "snapshots/recorded_build.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +26,7 @@ static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR 
         triangles->transformData.deviceAddress += range->transformOffset;
 }
 
-void cpu_recorded_build_normalize(struct cpu_recorded_build *build)
+void recorded_build_normalize(struct recorded_build *build)
 {
     for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
         VkAccelerationStructureGeometryKHR *geometry = &build->parameters.geometries[i];
@@ -45,9 +45,9 @@ void cpu_recorded_build_normalize(struct cpu_recorded_build *build)
     }
 }
 
-void cpu_recorded_build_read_ranges(const struct cpu_recorded_build *build,
-                                    const struct cpu_memory *memory,
-                                    VkAccelerationStructureBuildRangeInfoKHR *ranges)
+void recorded_build_read_ranges(const struct recorded_build *build,
+                                const struct input_memory *memory,
+                                VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
     for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
         const VkAccelerationStructureBuildRangeInfoKHR *most = &build->parameters.ranges[i];
@@ -64,11 +64,11 @@ void cpu_recorded_build_read_ranges(const struct cpu_recorded_build *build,
 
 /* ---- snapshots */
 
-bool cpu_recorded_build_add(struct cpu_recorded_build *build, const struct cpu_snapshot *snapshot)
+bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot)
 {
     if (build->snapshot_count == build->snapshot_capacity) {
         uint32_t capacity = build->snapshot_capacity ? build->snapshot_capacity * 2 : 4;
-        struct cpu_snapshot *grown = realloc(build->snapshots, capacity * sizeof(*grown));
+        struct snapshot *grown = realloc(build->snapshots, capacity * sizeof(*grown));
         if (!grown)
             return false;
         build->snapshots = grown;
@@ -78,18 +78,18 @@ bool cpu_recorded_build_add(struct cpu_recorded_build *build, const struct cpu_s
     return true;
 }
 
-static bool holds(const struct cpu_snapshot *snapshot, uint64_t address)
+static bool holds(const struct snapshot *snapshot, uint64_t address)
 {
     return snapshot->address <= address && address - snapshot->address < snapshot->size;
 }
 
 /* The one that reaches furthest, where several overlap. */
-const struct cpu_snapshot *cpu_snapshot_find(const struct cpu_snapshot *snapshots, uint32_t count,
-                                             uint64_t address)
+const struct snapshot *snapshot_find(const struct snapshot *snapshots, uint32_t count,
+                                     uint64_t address)
 {
-    const struct cpu_snapshot *found = NULL;
+    const struct snapshot *found = NULL;
     for (uint32_t i = 0; i < count; i++) {
-        const struct cpu_snapshot *snapshot = &snapshots[i];
+        const struct snapshot *snapshot = &snapshots[i];
         if (holds(snapshot, address) &&
             (!found || snapshot->address + snapshot->size > found->address + found->size))
             found = snapshot;
@@ -97,17 +97,17 @@ const struct cpu_snapshot *cpu_snapshot_find(const struct cpu_snapshot *snapshot
     return found;
 }
 
-static unsigned char *bytes_of(const struct cpu_snapshot_memory *memory,
-                               const struct cpu_snapshot *snapshot)
+static unsigned char *bytes_of(const struct snapshot_memory *memory,
+                               const struct snapshot *snapshot)
 {
     return memory->bases[snapshot->chunk] + snapshot->offset;
 }
 
 /* Those whose address has `type` in its `type_bits`. Of the same there may be several, all alike.
  * Null pointers have no element. */
-static bool add_elements(struct cpu_snapshot_memory *memory, uint64_t type_bits, uint64_t type)
+static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uint64_t type)
 {
-    const struct cpu_gathering *gathering = memory->gathering;
+    const struct gathering *gathering = memory->gathering;
     uint64_t element_size = gathering->elements.size / gathering->count;
     for (uint32_t i = 0; i < gathering->count; i++) {
         uint64_t address;
@@ -122,9 +122,9 @@ static bool add_elements(struct cpu_snapshot_memory *memory, uint64_t type_bits,
 }
 
 /* An address may have several types: those of more bytes come later, and have those of fewer. */
-bool cpu_snapshot_memory_open(struct cpu_snapshot_memory *memory)
+bool snapshot_memory_open(struct snapshot_memory *memory)
 {
-    const struct cpu_gathering *gathering = memory->gathering;
+    const struct gathering *gathering = memory->gathering;
     memory->gathered = (struct handle_table){0};
     if (!gathering || !gathering->count)
         return true;
@@ -135,21 +135,21 @@ bool cpu_snapshot_memory_open(struct cpu_snapshot_memory *memory)
     for (uint64_t type = 0; type <= last && is_whole; type++)
         is_whole = add_elements(memory, type_bits, type);
     if (!is_whole)
-        cpu_snapshot_memory_close(memory);
+        snapshot_memory_close(memory);
     return is_whole;
 }
 
-void cpu_snapshot_memory_close(struct cpu_snapshot_memory *memory)
+void snapshot_memory_close(struct snapshot_memory *memory)
 {
     handle_table_release(&memory->gathered);
 }
 
 /* A null pointer is gathered like any other that leads nowhere: as zeros. */
-static uint64_t find_gathered(const struct cpu_snapshot_memory *memory, uint64_t address,
-                              uint64_t size, const void **bytes)
+static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t address, uint64_t size,
+                              const void **bytes)
 {
     static const VkAccelerationStructureMotionInstanceDataNV nothing;
-    const struct cpu_gathering *gathering = memory->gathering;
+    const struct gathering *gathering = memory->gathering;
     *bytes = NULL;
     if (!gathering || !gathering->count)
         return 0;
@@ -160,9 +160,8 @@ static uint64_t find_gathered(const struct cpu_snapshot_memory *memory, uint64_t
 
 static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
-    const struct cpu_snapshot_memory *memory = context;
-    const struct cpu_snapshot *snapshot =
-        cpu_snapshot_find(memory->snapshots, memory->count, address);
+    const struct snapshot_memory *memory = context;
+    const struct snapshot *snapshot = snapshot_find(memory->snapshots, memory->count, address);
     if (!snapshot)
         return find_gathered(memory, address, size, bytes);
     uint64_t skipped = address - snapshot->address;
@@ -170,16 +169,16 @@ static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const
     return size < snapshot->size - skipped ? size : snapshot->size - skipped;
 }
 
-struct cpu_memory cpu_snapshot_memory_of(struct cpu_snapshot_memory *memory)
+struct input_memory snapshot_memory_of(struct snapshot_memory *memory)
 {
-    return (struct cpu_memory){find_bytes, memory};
+    return (struct input_memory){find_bytes, memory};
 }
 
-void cpu_recorded_build_free(struct cpu_recorded_build *build)
+void recorded_build_free(struct recorded_build *build)
 {
     if (!build)
         return;
-    cpu_build_info_release(&build->parameters);
+    build_parameters_release(&build->parameters);
     free(build->snapshots);
     free(build);
 }

@@ -1,56 +1,56 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Works of command buffers, and snapshots recorded for them. */
-#include "cpu/recorder.h"
+#include "snapshots/recorder.h"
 
 #include "cpu/commands.h"
-#include "cpu/staging.h"
+#include "snapshots/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
-static void free_chunk(void *user, struct cpu_chunk *chunk)
+static void free_chunk(void *user, struct snapshot_chunk *chunk)
 {
-    cpu_staging_give_back(user, (struct cpu_staging_chunk *)chunk);
+    staging_give_back(user, (struct staging_chunk *)chunk);
 }
 
 static void release_work(void *recording)
 {
-    cpu_recording_release(recording);
+    recording_release(recording);
 }
 
-struct cpu_recording *cpu_recording_of(const struct layer_device *device, VkCommandBuffer handle)
+struct recording *recording_of(const struct layer_device *device, VkCommandBuffer handle)
 {
     const struct command_buffer *command_buffer =
         command_buffers_find(device->command_buffers, handle);
     return command_buffer && command_buffer->journal ? command_buffer->journal->work : NULL;
 }
 
-bool cpu_recorder_begin(struct cpu_recorder *recorder, VkCommandBuffer handle)
+bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
 {
     struct layer_device *device = layer_find_device(handle);
-    *recorder = (struct cpu_recorder){.device = device, .handle = handle};
+    *recorder = (struct recorder){.device = device, .handle = handle};
     recorder->command_buffer = command_buffers_find(device->command_buffers, handle);
     if (!recorder->command_buffer)
         return false;
     struct journal *journal = recorder->command_buffer->journal;
     if (journal && !journal->work) {
-        journal->work = cpu_recording_create(free_chunk, device->cpu->staging);
+        journal->work = recording_create(free_chunk, device->cpu->staging);
         journal->release_work = release_work;
     }
     recorder->recording = journal ? journal->work : NULL;
     if (!recorder->recording)
-        cpu_recorder_lose(recorder);
+        recorder_lose(recorder);
     return recorder->recording;
 }
 
-void cpu_recorder_lose(const struct cpu_recorder *recorder)
+void recorder_lose(const struct recorder *recorder)
 {
     recorder->command_buffer->work_lost = true;
 }
 
-void cpu_recorder_add(const struct cpu_recorder *recorder, const struct cpu_item *item)
+void recorder_add(const struct recorder *recorder, const struct recorded_item *item)
 {
-    if (!cpu_recording_add(recorder->recording, item))
-        cpu_recorder_lose(recorder);
+    if (!recording_add(recorder->recording, item))
+        recorder_lose(recorder);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffer)
@@ -64,7 +64,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffe
                : result;
 }
 
-void cpu_recorder_end(const struct cpu_recorder *recorder)
+void recorder_end(const struct recorder *recorder)
 {
     const VkMemoryBarrier barrier = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
@@ -77,8 +77,7 @@ void cpu_recorder_end(const struct cpu_recorder *recorder)
             &barrier, 0, NULL, 0, NULL);
 }
 
-bool cpu_recorder_find(const struct cpu_recorder *recorder, uint64_t address,
-                       struct cpu_target *target)
+bool recorder_find(const struct recorder *recorder, uint64_t address, struct buffer_target *target)
 {
     struct address_facts facts = {0};
     if (recorder->addresses)
@@ -86,50 +85,49 @@ bool cpu_recorder_find(const struct cpu_recorder *recorder, uint64_t address,
     unsigned token = resources_begin_reading(recorder->device->resources);
     resources_find_address(recorder->device->resources, address, &facts);
     resources_end_reading(recorder->device->resources, token);
-    *target = (struct cpu_target){facts.buffer, facts.buffer_offset, facts.bytes_left};
+    *target = (struct buffer_target){facts.buffer, facts.buffer_offset, facts.bytes_left};
     return facts.status == ADDRESS_IN_BUFFER;
 }
 
 /* The recording's last chunk, or a new one with room for `size` bytes. */
-static struct cpu_staging_chunk *chunk_with_room(const struct cpu_recorder *recorder, uint64_t size)
+static struct staging_chunk *chunk_with_room(const struct recorder *recorder, uint64_t size)
 {
-    struct cpu_recording *recording = recorder->recording;
+    struct recording *recording = recorder->recording;
     if (recording->chunk_count) {
-        struct cpu_chunk *last = recording->chunks[recording->chunk_count - 1];
+        struct snapshot_chunk *last = recording->chunks[recording->chunk_count - 1];
         if (size <= last->size - last->used)
-            return (struct cpu_staging_chunk *)last;
+            return (struct staging_chunk *)last;
     }
-    struct cpu_staging_chunk *chunk = cpu_staging_take(recorder->device->cpu->staging, size);
-    return chunk && cpu_recording_add_chunk(recording, &chunk->chunk) ? chunk : NULL;
+    struct staging_chunk *chunk = staging_take(recorder->device->cpu->staging, size);
+    return chunk && recording_add_chunk(recording, &chunk->chunk) ? chunk : NULL;
 }
 
-bool cpu_recorder_reserve(struct cpu_recorder *recorder, uint64_t size,
-                          struct cpu_snapshot *snapshot)
+bool recorder_reserve(struct recorder *recorder, uint64_t size, struct snapshot *snapshot)
 {
     uint64_t room = (size + SNAPSHOT_ALIGNMENT - 1) / SNAPSHOT_ALIGNMENT * SNAPSHOT_ALIGNMENT;
-    struct cpu_staging_chunk *chunk = chunk_with_room(recorder, room);
+    struct staging_chunk *chunk = chunk_with_room(recorder, room);
     if (!chunk) {
-        cpu_recorder_lose(recorder);
+        recorder_lose(recorder);
         return false;
     }
-    *snapshot = (struct cpu_snapshot){
+    *snapshot = (struct snapshot){
         .size = size, .chunk = recorder->recording->chunk_count - 1, .offset = chunk->chunk.used};
     chunk->chunk.used += room;
     return true;
 }
 
-bool cpu_recorder_copy(struct cpu_recorder *recorder, uint64_t address, uint64_t size,
-                       struct cpu_snapshot *snapshot)
+bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
+                   struct snapshot *snapshot)
 {
-    struct cpu_target source;
-    if (!size || !cpu_recorder_find(recorder, address, &source))
+    struct buffer_target source;
+    if (!size || !recorder_find(recorder, address, &source))
         return false;
     size = size < source.size ? size : source.size;
-    if (!cpu_recorder_reserve(recorder, size, snapshot))
+    if (!recorder_reserve(recorder, size, snapshot))
         return false;
     snapshot->address = address;
-    const struct cpu_staging_chunk *chunk =
-        (const struct cpu_staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    const struct staging_chunk *chunk =
+        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
     const VkBufferCopy region = {source.offset, snapshot->offset, size};
     recorder->device->cpu->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer, 1,
                                               &region);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parameters of builds: copies of them, and the sizes that follow from them. */
-#include "cpu/build_info.h"
+#include "snapshots/build_parameters.h"
 
 #include <stdlib.h>
 
-#include "cpu/input.h"
+#include "snapshots/build_input.h"
 
 /* ---- copies */
 
@@ -21,7 +21,7 @@ static bool arrays_are_readable(struct readable_cache *cache,
     return has_geometries && (!ranges || readable(cache, ranges, count * sizeof(*ranges)));
 }
 
-VkResult cpu_build_info_allocate(struct cpu_build_info *build, uint32_t count)
+VkResult build_parameters_allocate(struct build_parameters *build, uint32_t count)
 {
     build->info.geometryCount = count;
     if (count == 0)
@@ -37,7 +37,7 @@ VkResult cpu_build_info_allocate(struct cpu_build_info *build, uint32_t count)
 static bool copy_arrays(struct readable_cache *cache,
                         const VkAccelerationStructureBuildGeometryInfoKHR *info,
                         const VkAccelerationStructureBuildRangeInfoKHR *ranges,
-                        struct cpu_build_info *copy)
+                        struct build_parameters *copy)
 {
     for (uint32_t i = 0; i < info->geometryCount; i++) {
         const VkAccelerationStructureGeometryKHR *from =
@@ -72,7 +72,7 @@ static bool find_motion(struct readable_cache *cache, const void *chain,
     return !s;
 }
 
-static VkResult copy_motion(struct readable_cache *cache, struct cpu_build_info *copy)
+static VkResult copy_motion(struct readable_cache *cache, struct build_parameters *copy)
 {
     if (!(copy->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
         return VK_SUCCESS;
@@ -94,12 +94,12 @@ static VkResult copy_motion(struct readable_cache *cache, struct cpu_build_info 
     return VK_SUCCESS;
 }
 
-VkResult cpu_build_info_copy(struct readable_cache *cache,
-                             const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                             const VkAccelerationStructureBuildRangeInfoKHR *ranges,
-                             struct cpu_build_info *copy)
+VkResult build_parameters_copy(struct readable_cache *cache,
+                               const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                               const VkAccelerationStructureBuildRangeInfoKHR *ranges,
+                               struct build_parameters *copy)
 {
-    *copy = (struct cpu_build_info){0};
+    *copy = (struct build_parameters){0};
     if (!readable(cache, info, sizeof(*info)))
         return VK_ERROR_VALIDATION_FAILED;
     copy->info = *info;
@@ -108,22 +108,22 @@ VkResult cpu_build_info_copy(struct readable_cache *cache,
         return VK_SUCCESS;
     if (!arrays_are_readable(cache, info, ranges))
         return VK_ERROR_VALIDATION_FAILED;
-    if (cpu_build_info_allocate(copy, info->geometryCount) != VK_SUCCESS)
+    if (build_parameters_allocate(copy, info->geometryCount) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     copy->info.ppGeometries = NULL;
     VkResult result = VK_ERROR_VALIDATION_FAILED;
     if (copy_arrays(cache, info, ranges, copy))
         result = copy_motion(cache, copy);
     if (result != VK_SUCCESS)
-        cpu_build_info_release(copy);
+        build_parameters_release(copy);
     return result;
 }
 
-void cpu_build_info_release(struct cpu_build_info *copy)
+void build_parameters_release(struct build_parameters *copy)
 {
     free(copy->geometries);
     free(copy->motion_vertices);
-    *copy = (struct cpu_build_info){0};
+    *copy = (struct build_parameters){0};
 }
 
 /* ---- sizes */
@@ -137,16 +137,16 @@ static uint64_t find_nothing(void *context, uint64_t address, uint64_t size, con
     return 0;
 }
 
-VkResult cpu_build_info_sizes(const struct cpu_build_info *build, const uint32_t *counts,
-                              struct builder_sizes *sizes)
+VkResult build_parameters_sizes(const struct build_parameters *build, const uint32_t *counts,
+                                struct builder_sizes *sizes)
 {
-    const struct cpu_memory nothing = {find_nothing, NULL};
-    struct cpu_input input;
+    const struct input_memory nothing = {find_nothing, NULL};
+    struct build_input input;
     *sizes = (struct builder_sizes){0};
-    VkResult result = cpu_input_open(build, &nothing, &input);
+    VkResult result = build_input_open(build, &nothing, &input);
     if (result == VK_SUCCESS)
         builder_get_sizes(&input.input, counts, sizes);
-    cpu_input_close(&input);
+    build_input_close(&input);
     return result;
 }
 
@@ -155,10 +155,10 @@ void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
 {
     *sizes = (struct builder_sizes){0};
     struct readable_cache cache = {0};
-    struct cpu_build_info build;
-    if (cpu_build_info_copy(&cache, info, NULL, &build) != VK_SUCCESS)
+    struct build_parameters build;
+    if (build_parameters_copy(&cache, info, NULL, &build) != VK_SUCCESS)
         return;
     if (readable(&cache, counts, sizeof(*counts) * (size_t)build.info.geometryCount))
-        cpu_build_info_sizes(&build, counts, sizes);
-    cpu_build_info_release(&build);
+        build_parameters_sizes(&build, counts, sizes);
+    build_parameters_release(&build);
 }

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the layer adds to a command buffer when a build is recorded: items of its recording, and
+ * copies of what they will read. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_RECORDER_H
+#define ASSAY_LAYER_SNAPSHOTS_RECORDER_H
+
+#include "cpu/overlay.h"
+#include "snapshots/recording.h"
+
+/* Which byte of a buffer an address stands for. */
+struct recorder_addresses {
+    bool (*find)(void *context, uint64_t address, struct buffer_target *target);
+    void *context;
+};
+
+struct recorder {
+    struct layer_device *device;
+    VkCommandBuffer handle;
+    struct command_buffer *command_buffer;
+    struct recording *recording;
+    const struct recorder_addresses *addresses; /* NULL: they are device addresses */
+    bool has_copied;
+};
+
+/* False where nothing can be recorded: the command buffer isn't known, or there is no memory. Of
+ * the latter vkEndCommandBuffer tells, here and below. */
+bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle);
+
+/* Takes over what the item points to. */
+void recorder_add(const struct recorder *recorder, const struct recorded_item *item);
+void recorder_lose(const struct recorder *recorder);
+/* Makes the copies visible to the host. */
+void recorder_end(const struct recorder *recorder);
+
+/* What recording a command buffer has, or NULL. */
+struct recording *recording_of(const struct layer_device *device, VkCommandBuffer handle);
+
+/* Records copies of what a build will read, and the build, which it takes over. */
+void recorder_add_build(struct recorder *recorder, struct recorded_build *build);
+
+/* Records a copy of `size` bytes at an address, as many of them as the buffer there has.
+ * False where it has none, or without memory. */
+bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
+                   struct snapshot *snapshot);
+
+/* Makes room for `size` bytes in the recording's chunks, of no address yet. */
+bool recorder_reserve(struct recorder *recorder, uint64_t size, struct snapshot *snapshot);
+
+/* The buffer at an address, from there to its end; false where there is none. */
+bool recorder_find(const struct recorder *recorder, uint64_t address, struct buffer_target *target);
+
+#endif

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Host-visible memory that the device copies inputs of builds to, and results from. Chunks that
+ * come back are kept for the next recording. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_STAGING_H
+#define ASSAY_LAYER_SNAPSHOTS_STAGING_H
+
+#include "cpu/overlay.h"
+#include "snapshots/recording.h"
+
+struct staging_chunk {
+    struct snapshot_chunk chunk; /* first */
+    VkBuffer buffer;
+    VkDeviceMemory memory;
+    VkDeviceAddress address;
+    struct staging_chunk *next;
+};
+
+VkResult staging_create(struct layer_device *device, struct staging **staging);
+void staging_destroy(struct staging *staging); /* NULL: nothing */
+
+/* A chunk of at least `size` bytes, nothing of it used; NULL without memory of either kind. From
+ * any thread, as is giving it back. */
+struct staging_chunk *staging_take(struct staging *staging, uint64_t size);
+void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
+
+#endif

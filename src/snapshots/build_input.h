@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From the parameters of a build to the builder's input. */
+#ifndef ASSAY_SNAPSHOTS_BUILD_INPUT_H
+#define ASSAY_SNAPSHOTS_BUILD_INPUT_H
+
+#include "build/build.h"
+#include "snapshots/build_parameters.h"
+#include "snapshots/memory.h"
+
+/* Which kind of tree the flags ask for. VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR is kept
+ * among the tree's flags and changes nothing else: trees have one form. */
+enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags);
+
+/* Type, flags, formats and strides; no data. */
+void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
+                          struct builder_geometry *described);
+
+/* The input with its data, as far as that can be read now; what can't be is left out of the sizes,
+ * so that the builder finds it out of range. Resolver and threads are the caller's to fill in. */
+struct build_input {
+    struct builder_input input;
+    struct builder_geometry *geometries; /* owned */
+    struct input_memory memory;          /* of arrays of pointers */
+};
+VkResult build_input_open(const struct build_parameters *build, const struct input_memory *memory,
+                          struct build_input *input);
+void build_input_close(struct build_input *input);
+
+#endif

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A build of a command buffer: its parameters, and where the device copied the memory that they
+ * name to when it came to the build. */
+#ifndef ASSAY_SNAPSHOTS_RECORDED_BUILD_H
+#define ASSAY_SNAPSHOTS_RECORDED_BUILD_H
+
+#include "snapshots/build_parameters.h"
+#include "snapshots/memory.h"
+#include "state/handle_table.h"
+
+/* Bytes of a chunk (recording.h) that hold those of [address, address + size). */
+struct snapshot {
+    uint64_t address, size;
+    uint32_t chunk;
+    uint64_t offset;
+};
+
+/* What an array of pointers points to: `count` elements, one behind the other, of the addresses in
+ * a snapshot. In builds with motion an address's low 4 bits are the element's type, and elements
+ * are as far apart as the largest type needs. */
+struct gathering {
+    struct snapshot addresses, elements;
+    uint32_t count;
+    bool is_typed;
+};
+
+/* Of addresses and offsets of its own: see recorded_build_normalize(). */
+struct recorded_build {
+    struct build_parameters parameters;
+    /* Then its ranges are at an address, and parameters.ranges have the maximum counts. */
+    bool is_indirect;
+    uint64_t indirect_address, indirect_stride;
+    struct snapshot *snapshots;
+    uint32_t snapshot_count, snapshot_capacity;
+    struct gathering gathering; /* count 0: none; of a TLAS, which has one geometry */
+};
+
+/* Adds the offsets of ranges to the addresses, so that what the build reads of each array begins at
+ * its address. Not for indirect builds, whose ranges aren't known yet. */
+void recorded_build_normalize(struct recorded_build *build);
+
+/* False without memory. */
+bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot);
+
+void recorded_build_free(struct recorded_build *build); /* NULL: nothing */
+
+/* Reads an indirect build's ranges into its parameters; counts above the maximum are cut. */
+void recorded_build_read_ranges(const struct recorded_build *build,
+                                const struct input_memory *memory,
+                                VkAccelerationStructureBuildRangeInfoKHR *ranges);
+
+/* ---- snapshots */
+
+/* The one that has the bytes at an address, or NULL. */
+const struct snapshot *snapshot_find(const struct snapshot *snapshots, uint32_t count,
+                                     uint64_t address);
+
+/* Snapshots as the memory that a build reads; `bases` has the bytes of each chunk. */
+struct snapshot_memory {
+    const struct snapshot *snapshots;
+    uint32_t count;
+    unsigned char *const *bases;
+    const struct gathering *gathering; /* or NULL */
+    struct handle_table gathered;      /* from addresses to elements; made by: */
+};
+bool snapshot_memory_open(struct snapshot_memory *memory); /* false without memory */
+void snapshot_memory_close(struct snapshot_memory *memory);
+struct input_memory snapshot_memory_of(struct snapshot_memory *memory);
+
+#endif

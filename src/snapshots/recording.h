@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the commands of a command buffer do to acceleration structures, in recorded
+ * order.
+ *
+ * Nothing of it is done when the commands execute: the device only copies what builds read into
+ * chunks of memory. Each submission makes an execution of the recording, and when its turn has come
+ * (execution_order.h) the items tell what structures hold from then on. Only its command buffer,
+ * whose use the application synchronizes, adds to a recording. */
+#ifndef ASSAY_SNAPSHOTS_RECORDING_H
+#define ASSAY_SNAPSHOTS_RECORDING_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+
+#include "snapshots/recorded_build.h"
+#include "snapshots/ticket.h"
+
+/* Memory that the device copies to. Part of a larger structure of who allocates it. */
+struct snapshot_chunk {
+    unsigned char *bytes; /* mapped, coherent */
+    uint64_t size, used;
+};
+
+enum item_kind {
+    ITEM_BUILD,
+    ITEM_UPDATE,
+    ITEM_CLONE,
+    ITEM_COMPACT,
+    ITEM_SERIALIZE,
+    ITEM_DESERIALIZE,
+    ITEM_WRITE_QUERIES,
+    ITEM_RESET_QUERIES,
+    ITEM_COPY_QUERIES,
+    ITEM_EXECUTE, /* a secondary command buffer */
+};
+
+/* Where a result goes when the submission is complete. */
+struct buffer_target {
+    VkBuffer buffer;
+    VkDeviceSize offset, size; /* bytes from the offset to the buffer's end */
+};
+
+struct recorded_item {
+    struct recorded_item *next;
+    enum item_kind kind;
+    uint64_t dst, src;        /* structures */
+    uint64_t pool;            /* of queries, */
+    uint32_t first, count;    /* which */
+    VkDeviceSize stride;      /* of copied queries */
+    VkQueryResultFlags flags; /* likewise */
+    uint64_t *structures;     /* whose properties are written: `count` */
+    VkQueryType query_type;
+    struct recorded_build *build; /* of builds and updates */
+    struct snapshot serialized;   /* a structure's serialized form */
+    struct buffer_target target;  /* of SERIALIZE and COPY_QUERIES */
+    struct recording *secondary;
+};
+
+enum { CONSTANT_WORDS = 64 };
+
+/* What the application has bound and pushed last, which dispatches of the backend's own disturb.
+ * Null handles: nothing. */
+struct compute_state {
+    VkPipeline pipeline;
+    VkShaderEXT shader;
+    VkPipelineLayout layout; /* of the constants */
+    uint32_t constants[CONSTANT_WORDS];
+    VkShaderStageFlags stages[CONSTANT_WORDS]; /* that each was pushed for; 0: it was not */
+};
+
+struct recording {
+    atomic_uint references;
+    struct compute_state compute;
+    struct recorded_item *first, **last;
+    struct snapshot_chunk **chunks;
+    uint32_t chunk_count, chunk_capacity;
+    void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
+    void *user;
+    uint32_t secondary_count;
+    bool has_targets; /* it or a secondary has results to deliver */
+    pthread_mutex_t lock;
+    struct execution *latest; /* the last one made, while it lives; guarded by the lock */
+};
+
+/* One execution of a recording: where its snapshots are, and when they can be read. */
+struct execution {
+    atomic_uint references; /* the last one goes under the recording's lock */
+    struct execution *next; /* of those whose turn has not come (playback.h) */
+    struct recording *recording;
+    struct ticket *ticket;
+    /* Guards what follows; read while trees are made of the snapshots, which may ask for others of
+     * the same execution: readers are never kept waiting for a writer that waits (the kind that
+     * pthread_rwlock_init makes). */
+    pthread_rwlock_t lock;
+    unsigned char **bases; /* of the chunks; */
+    bool detached;         /* of copies of them, for the recording executes again; */
+    bool is_lost;          /* there was no memory for copies, or the device was lost */
+    /* Of the secondaries' works, in the order of their items. */
+    struct execution **children;
+    uint32_t child_count;
+};
+
+/* NULL without memory. */
+struct recording *recording_create(void (*free_chunk)(void *user, struct snapshot_chunk *chunk),
+                                   void *user);
+struct recording *recording_share(struct recording *recording);
+void recording_release(struct recording *recording);
+
+/* Takes over what the item points to, also where it fails for lack of memory. */
+bool recording_add(struct recording *recording, const struct recorded_item *item);
+/* Takes over the chunk. */
+bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk);
+
+struct execution *execution_create(struct recording *recording, struct ticket *ticket);
+struct execution *execution_share(struct execution *execution);
+void execution_release(struct execution *execution);
+
+/* Before the recording is submitted again: waits for the end of the last execution and copies its
+ * snapshots, if anything still needs them; likewise for secondaries. Of several executions in the
+ * submission that is to come, whose ticket is `next`, the last one's snapshots serve all. */
+void recording_detach(struct recording *recording, const struct ticket *next);
+
+#endif
