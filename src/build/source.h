@@ -94,6 +94,12 @@ void source_prefetch_vertices(const struct source *source, uint32_t primitive);
 enum source_state source_dense(const struct source *source, uint32_t primitive,
                                struct dense_record *record);
 bool sphere_formats_are_known(const struct builder_spheres *spheres);
+/* How many indices that many primitives consume, or, without indices, vertices and radii. */
+uint64_t sphere_element_count(const struct builder_spheres *spheres, bool is_swept, uint32_t count);
+/* How many vertices and radii those of a range reach, from its firstVertex on; 0 where indices
+ * can't be read. */
+uint64_t sphere_vertex_count(const struct builder_spheres *spheres, bool is_swept,
+                             const VkAccelerationStructureBuildRangeInfoKHR *range);
 enum source_state source_sphere(const struct source *source, uint32_t primitive,
                                 struct sphere_record *record);
 enum source_state source_swept(const struct source *source, uint32_t primitive,

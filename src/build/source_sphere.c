@@ -13,18 +13,39 @@ bool sphere_formats_are_known(const struct builder_spheres *spheres)
            source_index_is_known(spheres->index_type);
 }
 
-/* How many indices or vertices a primitive consumes of its own. */
-static uint32_t consumed(const struct source *source, bool is_swept)
-{
-    return is_swept && !(source->indices && source->spheres.is_successive) ? 2 : 1;
-}
-
 /* How many of `size` bytes each may be read, from an offset and a first element on. */
 static uint64_t readable(uint64_t room, uint64_t offset, uint64_t size, uint64_t stride,
                          uint64_t first)
 {
     uint64_t count = offset <= room ? source_elements_in(room - offset, size, stride) : 0;
     return count > first ? count - first : 0;
+}
+
+uint64_t sphere_element_count(const struct builder_spheres *spheres, bool is_swept, uint32_t count)
+{
+    bool is_shared = spheres->index_type != VK_INDEX_TYPE_NONE_KHR &&
+                     spheres->indexing_mode == VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+    return is_swept && !is_shared ? 2ull * count : count;
+}
+
+uint64_t sphere_vertex_count(const struct builder_spheres *spheres, bool is_swept,
+                             const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    uint64_t count = sphere_element_count(spheres, is_swept, range->primitiveCount);
+    uint32_t size = source_index_bytes(spheres->index_type), last = 0;
+    if (size == 0 || count == 0)
+        return count;
+    if (readable(spheres->indices_size, range->primitiveOffset, size, spheres->index_stride, 0) <
+        count)
+        return 0;
+    const uint8_t *next = (const uint8_t *)spheres->indices + range->primitiveOffset;
+    for (uint64_t i = 0; i < count; i++, next += spheres->index_stride) {
+        uint32_t index = source_read_number(next, size);
+        last = index > last ? index : last;
+    }
+    bool has_next =
+        is_swept && spheres->indexing_mode == VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+    return (uint64_t)last + 1 + has_next;
 }
 
 bool source_open_spheres(struct source *source, const struct builder_spheres *spheres,
@@ -44,7 +65,7 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
         return true;
     if (source->index_size > 0) {
         source->indices = (const uint8_t *)spheres->indices + offset;
-        uint64_t needed = (uint64_t)source->count * consumed(source, is_swept);
+        uint64_t needed = sphere_element_count(spheres, is_swept, source->count);
         if (readable(spheres->indices_size, offset, source->index_size, own->index_stride, 0) <
             needed)
             return false;
@@ -136,5 +157,9 @@ enum source_state source_swept(const struct source *source, uint32_t primitive,
     record->caps = swept_caps(source, primitive, ends);
     enum source_state first = read_sphere(source, ends[0], record->a, &record->radius[0]);
     enum source_state last = read_sphere(source, ends[1], record->b, &record->radius[1]);
-    return first == SOURCE_OUT_OF_RANGE || last == SOURCE_ACTIVE ? first : last;
+    if (first == SOURCE_OUT_OF_RANGE || last == SOURCE_OUT_OF_RANGE)
+        return SOURCE_OUT_OF_RANGE;
+    if (first == SOURCE_INACTIVE || last == SOURCE_INACTIVE)
+        return SOURCE_INACTIVE;
+    return last == SOURCE_ACTIVE ? first : last;
 }

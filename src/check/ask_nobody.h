@@ -29,6 +29,7 @@
 #undef ASK_used_micromap
 #undef ASK_updated_micromap
 #undef ASK_box
+#undef ASK_radius
 #undef ASK_instance
 #undef ASK_reference
 #undef ASK_indices
@@ -63,6 +64,7 @@
 #define ASK_used_micromap(name, level)
 #define ASK_updated_micromap(name, level)
 #define ASK_box(name, level)
+#define ASK_radius(name, level)
 #define ASK_instance(name, level)
 #define ASK_reference(name, level)
 #define ASK_indices(name, level)

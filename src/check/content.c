@@ -22,6 +22,19 @@ const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddress
     return memory->find(memory->context, begin, extent, &bytes) == extent ? bytes : NULL;
 }
 
+uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                           uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
+                           const void **bytes)
+{
+    const struct input_memory *memory = content->memory;
+    uint64_t extent;
+    if (!address.deviceAddress || !count || __builtin_mul_overflow(count - 1, stride, &extent) ||
+        __builtin_add_overflow(extent, size, &extent) ||
+        __builtin_add_overflow(extent, offset, &extent))
+        return 0;
+    return memory->find(memory->context, address.deviceAddress, extent, bytes);
+}
+
 /* Of all data that a rule asks about, the first that breaks it is told. */
 #define ASK_ONCE(name, view)                                                                       \
     if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
@@ -47,6 +60,17 @@ void content_walk_indices(struct content *content, const struct indices_view *in
 void content_walk_box(struct content *content, const struct box_view *box)
 {
     const struct location location = walk_location(box->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_radius
+#define ASK_radius(name, level) ASK_ONCE(name, radius)
+
+void content_walk_radius(struct content *content, const struct radius_view *radius)
+{
+    const struct location location = walk_location(radius->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
@@ -224,6 +248,8 @@ static void check_contents(struct walk *walk, const struct range_view *range,
         read_boxes(&content, aabbs);
     if (triangles || aabbs)
         content_keep(&content);
+    if (range->geometry->build->call->device->extension.linear_swept_spheres_nv)
+        content_read_radii(&content);
     if (instances)
         content_read_instances(&content, instances);
 }

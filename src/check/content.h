@@ -26,6 +26,14 @@ struct content {
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size);
 
+/* All that can be read of them, with what is before the offset. */
+uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                           uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
+                           const void **bytes);
+
+/* Of a geometry of spheres or linear swept spheres. */
+void content_read_radii(struct content *content);
+
 /* Of a geometry of instances, and of one that was read with motion. */
 void content_read_instances(struct content *content,
                             const VkAccelerationStructureGeometryInstancesDataKHR *instances);
@@ -65,6 +73,7 @@ void content_walk_instance(struct content *content, const struct instance_view *
 void content_walk_reference(struct content *content, const struct reference_view *reference);
 void content_walk_motion_instance(struct content *content,
                                   const struct motion_instance_view *motion_instance);
+void content_walk_radius(struct content *content, const struct radius_view *radius);
 void content_walk_transform(struct content *content, const struct transform_view *transform);
 
 #endif

@@ -7,20 +7,6 @@
 #include "check/content.h"
 #include "check/geometry_data.h"
 
-/* All that can be read of `count` elements. */
-static uint64_t find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
-                          uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
-                          const void **bytes)
-{
-    const struct input_memory *memory = content->memory;
-    uint64_t extent;
-    if (!address.deviceAddress || !count || __builtin_mul_overflow(count - 1, stride, &extent) ||
-        __builtin_add_overflow(extent, size, &extent) ||
-        __builtin_add_overflow(extent, offset, &extent))
-        return 0;
-    return memory->find(memory->context, address.deviceAddress, extent, bytes);
-}
-
 /* Transforms change nothing about activity. */
 static bool describe_triangles(const struct content *content,
                                const VkAccelerationStructureGeometryTrianglesDataKHR *from,
@@ -38,11 +24,11 @@ static bool describe_triangles(const struct content *content,
                                      .max_vertex = from->maxVertex,
                                      .vertex_stride = from->vertexStride};
     if (size)
-        to->indices_size = find_some(content, from->indexData, range->primitiveOffset, corners,
-                                     size, size, &to->indices);
-    to->vertices_size =
-        find_some(content, from->vertexData, size ? 0 : range->primitiveOffset,
-                  range->firstVertex + vertices, from->vertexStride, format->size, &to->vertices);
+        to->indices_size = content_find_some(content, from->indexData, range->primitiveOffset,
+                                             corners, size, size, &to->indices);
+    to->vertices_size = content_find_some(
+        content, from->vertexData, size ? 0 : range->primitiveOffset, range->firstVertex + vertices,
+        from->vertexStride, format->size, &to->vertices);
     return true;
 }
 
@@ -59,8 +45,8 @@ static bool describe(const struct content *content, struct builder_geometry *des
         return false;
     described->aabbs.stride = aabbs->stride;
     described->aabbs.size =
-        find_some(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
-                  aabbs->stride, sizeof(VkAabbPositionsKHR), &described->aabbs.data);
+        content_find_some(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
+                          aabbs->stride, sizeof(VkAabbPositionsKHR), &described->aabbs.data);
     return true;
 }
 

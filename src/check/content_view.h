@@ -23,6 +23,14 @@ struct box_view {
     VkAabbPositionsKHR positions;
 };
 
+/* The radius of a sphere, or one of a linear swept sphere, that is less than 0. */
+struct radius_view {
+    const struct geometry_view *geometry;
+    bool is_swept;
+    uint32_t primitive;
+    float radius;
+};
+
 /* One VkTransformMatrixKHR: of an instance, or of a geometry. */
 struct transform_view {
     const struct geometry_view *geometry;

@@ -32,7 +32,7 @@ struct sphere_data {
     bool missing; /* the structure certainly isn't there, though geometryType needs it */
     bool given;   /* it is there, and says: */
     VkFormat vertex_format, radius_format;
-    VkDeviceSize vertex_stride, radius_stride; /* bytes */
+    VkDeviceSize vertex_stride, radius_stride, index_stride; /* bytes */
     VkIndexType index_type;
     VkDeviceOrHostAddressConstKHR vertices, radii, indices;
 

@@ -15,8 +15,8 @@ static const VkStructureType swept_type =
 #define COMMON_MEMBERS(s)                                                                          \
     .given = true, .vertex_format = (s)->vertexFormat, .radius_format = (s)->radiusFormat,         \
     .vertex_stride = (s)->vertexStride, .radius_stride = (s)->radiusStride,                        \
-    .index_type = (s)->indexType, .vertices = (s)->vertexData, .radii = (s)->radiusData,           \
-    .indices = (s)->indexData
+    .index_stride = (s)->indexStride, .index_type = (s)->indexType, .vertices = (s)->vertexData,   \
+    .radii = (s)->radiusData, .indices = (s)->indexData
 
 /* Without primitives nothing is read. */
 static bool is_unreadable(struct check_context *context, const struct geometry_view *geometry,
@@ -59,40 +59,51 @@ static void view_formats(struct check_context *context, struct sphere_data *data
         context->radius_format_supported(context->user, data->radius_format);
 }
 
+void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view)
+{
+    const void *chain = geometry->geometry->pNext;
+    *view = (struct swept_spheres_view){.data.missing = extended_data_is_missing(geometry)};
+    if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV) {
+        const VkAccelerationStructureGeometrySpheresDataNV *s =
+            chain_member(chain, &geometry->chain, spheres_type);
+        if (s)
+            view->data = (struct sphere_data){COMMON_MEMBERS(s)};
+    } else if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV) {
+        const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
+            chain_member(chain, &geometry->chain, swept_type);
+        if (s)
+            *view = (struct swept_spheres_view){.data = {COMMON_MEMBERS(s)},
+                                                .indexing_mode = s->indexingMode,
+                                                .end_caps_mode = s->endCapsMode};
+    }
+    view->data.geometry = geometry;
+}
+
 static void check_plain_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    const VkAccelerationStructureGeometrySpheresDataNV *s =
-        chain_member(geometry->geometry->pNext, &geometry->chain, spheres_type);
-    struct spheres_view view = {.data = {.missing = extended_data_is_missing(geometry)}};
-    if (s)
-        view.data = (struct sphere_data){COMMON_MEMBERS(s)};
-    view.data.geometry = geometry;
-    if (s)
-        view_addresses(walk->context, geometry, false, &view.data);
+    struct swept_spheres_view all;
+    view_spheres(geometry, &all);
+    if (all.data.given)
+        view_addresses(walk->context, geometry, false, &all.data);
+    struct spheres_view view = {all.data};
     walk_spheres(walk, &view, LEVEL_PARAMETERS);
     if (!with_state)
         return;
-    if (s)
+    if (view.data.given)
         view_formats(walk->context, &view.data);
     walk_spheres(walk, &view, LEVEL_STATE);
 }
 
 static void check_swept_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
-        chain_member(geometry->geometry->pNext, &geometry->chain, swept_type);
-    struct swept_spheres_view view = {.data = {.missing = extended_data_is_missing(geometry)}};
-    if (s)
-        view = (struct swept_spheres_view){.data = {COMMON_MEMBERS(s)},
-                                           .indexing_mode = s->indexingMode,
-                                           .end_caps_mode = s->endCapsMode};
-    view.data.geometry = geometry;
-    if (s)
+    struct swept_spheres_view view;
+    view_spheres(geometry, &view);
+    if (view.data.given)
         view_addresses(walk->context, geometry, true, &view.data);
     walk_swept_spheres(walk, &view, LEVEL_PARAMETERS);
     if (!with_state)
         return;
-    if (s)
+    if (view.data.given)
         view_formats(walk->context, &view.data);
     walk_swept_spheres(walk, &view, LEVEL_STATE);
 }

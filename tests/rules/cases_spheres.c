@@ -2,11 +2,9 @@
 /* VK_NV_ray_tracing_linear_swept_spheres: both of its geometries. */
 #include "case.h"
 #include "placing.h"
+#include "scene_spheres.h"
 
 #define WILD 0x7000000000ull
-
-/* The build that the functions below add. */
-enum { SPHERES = SCENE_BASE_BUILDS };
 
 static void offer_packed_format(struct null_driver_config *config)
 {
@@ -23,57 +21,6 @@ static const struct setup without_spheres = {.enable = ENABLE_SPHERES, .disable 
 static const struct setup without_swept_spheres = {.enable = ENABLE_SPHERES,
                                                    .disable = DISABLE_LINEAR_SWEPT_SPHERES};
 
-/* ---- builds */
-
-static void add_build(struct scene *scene, VkGeometryTypeKHR type, const void *data)
-{
-    scene_add_build(scene, UNINDEXED);
-    scene->infos[SPHERES].geometryCount = 1;
-    scene->geometries[SPHERES][0] = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = data,
-        .geometryType = type,
-    };
-    scene->ranges[SPHERES][0].primitiveCount = 4;
-    scene_give_objects(scene, SPHERES);
-}
-
-static void add_spheres(struct scene *scene)
-{
-    scene->spheres = (VkAccelerationStructureGeometrySpheresDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
-        .vertexStride = 12,
-        .radiusFormat = VK_FORMAT_R32_SFLOAT,
-        .radiusData.deviceAddress = scene_address(scene, &scene->boxes, 0),
-        .radiusStride = 4,
-        .indexType = VK_INDEX_TYPE_UINT32,
-        .indexData.deviceAddress = scene_address(scene, &scene->indices, 0),
-        .indexStride = 4,
-    };
-    add_build(scene, VK_GEOMETRY_TYPE_SPHERES_NV, &scene->spheres);
-}
-
-static void add_swept_spheres(struct scene *scene)
-{
-    scene->swept_spheres = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
-        .vertexStride = 12,
-        .radiusFormat = VK_FORMAT_R16_SFLOAT,
-        .radiusData.deviceAddress = scene_address(scene, &scene->boxes, 0),
-        .radiusStride = 4,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexData.deviceAddress = scene_address(scene, &scene->indices, SCENE_BUFFER_SIZE / 2),
-        .indexStride = 2,
-        .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
-        .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV,
-    };
-    add_build(scene, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, &scene->swept_spheres);
-}
-
 static void shrink_dst(struct scene *scene)
 {
     scene->infos[SPHERES].dstAccelerationStructure =
@@ -83,32 +30,32 @@ static void shrink_dst(struct scene *scene)
 
 static void spheres_into_too_little(struct scene *scene)
 {
-    add_spheres(scene);
+    scene_add_spheres(scene);
     shrink_dst(scene);
 }
 
 static void swept_spheres_into_too_little(struct scene *scene)
 {
-    add_swept_spheres(scene);
+    scene_add_swept_spheres(scene);
     shrink_dst(scene);
 }
 
 static void spheres_with_data_of_swept_spheres(struct scene *scene)
 {
-    add_swept_spheres(scene);
+    scene_add_swept_spheres(scene);
     scene->geometries[SPHERES][0].geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
 }
 
 static void swept_spheres_with_data_of_spheres(struct scene *scene)
 {
-    add_spheres(scene);
+    scene_add_spheres(scene);
     scene->geometries[SPHERES][0].geometryType = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
 }
 
 /* The structure begins where it can be read and ends where it can't. */
 static void spheres_off_the_page(struct scene *scene)
 {
-    add_spheres(scene);
+    scene_add_spheres(scene);
     VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
     cut->sType = scene->spheres.sType;
     scene->geometries[SPHERES][0].pNext = cut;
@@ -118,26 +65,22 @@ static void spheres_in_freed_memory(struct scene *scene)
 {
     const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
     scene_destroy(scene, (uint64_t)buffer.memory);
-    add_spheres(scene);
+    scene_add_spheres(scene);
     scene->spheres.radiusData.deviceAddress = buffer.address;
 }
 
 static void spheres_without_usage(struct scene *scene)
 {
     const struct test_buffer buffer = scene_buffer(scene, 4096, SCRATCH_USAGE);
-    add_spheres(scene);
+    scene_add_spheres(scene);
     scene->spheres.vertexData.deviceAddress = scene_address(scene, &buffer, 0);
 }
-
-#define SPHERES_PATH "pInfos[6].pGeometries[0].pNext<VkAccelerationStructureGeometrySpheresDataNV>."
-#define SWEPT_PATH                                                                                 \
-    "pInfos[6].pGeometries[0].pNext<VkAccelerationStructureGeometryLinearSweptSpheresDataNV>."
 
 static const struct test_case cases[] = {
 #define NAME(text) "spheres_" text
 #define RULE_OF(statement) RULE_spheres_##statement
 #define DATA spheres
-#define ADD_ONE add_spheres
+#define ADD_ONE scene_add_spheres
 #define PATH SPHERES_PATH
 #define WITHOUT without_spheres
 #include "cases_of_spheres.def"
@@ -145,7 +88,7 @@ static const struct test_case cases[] = {
 #define NAME(text) "swept_spheres_" text
 #define RULE_OF(statement) RULE_swept_spheres_##statement
 #define DATA swept_spheres
-#define ADD_ONE add_swept_spheres
+#define ADD_ONE scene_add_swept_spheres
 #define PATH SWEPT_PATH
 #define WITHOUT without_swept_spheres
 #include "cases_of_spheres.def"
@@ -154,24 +97,24 @@ static const struct test_case cases[] = {
      RULES(RULE_spheres_have_their_stype),
      .setup = &with_spheres,
      .mutate = spheres_with_data_of_swept_spheres,
-     .mutate_twin = add_spheres,
+     .mutate_twin = scene_add_spheres,
      .path = SPHERES_PATH "sType"},
     {.name = "swept_spheres_with_data_of_spheres",
      RULES(RULE_swept_spheres_have_their_stype),
      .setup = &with_spheres,
      .mutate = swept_spheres_with_data_of_spheres,
-     .mutate_twin = add_swept_spheres,
+     .mutate_twin = scene_add_swept_spheres,
      .path = SWEPT_PATH "sType"},
     {.name = "spheres_data_off_the_page",
      RULES(RULE_geometry_chain_is_known),
      .setup = &with_spheres,
      .mutate = spheres_off_the_page,
-     .mutate_twin = add_spheres},
+     .mutate_twin = scene_add_spheres},
     {.name = "spheres_in_freed_memory",
      RULES(RULE_input_buffer_is_bound),
      .setup = &with_spheres,
      .mutate = spheres_in_freed_memory,
-     .mutate_twin = add_spheres,
+     .mutate_twin = scene_add_spheres,
      .commands = ON_COMMAND_BUFFERS,
      .path = SPHERES_PATH "radiusData.deviceAddress"},
     /* 03673 lists members, and this is none of them. */
@@ -185,30 +128,30 @@ static const struct test_case cases[] = {
      RULES(RULE_dst_is_large_enough),
      .setup = &with_spheres,
      .mutate = spheres_into_too_little,
-     .mutate_twin = add_spheres,
+     .mutate_twin = scene_add_spheres,
      .path = "pInfos[6].dstAccelerationStructure"},
     {.name = "swept_spheres_dst_too_small",
      RULES(RULE_dst_is_large_enough),
      .setup = &with_spheres,
      .mutate = swept_spheres_into_too_little,
-     .mutate_twin = add_swept_spheres,
+     .mutate_twin = scene_add_swept_spheres,
      .path = "pInfos[6].dstAccelerationStructure"},
 
     {.name = "swept_spheres_indexing_mode_of_nobody",
      RULES(RULE_swept_spheres_indexing_mode_is_valid),
      .setup = &with_spheres,
-     .mutate = add_swept_spheres,
+     .mutate = scene_add_swept_spheres,
      .edits = EDITS(SET(swept_spheres.indexingMode, 2)),
-     .mutate_twin = add_swept_spheres,
+     .mutate_twin = scene_add_swept_spheres,
      .twin_edits =
          EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)),
      .path = SWEPT_PATH "indexingMode"},
     {.name = "swept_spheres_end_caps_mode_of_nobody",
      RULES(RULE_swept_spheres_end_caps_mode_is_valid),
      .setup = &with_spheres,
-     .mutate = add_swept_spheres,
+     .mutate = scene_add_swept_spheres,
      .edits = EDITS(SET(swept_spheres.endCapsMode, 2)),
-     .mutate_twin = add_swept_spheres,
+     .mutate_twin = scene_add_swept_spheres,
      .twin_edits =
          EDITS(SET(swept_spheres.endCapsMode, VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV)),
      .path = SWEPT_PATH "endCapsMode"},
@@ -216,26 +159,26 @@ static const struct test_case cases[] = {
      RULES(RULE_swept_spheres_indexing_mode_is_valid, RULE_swept_spheres_end_caps_mode_is_valid),
      .silent = true,
      .setup = &with_spheres_and_future,
-     .mutate = add_swept_spheres,
+     .mutate = scene_add_swept_spheres,
      .edits = EDITS(SET(swept_spheres.indexingMode, 2), SET(swept_spheres.endCapsMode, 2))},
     {.name = "successive_swept_spheres_without_indices",
      RULES(RULE_successive_swept_spheres_have_index_data),
      .setup = &with_spheres,
-     .mutate = add_swept_spheres,
+     .mutate = scene_add_swept_spheres,
      .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
                     SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
                     SET(swept_spheres.indexData.deviceAddress, 0)),
-     .mutate_twin = add_swept_spheres,
+     .mutate_twin = scene_add_swept_spheres,
      .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
                          SET(swept_spheres.indexData.deviceAddress, 0)),
      .path = SWEPT_PATH "indexData"},
     {.name = "successive_swept_spheres_with_null_indices",
      RULES(RULE_swept_spheres_index_address_is_given),
      .setup = &with_spheres,
-     .mutate = add_swept_spheres,
+     .mutate = scene_add_swept_spheres,
      .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
                     SET(swept_spheres.indexData.deviceAddress, 0)),
-     .mutate_twin = add_swept_spheres},
+     .mutate_twin = scene_add_swept_spheres},
 };
 
 CASE_LIST(cases_spheres, cases);

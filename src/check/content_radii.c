@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The radii of spheres and linear swept spheres: read by the reference builder's own reader, and
+ * their rules. What is inactive has none that counts. */
+#include "build/source.h"
+#include "check/content.h"
+#include "check/extensions.h"
+#include "check/geometry_data.h"
+#include "check/input.h"
+#include "check/predicates.h"
+
+static bool is_swept(const struct content *content)
+{
+    return content->range->geometry->geometry->geometryType ==
+           VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
+}
+
+static uint32_t radius_size(VkFormat format)
+{
+    return format == VK_FORMAT_R16_SFLOAT ? sizeof(uint16_t) : sizeof(float);
+}
+
+/* Where there are indices, they tell how many vertices and radii are read. */
+static bool find_arrays(const struct content *content, const struct sphere_data *from,
+                        struct builder_spheres *to)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    uint64_t offset = range->primitiveOffset;
+    uint32_t size = index_type_size(from->index_type);
+    if (size) {
+        uint64_t count = sphere_element_count(to, is_swept(content), range->primitiveCount);
+        to->indices_size = content_find_some(content, from->indices, offset, count,
+                                             to->index_stride, size, &to->indices);
+        if (!to->indices_size)
+            return false;
+        offset = 0;
+    }
+    uint64_t count = sphere_vertex_count(to, is_swept(content), range);
+    if (!count)
+        return false;
+    count += range->firstVertex;
+    to->vertices_size =
+        content_find_some(content, from->vertices, offset, count, to->vertex_stride,
+                          vertex_format_find(to->vertex_format)->size, &to->vertices);
+    to->radii_size = content_find_some(content, from->radii, offset, count, to->radius_stride,
+                                       radius_size(to->radius_format), &to->radii);
+    return to->vertices_size && to->radii_size;
+}
+
+static bool describe(const struct content *content, struct builder_geometry *described)
+{
+    struct swept_spheres_view view;
+    view_spheres(content->range->geometry, &view);
+    *described = (struct builder_geometry){
+        .type = content->range->geometry->geometry->geometryType,
+        .spheres = {.vertex_format = view.data.vertex_format,
+                    .radius_format = view.data.radius_format,
+                    .index_type = view.data.index_type,
+                    .vertex_stride = view.data.vertex_stride,
+                    .radius_stride = view.data.radius_stride,
+                    .index_stride = view.data.index_stride,
+                    .indexing_mode = view.indexing_mode},
+    };
+    return view.data.given && sphere_formats_are_known(&described->spheres) &&
+           find_arrays(content, &view.data, &described->spheres);
+}
+
+static enum source_state read_radius(const struct source *source, struct radius_view *view)
+{
+    struct sphere_record sphere;
+    struct swept_record swept;
+    enum source_state state;
+    if (view->is_swept) {
+        state = source_swept(source, view->primitive, &swept);
+        view->radius = swept.radius[0] < 0 ? swept.radius[0] : swept.radius[1];
+    } else {
+        state = source_sphere(source, view->primitive, &sphere);
+        view->radius = sphere.radius;
+    }
+    return state;
+}
+
+void content_read_radii(struct content *content)
+{
+    struct radius_view view = {.geometry = content->range->geometry, .is_swept = is_swept(content)};
+    struct builder_geometry described;
+    struct source source = {0};
+    if (!describe(content, &described) ||
+        !source_open(&source, false, &described, content->range->range))
+        return;
+    for (; view.primitive < source.count; view.primitive++) {
+        if (read_radius(&source, &view) != SOURCE_UNDEFINED)
+            continue;
+        content_walk_radius(content, &view);
+        return;
+    }
+}
+
+static bool is_not_negative(const struct radius_view *radius, struct finding *finding,
+                            const char *path)
+{
+    return radius->radius >= 0 ||
+           violated(finding, path, "leads to primitive {}, which has radius {}, less than 0",
+                    number(radius->primitive), real(radius->radius));
+}
+
+bool spheres_radii_are_not_negative(const struct radius_view *radius, struct finding *finding)
+{
+    return radius->is_swept ||
+           is_not_negative(radius, finding, SPHERES_DATA "radiusData.hostAddress");
+}
+
+bool swept_spheres_radii_are_not_negative(const struct radius_view *radius, struct finding *finding)
+{
+    return !radius->is_swept ||
+           is_not_negative(radius, finding, SWEPT_DATA "radiusData.hostAddress");
+}

@@ -1,0 +1,331 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The radii of spheres and linear swept spheres of host builds. */
+#include <math.h>
+#include <string.h>
+
+#include "case.h"
+#include "scene_spheres.h"
+
+static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
+static const struct setup with_content = {.enable = ENABLE_SPHERES, .level = "content"};
+
+/* Behind the boxes, and among the indices. */
+enum { RADII = SCENE_BUFFER_SIZE / 2, RADIUS_INDICES = SCENE_BUFFER_SIZE / 4 };
+
+static void set_radius(struct scene *scene, uint32_t index, float radius)
+{
+    memcpy(scene->boxes.host + RADII + index * sizeof(radius), &radius, sizeof(radius));
+}
+
+static void set_radii(struct scene *scene)
+{
+    static const uint32_t indices[4] = {1, 3, 5, 7};
+    memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
+    for (uint32_t i = 0; i < 16; i++)
+        set_radius(scene, i, (float)i);
+}
+
+/* Spheres 0 to 3 have vertices and radii 1, 3, 5, 7. */
+static void add_spheres_with_radii(struct scene *scene)
+{
+    scene_add_spheres(scene);
+    set_radii(scene);
+    scene->spheres.indexData.deviceAddress = scene_address(scene, &scene->indices, RADIUS_INDICES);
+    scene->spheres.radiusData.deviceAddress = scene_address(scene, &scene->boxes, RADII);
+}
+
+#define RADIUS(name, index, radius)                                                                \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        add_spheres_with_radii(scene);                                                             \
+        set_radius(scene, index, radius);                                                          \
+    }
+
+RADIUS(radius_0_negative, 0, -1.0f)
+RADIUS(radius_1_negative, 1, -1e-30f)
+RADIUS(radius_5_negative, 5, -0.5f)
+RADIUS(radius_5_minus_zero, 5, -0.0f)
+RADIUS(radius_5_nan, 5, -NAN)
+RADIUS(radius_6_negative, 6, -1.0f)
+RADIUS(radius_7_infinite, 7, -INFINITY)
+RADIUS(radius_8_negative, 8, -1.0f)
+
+static void all_radii_negative(struct scene *scene)
+{
+    add_spheres_with_radii(scene);
+    for (uint32_t i = 0; i < 16; i++)
+        set_radius(scene, i, -1.0f);
+}
+
+/* It is inactive. */
+static void radius_5_of_no_center(struct scene *scene)
+{
+    const float nan = NAN;
+    radius_5_negative(scene);
+    memcpy(scene->vertices.host + 5 * 12 + 4, &nan, sizeof(nan));
+}
+
+static void short_indices_to_radii(struct scene *scene)
+{
+    static const uint16_t indices[4] = {1, 3, 6, 7};
+    radius_6_negative(scene);
+    memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
+}
+
+static void half_radius(struct scene *scene, uint16_t bits)
+{
+    add_spheres_with_radii(scene);
+    memcpy(scene->boxes.host + RADII + 3 * sizeof(bits), &bits, sizeof(bits));
+    scene->spheres.radiusFormat = VK_FORMAT_R16_SFLOAT;
+    scene->spheres.radiusStride = sizeof(bits);
+}
+
+static void half_radius_negative(struct scene *scene)
+{
+    half_radius(scene, 0x8001);
+}
+
+static void half_radius_minus_zero(struct scene *scene)
+{
+    half_radius(scene, 0x8000);
+}
+
+static void half_radius_nan(struct scene *scene)
+{
+    half_radius(scene, 0xfe00);
+}
+
+/* Swept spheres 0 and 1 go from 1 to 3 and from 5 to 7. */
+static void add_swept_spheres_with_radii(struct scene *scene)
+{
+    scene_add_swept_spheres(scene);
+    set_radii(scene);
+    scene->swept_spheres.radiusFormat = VK_FORMAT_R32_SFLOAT;
+    scene->swept_spheres.radiusData.deviceAddress = scene_address(scene, &scene->boxes, RADII);
+    scene->swept_spheres.indexType = VK_INDEX_TYPE_UINT32;
+    scene->swept_spheres.indexStride = sizeof(uint32_t);
+    scene->swept_spheres.indexData.deviceAddress =
+        scene_address(scene, &scene->indices, RADIUS_INDICES);
+    scene->ranges[SPHERES][0].primitiveCount = 2;
+}
+
+#define SWEPT_RADIUS(name, index, radius)                                                          \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        add_swept_spheres_with_radii(scene);                                                       \
+        set_radius(scene, index, radius);                                                          \
+    }
+
+SWEPT_RADIUS(swept_radius_5_negative, 5, -0.5f)
+SWEPT_RADIUS(swept_radius_5_nan, 5, -NAN)
+SWEPT_RADIUS(swept_radius_6_negative, 6, -1.0f)
+SWEPT_RADIUS(swept_radius_7_infinite, 7, -INFINITY)
+SWEPT_RADIUS(swept_radius_8_negative, 8, -1.0f)
+
+static void swept_radii_all_negative(struct scene *scene)
+{
+    add_swept_spheres_with_radii(scene);
+    for (uint32_t i = 0; i < 16; i++)
+        set_radius(scene, i, -1.0f);
+}
+
+/* It is inactive. */
+static void swept_radius_beside_nan(struct scene *scene)
+{
+    swept_radius_7_infinite(scene);
+    set_radius(scene, 5, NAN);
+}
+
+#define SPHERES_RADII SPHERES_PATH "radiusData.hostAddress leads to "
+#define SWEPT_RADII SWEPT_PATH "radiusData.hostAddress leads to "
+
+static const struct test_case cases[] = {
+    {.name = "spheres_radius_negative",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_5_negative,
+     .mutate_twin = radius_5_minus_zero,
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 2, which has radius -0.5"},
+    {.name = "spheres_radius_negative_of_no_primitive",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = radius_6_negative,
+     .commands = ON_HOST},
+    {.name = "spheres_radius_infinitely_negative",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_7_infinite,
+     .mutate_twin = radius_5_nan,
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 3, which has radius -inf"},
+    {.name = "spheres_radius_negative_without_center",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = radius_5_of_no_center,
+     .commands = ON_HOST},
+    {.name = "spheres_radius_negative_by_first_vertex",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_8_negative,
+     .edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 1)),
+     .mutate_twin = radius_8_negative,
+     .twin_edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 2)),
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 3"},
+    {.name = "spheres_radius_negative_at_index_stride",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_1_negative,
+     .edits = EDITS(SET(spheres.indexStride, 0)),
+     .mutate_twin = radius_5_negative,
+     .twin_edits = EDITS(SET(spheres.indexStride, 0)),
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 0, which has radius -1e-30"},
+    {.name = "spheres_radius_negative_by_short_index",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = short_indices_to_radii,
+     .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2)),
+     .mutate_twin = short_indices_to_radii,
+     .twin_edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2),
+                         SET(ranges[SPHERES][0].primitiveCount, 2)),
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 2"},
+    {.name = "spheres_radius_negative_by_offset_of_indices",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_0_negative,
+     .edits = EDITS(SET(ranges[SPHERES][0].primitiveOffset, 4)),
+     .mutate_twin = radius_0_negative,
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 3"},
+    /* The offset is applied to vertices and radii. */
+    {.name = "spheres_radius_negative_by_offset",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_6_negative,
+     .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                    SET(spheres.indexData.deviceAddress, 0),
+                    SET(ranges[SPHERES][0].primitiveOffset, 12)),
+     .mutate_twin = radius_6_negative,
+     .twin_edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                         SET(spheres.indexData.deviceAddress, 0)),
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 3"},
+    {.name = "spheres_radii_of_stride_0",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = radius_0_negative,
+     .edits = EDITS(SET(spheres.radiusStride, 0)),
+     .mutate_twin = radius_5_negative,
+     .twin_edits = EDITS(SET(spheres.radiusStride, 0)),
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 0"},
+    {.name = "spheres_half_radius_negative",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = half_radius_negative,
+     .mutate_twin = half_radius_minus_zero,
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 1"},
+    {.name = "spheres_half_radius_nan",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = half_radius_nan,
+     .commands = ON_HOST},
+    {.name = "spheres_radii_negative_are_told_once",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = all_radii_negative,
+     .mutate_twin = all_radii_negative,
+     .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
+     .commands = ON_HOST,
+     .path = SPHERES_RADII "primitive 0",
+     .count = 1},
+    {.name = "spheres_radii_unreadable",
+     RULES(RULE_spheres_radius_data_is_valid),
+     .setup = &with_content,
+     .mutate = all_radii_negative,
+     .edits = EDITS(SET(spheres.radiusData.deviceAddress, 0x10)),
+     .mutate_twin = add_spheres_with_radii,
+     .commands = ON_HOST},
+    {.name = "spheres_radii_negative_in_device_memory",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = all_radii_negative,
+     .commands = ON_COMMAND_BUFFERS},
+    {.name = "spheres_radii_negative_below_level_content",
+     RULES(RULE_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_spheres,
+     .mutate = all_radii_negative,
+     .commands = ON_HOST},
+
+    {.name = "swept_spheres_first_radius_negative",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = swept_radius_5_negative,
+     .mutate_twin = swept_radius_6_negative,
+     .commands = ON_HOST,
+     .path = SWEPT_RADII "primitive 1, which has radius -0.5"},
+    {.name = "swept_spheres_last_radius_negative",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = swept_radius_7_infinite,
+     .mutate_twin = swept_radius_8_negative,
+     .commands = ON_HOST,
+     .path = SWEPT_RADII "primitive 1, which has radius -inf"},
+    {.name = "swept_spheres_radius_nan",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = swept_radius_5_nan,
+     .commands = ON_HOST},
+    {.name = "swept_spheres_radius_beside_nan",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = swept_radius_beside_nan,
+     .commands = ON_HOST},
+    /* From each index to the one behind it. */
+    {.name = "swept_spheres_radius_negative_of_successor",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = swept_radius_6_negative,
+     .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                    SET(ranges[SPHERES][0].primitiveCount, 3)),
+     .mutate_twin = swept_radius_7_infinite,
+     .twin_edits =
+         EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+               SET(ranges[SPHERES][0].primitiveCount, 3)),
+     .commands = ON_HOST,
+     .path = SWEPT_RADII "primitive 2"},
+    {.name = "swept_spheres_radius_negative_without_indices",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = swept_radius_5_negative,
+     .edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                    SET(swept_spheres.indexData.deviceAddress, 0),
+                    SET(ranges[SPHERES][0].primitiveCount, 3)),
+     .mutate_twin = swept_radius_5_negative,
+     .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                         SET(swept_spheres.indexData.deviceAddress, 0)),
+     .commands = ON_HOST,
+     .path = SWEPT_RADII "primitive 2"},
+    {.name = "swept_spheres_radii_negative_are_told_once",
+     RULES(RULE_swept_spheres_radii_are_not_negative),
+     .setup = &with_content,
+     .mutate = swept_radii_all_negative,
+     .mutate_twin = swept_radii_all_negative,
+     .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
+     .commands = ON_HOST,
+     .path = SWEPT_RADII "primitive 0",
+     .count = 1},
+};
+
+CASE_LIST(cases_radii, cases);
