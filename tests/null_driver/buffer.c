@@ -2,8 +2,16 @@
 /* Buffers: creation, binding and addresses. */
 #include "internal.h"
 
-static void release_sparse_buffer(struct object *buffer) {
-    address_release(buffer->config, buffer->buffer.address, buffer->buffer.size);
+#include <stdlib.h>
+
+static void release_buffer(struct object *buffer) {
+    while (buffer->buffer.bindings != NULL) {
+        struct binding *binding = buffer->buffer.bindings;
+        buffer->buffer.bindings = binding->next;
+        free(binding);
+    }
+    if (buffer->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+        address_release(buffer->config, buffer->buffer.address, buffer->buffer.size);
 }
 
 /* Until it is bound, or for good where it is sparse; 0 where it gets one from memory alone. */
@@ -28,9 +36,7 @@ VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInf
                            const VkAllocationCallbacks *pAllocator, VkBuffer *pBuffer) {
     ENTER_OR_FAIL(CreateBuffer);
     (void)pAllocator;
-    const bool sparse = pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
-    struct object *buffer =
-        object_create(OBJECT(device), TYPE_BUFFER, sparse ? release_sparse_buffer : NULL);
+    struct object *buffer = object_create(OBJECT(device), TYPE_BUFFER, release_buffer);
     if (buffer == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     buffer->buffer.size = pCreateInfo->size;
@@ -47,11 +53,43 @@ void null_DestroyBuffer(VkDevice device, VkBuffer buffer, const VkAllocationCall
     object_destroy(RAW(buffer), TYPE_BUFFER);
 }
 
+void buffer_bind(struct object *buffer, const struct binding *binding) {
+    struct binding *copy = malloc(sizeof(*copy));
+    if (copy == NULL)
+        return;
+    *copy = *binding;
+    copy->next = buffer->buffer.bindings;
+    buffer->buffer.bindings = copy;
+}
+
+unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size) {
+    const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
+    const struct binding *binding = object != NULL ? object->buffer.bindings : NULL;
+    for (; binding != NULL; binding = binding->next) {
+        if (offset >= binding->offset && offset - binding->offset < binding->size)
+            break;
+        /* An older one counts only up to where a newer one begins. */
+        if (offset < binding->offset && *size > binding->offset - offset)
+            *size = binding->offset - offset;
+    }
+    struct object *memory =
+        binding != NULL ? object_find(binding->memory, TYPE_MEMORY) : NULL;
+    if (memory == NULL)
+        return NULL;
+    const VkDeviceSize inside = offset - binding->offset;
+    if (*size > binding->size - inside)
+        *size = binding->size - inside;
+    return memory_bytes(memory, binding->memory_offset + inside, size);
+}
+
 static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
     struct object *to = object_find(RAW(buffer), TYPE_BUFFER);
     const struct object *from = object_find(RAW(memory), TYPE_MEMORY);
-    if (to != NULL && from != NULL && !(to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT))
-        to->buffer.address = from->memory.address + offset;
+    if (to == NULL || from == NULL || to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+        return;
+    to->buffer.address = from->memory.address + offset;
+    buffer_bind(to, &(struct binding){
+                        .size = to->buffer.size, .memory = RAW(memory), .memory_offset = offset});
 }
 
 VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory memory,

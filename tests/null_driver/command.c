@@ -37,7 +37,7 @@ VkResult null_AllocateCommandBuffers(VkDevice device,
     if (pool == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     for (uint32_t i = 0; i < pAllocateInfo->commandBufferCount; i++) {
-        pCommandBuffers[i] = (VkCommandBuffer)object_create(pool, TYPE_COMMAND_BUFFER, NULL);
+        pCommandBuffers[i] = (VkCommandBuffer)object_create(pool, TYPE_COMMAND_BUFFER, transfers_release);
         if (pCommandBuffers[i] == VK_NULL_HANDLE) {
             free_command_buffers(i, pCommandBuffers);
             memset(pCommandBuffers, 0, pAllocateInfo->commandBufferCount * sizeof(VkCommandBuffer));

@@ -122,7 +122,11 @@ struct object {
             VkDeviceSize size;
             VkBufferCreateFlags flags;
             VkDeviceAddress address;
+            struct binding *bindings; /* the last one first */
         } buffer;
+        struct {
+            struct transfer *first, *last;
+        } command_buffer;
         VkMemoryRequirements image;
         struct {
             uint64_t buffer;
@@ -188,6 +192,25 @@ static inline const void *chain_find(const void *pNext, VkStructureType sType) {
         in = in->pNext;
     return in;
 }
+
+/* A part of a buffer, and the memory that is bound there. */
+struct binding {
+    struct binding *next;
+    VkDeviceSize offset, size;
+    uint64_t memory;
+    VkDeviceSize memory_offset;
+};
+void buffer_bind(struct object *buffer, const struct binding *binding);
+
+/* The bytes of live memory from an offset on, made when they are first asked for: at most *size of
+ * them, which it cuts to how many there are. NULL where there are none. */
+unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size);
+/* The same of a buffer, as it is bound: *size bytes that lie one behind the other. */
+unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size);
+
+/* Does what the command buffer's commands do to buffers. */
+void transfers_execute(VkCommandBuffer commands);
+void transfers_release(struct object *commands);
 
 /* The two calls of every enumeration: copies the members named by from, of which there are
  * available, of size bytes each, to where count says there is room. */

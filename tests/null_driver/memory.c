@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Device memory: an address each, and real memory once a host-visible one is mapped. */
+/* Device memory: an address each, and real memory once it is mapped or a command uses it. */
 #define _GNU_SOURCE
 #include "internal.h"
 
@@ -72,18 +72,33 @@ void null_FreeMemory(VkDevice device, VkDeviceMemory memory,
     object_destroy(RAW(memory), TYPE_MEMORY);
 }
 
-static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData) {
-    struct object *memory = object_find(RAW(handle), TYPE_MEMORY);
-    if (memory == NULL || !memory->memory.host_visible || offset >= memory->memory.size)
-        return VK_ERROR_MEMORY_MAP_FAILED;
+unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size) {
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of making them */
+    if (offset >= memory->memory.size)
+        return NULL;
+    if (*size > memory->memory.size - offset)
+        *size = memory->memory.size - offset;
+    pthread_mutex_lock(&lock);
     if (memory->memory.host == NULL) {
         void *host = mmap(NULL, memory->memory.size, PROT_READ | PROT_WRITE,
                           MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-        if (host == MAP_FAILED)
-            return VK_ERROR_MEMORY_MAP_FAILED;
-        memory->memory.host = host;
+        if (host != MAP_FAILED)
+            memory->memory.host = host;
     }
-    *ppData = (char *)memory->memory.host + offset;
+    unsigned char *bytes = memory->memory.host;
+    pthread_mutex_unlock(&lock);
+    return bytes != NULL ? bytes + offset : NULL;
+}
+
+static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData) {
+    struct object *memory = object_find(RAW(handle), TYPE_MEMORY);
+    if (memory == NULL || !memory->memory.host_visible)
+        return VK_ERROR_MEMORY_MAP_FAILED;
+    VkDeviceSize size = VK_WHOLE_SIZE;
+    unsigned char *bytes = memory_bytes(memory, offset, &size);
+    if (bytes == NULL)
+        return VK_ERROR_MEMORY_MAP_FAILED;
+    *ppData = bytes;
     return VK_SUCCESS;
 }
 

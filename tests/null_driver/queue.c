@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Submissions: complete at once, and signal what they are to signal. */
+/* Submissions: execute and complete at once, and signal what they are to signal. */
 #include "internal.h"
 
 /* values may be shorter than semaphores, or missing: binary semaphores have none. */
@@ -26,6 +26,8 @@ VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInf
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     for (uint32_t i = 0; i < submitCount; i++) {
+        for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
+            transfers_execute(pSubmits[i].pCommandBuffers[j]);
         signal_semaphores(pSubmits[i].signalSemaphoreCount, pSubmits[i].pSignalSemaphores,
                           pSubmits[i].pNext);
     }
@@ -39,12 +41,25 @@ VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitIn
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     for (uint32_t i = 0; i < submitCount; i++) {
+        for (uint32_t j = 0; j < pSubmits[i].commandBufferInfoCount; j++)
+            transfers_execute(pSubmits[i].pCommandBufferInfos[j].commandBuffer);
         for (uint32_t j = 0; j < pSubmits[i].signalSemaphoreInfoCount; j++) {
             const VkSemaphoreSubmitInfo *info = &pSubmits[i].pSignalSemaphoreInfos[j];
             sync_signal_semaphore(info->semaphore, info->value);
         }
     }
     return finish(fence);
+}
+
+static void bind_sparse(const VkSparseBufferMemoryBindInfo *info) {
+    struct object *buffer = object_find(RAW(info->buffer), TYPE_BUFFER);
+    for (uint32_t i = 0; buffer != NULL && i < info->bindCount; i++) {
+        const VkSparseMemoryBind *bind = &info->pBinds[i];
+        buffer_bind(buffer, &(struct binding){.offset = bind->resourceOffset,
+                                              .size = bind->size,
+                                              .memory = RAW(bind->memory),
+                                              .memory_offset = bind->memoryOffset});
+    }
 }
 
 VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
@@ -54,6 +69,8 @@ VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     for (uint32_t i = 0; i < bindInfoCount; i++) {
+        for (uint32_t j = 0; j < pBindInfo[i].bufferBindCount; j++)
+            bind_sparse(&pBindInfo[i].pBufferBinds[j]);
         signal_semaphores(pBindInfo[i].signalSemaphoreCount, pBindInfo[i].pSignalSemaphores,
                           pBindInfo[i].pNext);
     }

@@ -39,5 +39,7 @@ VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool);
 
 /* The tests of commands, synchronization and failures. */
 int run_command_tests(void);
+/* What submitted commands do to the bytes of buffers. */
+int run_transfer_tests(void);
 
 #endif

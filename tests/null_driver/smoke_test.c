@@ -324,6 +324,7 @@ int main(void) {
     };
     int failed = cmocka_run_group_tests_name("null_driver", tests, NULL, NULL);
     failed += run_command_tests();
+    failed += run_transfer_tests();
     dlclose(library);
     return failed;
 }

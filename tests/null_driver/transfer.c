@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What command buffers do to the bytes of buffers: recorded, and done at submission. Everything
+ * else that they record does nothing. */
+#include "internal.h"
+
+#include <stdlib.h>
+
+enum transfer_kind { COPY, UPDATE, FILL, EXECUTE };
+
+struct transfer {
+    struct transfer *next;
+    enum transfer_kind kind;
+    VkBuffer src, dst;
+    VkBufferCopy region;
+    uint32_t word;             /* of FILL */
+    VkCommandBuffer secondary; /* of EXECUTE */
+    unsigned char data[];      /* of UPDATE */
+};
+
+void transfers_release(struct object *commands)
+{
+    for (struct transfer *next, *at = commands->command_buffer.first; at != NULL; at = next) {
+        next = at->next;
+        free(at);
+    }
+    commands->command_buffer.first = commands->command_buffer.last = NULL;
+}
+
+/* A freed command buffer, which tests may still record to, keeps nothing. */
+static void add(VkCommandBuffer handle, const struct transfer *transfer, const void *data)
+{
+    struct object *commands = OBJECT(handle);
+    const size_t size = data != NULL ? transfer->region.size : 0;
+    struct transfer *copy =
+        commands->type == TYPE_COMMAND_BUFFER ? malloc(sizeof(*copy) + size) : NULL;
+    if (copy == NULL)
+        return;
+    *copy = *transfer;
+    if (size > 0)
+        memcpy(copy->data, data, size);
+    if (commands->command_buffer.last != NULL)
+        commands->command_buffer.last->next = copy;
+    else
+        commands->command_buffer.first = copy;
+    commands->command_buffer.last = copy;
+}
+
+/* ---- recording */
+
+VkResult null_BeginCommandBuffer(VkCommandBuffer commandBuffer,
+                                 const VkCommandBufferBeginInfo *pBeginInfo)
+{
+    ENTER_OR_FAIL(BeginCommandBuffer);
+    (void)pBeginInfo;
+    if (OBJECT(commandBuffer)->type == TYPE_COMMAND_BUFFER)
+        transfers_release(OBJECT(commandBuffer));
+    return VK_SUCCESS;
+}
+
+VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferResetFlags flags)
+{
+    ENTER_OR_FAIL(ResetCommandBuffer);
+    (void)flags;
+    if (OBJECT(commandBuffer)->type == TYPE_COMMAND_BUFFER)
+        transfers_release(OBJECT(commandBuffer));
+    return VK_SUCCESS;
+}
+
+VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
+                               VkCommandPoolResetFlags flags)
+{
+    ENTER_OR_FAIL(ResetCommandPool);
+    (void)device;
+    (void)flags;
+    const struct object *pool = object_find(RAW(commandPool), TYPE_COMMAND_POOL);
+    for (struct object *child = pool != NULL ? pool->children : NULL; child != NULL;
+         child = child->next)
+        transfers_release(child);
+    return VK_SUCCESS;
+}
+
+void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuffer dstBuffer,
+                        uint32_t regionCount, const VkBufferCopy *pRegions)
+{
+    ENTER(CmdCopyBuffer);
+    for (uint32_t i = 0; i < regionCount; i++)
+        add(commandBuffer,
+            &(struct transfer){
+                .kind = COPY, .src = srcBuffer, .dst = dstBuffer, .region = pRegions[i]},
+            NULL);
+}
+
+void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 *pCopyBufferInfo)
+{
+    ENTER(CmdCopyBuffer2);
+    for (uint32_t i = 0; i < pCopyBufferInfo->regionCount; i++) {
+        const VkBufferCopy2 *region = &pCopyBufferInfo->pRegions[i];
+        add(commandBuffer,
+            &(struct transfer){.kind = COPY,
+                               .src = pCopyBufferInfo->srcBuffer,
+                               .dst = pCopyBufferInfo->dstBuffer,
+                               .region = {region->srcOffset, region->dstOffset, region->size}},
+            NULL);
+    }
+}
+
+void null_CmdUpdateBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
+                          VkDeviceSize dataSize, const void *pData)
+{
+    ENTER(CmdUpdateBuffer);
+    add(commandBuffer,
+        &(struct transfer){.kind = UPDATE, .dst = dstBuffer, .region = {0, dstOffset, dataSize}},
+        pData);
+}
+
+void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
+                        VkDeviceSize size, uint32_t data)
+{
+    ENTER(CmdFillBuffer);
+    add(commandBuffer,
+        &(struct transfer){
+            .kind = FILL, .dst = dstBuffer, .region = {0, dstOffset, size}, .word = data},
+        NULL);
+}
+
+void null_CmdExecuteCommands(VkCommandBuffer commandBuffer, uint32_t commandBufferCount,
+                             const VkCommandBuffer *pCommandBuffers)
+{
+    ENTER(CmdExecuteCommands);
+    for (uint32_t i = 0; i < commandBufferCount; i++)
+        add(commandBuffer, &(struct transfer){.kind = EXECUTE, .secondary = pCommandBuffers[i]},
+            NULL);
+}
+
+/* ---- execution */
+
+/* Ends at the first byte that has no memory. */
+static void copy(const struct transfer *transfer)
+{
+    VkDeviceSize size;
+    for (VkDeviceSize done = 0; done < transfer->region.size; done += size) {
+        size = transfer->region.size - done;
+        unsigned char *to = buffer_bytes(transfer->dst, transfer->region.dstOffset + done, &size);
+        const unsigned char *from =
+            transfer->kind == UPDATE
+                ? transfer->data + done
+                : buffer_bytes(transfer->src, transfer->region.srcOffset + done, &size);
+        if (to == NULL || from == NULL)
+            return;
+        memmove(to, from, size);
+    }
+}
+
+static void fill(const struct transfer *transfer)
+{
+    VkDeviceSize size;
+    for (VkDeviceSize done = 0; done < transfer->region.size; done += size) {
+        size = transfer->region.size - done;
+        unsigned char *to = buffer_bytes(transfer->dst, transfer->region.dstOffset + done, &size);
+        if (to == NULL || size < sizeof(uint32_t))
+            return;
+        size -= size % sizeof(uint32_t);
+        for (VkDeviceSize i = 0; i < size; i += sizeof(uint32_t))
+            memcpy(to + i, &transfer->word, sizeof(uint32_t));
+    }
+}
+
+/* A command buffer that was destroyed, or reset, has nothing to do. */
+static void execute_one_level(VkCommandBuffer commands, bool primary)
+{
+    const struct object *object = OBJECT(commands);
+    if (object == NULL || object->type != TYPE_COMMAND_BUFFER)
+        return;
+    for (const struct transfer *at = object->command_buffer.first; at != NULL; at = at->next) {
+        if (at->kind == FILL)
+            fill(at);
+        else if (at->kind != EXECUTE)
+            copy(at);
+        else if (primary)
+            execute_one_level(at->secondary, false);
+    }
+}
+
+void transfers_execute(VkCommandBuffer commands)
+{
+    execute_one_level(commands, true);
+}
