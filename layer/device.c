@@ -40,6 +40,7 @@ static void free_device(struct layer_device *device)
     size_cache_destroy(device->sizes);
     object_names_destroy(device->names);
     query_pools_destroy(device->query_pools);
+    events_destroy(device->events);
     check_free_sweep(atomic_load(&device->spare_sweep));
     free(device->queue_families);
     free(device);
@@ -56,6 +57,7 @@ static struct layer_device *allocate_device(void)
         size_cache_create(&device->sizes) == VK_SUCCESS &&
         object_names_create(&device->names) == VK_SUCCESS &&
         query_pools_create(&device->query_pools) == VK_SUCCESS &&
+        events_create(&device->events) == VK_SUCCESS &&
         deferred_operations_create(&device->deferred, host_work_end) == VK_SUCCESS)
         return device;
     free_device(device);

@@ -65,6 +65,19 @@
     INTERCEPT(WaitForFences)                                                                       \
     INTERCEPT(QueueWaitIdle)                                                                       \
     INTERCEPT(DeviceWaitIdle)                                                                      \
+    INTERCEPT(CreateEvent)                                                                         \
+    INTERCEPT(DestroyEvent)                                                                        \
+    INTERCEPT(SetEvent)                                                                            \
+    INTERCEPT(ResetEvent)                                                                          \
+    INTERCEPT(CmdSetEvent)                                                                         \
+    INTERCEPT(CmdSetEvent2)                                                                        \
+    INTERCEPT(CmdSetEvent2KHR)                                                                     \
+    INTERCEPT(CmdResetEvent)                                                                       \
+    INTERCEPT(CmdResetEvent2)                                                                      \
+    INTERCEPT(CmdResetEvent2KHR)                                                                   \
+    INTERCEPT(CmdWaitEvents)                                                                       \
+    INTERCEPT(CmdWaitEvents2)                                                                      \
+    INTERCEPT(CmdWaitEvents2KHR)                                                                   \
     INTERCEPT(CreateDeferredOperationKHR)                                                          \
     INTERCEPT(DestroyDeferredOperationKHR)                                                         \
     INTERCEPT(GetDeferredOperationResultKHR)                                                       \

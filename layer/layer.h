@@ -23,6 +23,7 @@
 #include "report/reporter.h"
 #include "state/command_buffers.h"
 #include "state/deferred_operations.h"
+#include "state/events.h"
 #include "state/execution_order.h"
 #include "state/facts.h"
 #include "state/object_names.h"
@@ -74,6 +75,7 @@ struct layer_device {
     struct size_cache *sizes;
     struct object_names *names;
     struct query_pools *query_pools;
+    struct events *events;
     struct deferred_operations *deferred;
 
     /* What has been submitted; NULL below level EXECUTION. */

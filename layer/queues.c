@@ -96,6 +96,22 @@ static void add_submit(struct submission *submission, const struct layer_device 
             spread ? SCOPE_NOTHING : SCOPE_ALL);
 }
 
+/* Whether to skip the call. */
+static bool prepare(struct layer_device *device, struct submission *submission)
+{
+    bool skip = submission_prepare(submission);
+    if (skip)
+        events_forget(device->events);
+    return skip;
+}
+
+static void finish(struct layer_device *device, struct submission *submission, VkResult result)
+{
+    if (result < VK_SUCCESS)
+        events_forget(device->events);
+    submission_finish(submission, result);
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
                                                  const VkSubmitInfo *pSubmits, VkFence fence)
 {
@@ -104,10 +120,10 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitC
     for (uint32_t i = 0; submission && i < submitCount; i++)
         add_submit(submission, state, &pSubmits[i]);
     submission_set_fence(submission, fence);
-    if (submission_prepare(submission))
+    if (prepare(state, submission))
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.QueueSubmit(queue, submitCount, pSubmits, fence);
-    submission_finish(submission, result);
+    finish(state, submission, result);
     return result;
 }
 
@@ -138,10 +154,10 @@ static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, V
     for (uint32_t i = 0; submission && i < count; i++)
         add_submit2(submission, state, &infos[i]);
     submission_set_fence(submission, fence);
-    if (submission_prepare(submission))
+    if (prepare(state, submission))
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = submit(queue, count, infos, fence);
-    submission_finish(submission, result);
+    finish(state, submission, result);
     return result;
 }
 

@@ -194,6 +194,12 @@ static void *capture(void *user, VkCommandBuffer handle)
                                                      : NULL;
 }
 
+static bool is_open(void *user, VkQueue queue, const void *captured)
+{
+    const struct submissions *submissions = user;
+    return events_submit(submissions->device->events, queue, captured);
+}
+
 static void settle_bindings(struct resources *resources, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
@@ -251,6 +257,7 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
         .user = submissions,
         .capture = capture,
         .release = release,
+        .is_open = is_open,
         .check = check,
         .drop = drop,
         .run = run_batch,

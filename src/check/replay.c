@@ -160,12 +160,18 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
     case JOURNAL_EXECUTE:
         keep_entries(known, journal_start(entry->secondary));
         break;
+    /* The host may have built anything meanwhile. */
+    case JOURNAL_WAIT_EVENT:
+        build_states_release(known);
+        break;
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
         break;
     }
 }
@@ -253,6 +259,9 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         break;
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
+    case JOURNAL_WAIT_EVENT:
         break;
     case JOURNAL_BIND:
         replay_bind(replay, entry);
@@ -330,6 +339,9 @@ static bool writes_a_structure(const struct journal_entry *entry)
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
+    case JOURNAL_WAIT_EVENT:
         break;
     }
     return false;

@@ -121,6 +121,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
         struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
                                       .secondary = journal_share(secondary->journal)};
         journal_add(primary->journal, &entry);
+        primary->journal->has_events |= secondary->journal->has_events;
     }
     if (primary->journal && (!secondary->journal || secondary->journal->incomplete))
         primary->journal->incomplete = true;

@@ -72,6 +72,9 @@ struct execution_hooks {
      * On the submitting thread, before the call goes down. `release` may come on any thread. */
     void *(*capture)(void *user, VkCommandBuffer command_buffer);
     void (*release)(void *user, void *captured);
+    /* Whether it waits for what only the host may do, after the submission: what comes before the
+     * rest of the queue is not known then. At once after `capture`. */
+    bool (*is_open)(void *user, VkQueue queue, const void *captured);
     /* Before the call goes down: a batch with nothing before it that has not run, save for batches
      * of the same call that were checked just before. True: skip the call. */
     bool (*check)(void *user, const struct batch_run *batch);

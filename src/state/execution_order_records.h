@@ -28,6 +28,7 @@ struct order_batch {
     uint32_t first_commands, command_count;
     struct moment moment;
     struct execution_clock clock;
+    bool is_open; /* its commands are */
     bool predecessors_known;
 };
 

@@ -259,7 +259,7 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
     struct submission *submission = batch->submission;
     execution_clock_join(&clocks->builds, &submission->host);
     execution_clock_join(&clocks->all, &submission->host);
-    bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all);
+    bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all) || batch->is_open;
 
     batch->moment = (struct moment){submission->queue_record->index, ++clocks->count};
     execution_clock_copy(&batch->clock, &clocks->builds);

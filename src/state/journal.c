@@ -224,7 +224,7 @@ void journal_clear(struct journal *journal)
     if (journal->work)
         journal->release_work(journal->work);
     journal->work = NULL;
-    journal->incomplete = false;
+    journal->has_events = journal->incomplete = false;
 }
 
 void journal_release(struct journal *journal)

@@ -33,6 +33,10 @@ enum journal_kind {
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first, info: how many */
     JOURNAL_ANSWER,        /* the host read `size`; src: the structure, or src_id: the query */
+    /* dst: a VkEvent. Waits are noted that may be up to the host (events.h). */
+    JOURNAL_SET_EVENT,
+    JOURNAL_RESET_EVENT,
+    JOURNAL_WAIT_EVENT,
 };
 
 /* How a build uses a micromap. */
@@ -149,6 +153,7 @@ struct journal {
     void *work;
     void (*release_work)(void *work);
     bool binds;      /* it has entries JOURNAL_BIND, and no others */
+    bool has_events; /* its own, or those of secondaries */
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
 

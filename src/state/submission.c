@@ -82,6 +82,7 @@ void submission_add_batch(struct submission *submission)
     batch->first_operation = submission->operation_count;
     batch->first_commands = submission->command_count;
     batch->operation_count = batch->command_count = 0;
+    batch->is_open = false;
 }
 
 /* NULL where something was lost for lack of memory before. */
@@ -139,8 +140,12 @@ void submission_add_commands(struct submission *submission, VkCommandBuffer comm
     if (!submission)
         return;
     const struct execution_hooks *hooks = &submission->order->hooks;
-    add_commands(submission, command_buffer,
-                 hooks->capture ? hooks->capture(hooks->user, command_buffer) : NULL);
+    struct order_batch *batch = last_batch(submission);
+    void *captured = hooks->capture ? hooks->capture(hooks->user, command_buffer) : NULL;
+    if (batch && captured && hooks->is_open &&
+        hooks->is_open(hooks->user, submission->queue, captured))
+        batch->is_open = true;
+    add_commands(submission, command_buffer, captured);
 }
 
 void submission_add_work(struct submission *submission, void *captured)

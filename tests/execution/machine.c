@@ -121,6 +121,7 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
         machine_create_pool(machine, i);
     create_fence(machine);
     machine_create_queries(machine);
+    machine_create_events(machine);
     for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)
         machine_create_operation(machine, i);
     for (uint32_t i = 0; i < SEMAPHORES; i++) {

@@ -47,6 +47,7 @@ struct machine {
     VkQueue queues[QUEUES]; /* null where there is no second */
     VkSemaphore binaries[SEMAPHORES], timelines[SEMAPHORES + 1];
     VkFence fence;
+    VkEvent events[EVENTS];
     struct test_memory pages; /* for sparse buffers */
     VkQueryPool queries;
     VkDeviceSize compacted; /* as read last */
@@ -107,6 +108,10 @@ void machine_create_operation(struct machine *machine, uint32_t operation);
 /* machine_sparse.c */
 void machine_create_sparse(struct machine *machine, uint32_t structure);
 void machine_bind(struct machine *machine, const struct step *step);
+
+/* machine_events.c */
+void machine_create_events(struct machine *machine);
+void machine_use_event(struct machine *machine, const struct step *step);
 
 /* machine_submit.c */
 void machine_submit(struct machine *machine, const struct step *step);

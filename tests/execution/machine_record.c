@@ -182,6 +182,11 @@ void machine_record(struct machine *machine, const struct step *step)
             command_buffer, 1, &machine->structures[step->src].handle,
             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, machine->queries, step->dst);
         break;
+    case ACTION_SET_EVENT:
+    case ACTION_RESET_EVENT:
+    case ACTION_WAIT_EVENT:
+        machine_use_event(machine, step);
+        break;
     case ACTION_RESET:
         expect_success(machine->vk->ResetCommandBuffer(command_buffer, 0), "vkResetCommandBuffer");
         break;

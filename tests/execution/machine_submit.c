@@ -210,6 +210,14 @@ void machine_submit(struct machine *machine, const struct step *step)
     case ACTION_SIGNAL_FROM_HOST:
         signal_from_host(machine, step);
         break;
+    case ACTION_HOST_SET_EVENT:
+        expect_success(machine->vk->SetEvent(machine->device, machine->events[step->object]),
+                       "vkSetEvent");
+        break;
+    case ACTION_HOST_RESET_EVENT:
+        expect_success(machine->vk->ResetEvent(machine->device, machine->events[step->object]),
+                       "vkResetEvent");
+        break;
     case ACTION_IDLE:
     case ACTION_QUEUE_IDLE:
     case ACTION_WAIT_FENCE:

@@ -10,8 +10,8 @@
 #include "play.h"
 
 static const struct program_list *const lists[] = {
-    &order_programs,  &silent_programs, &death_programs, &size_programs,
-    &sparse_programs, &host_programs,   &nv_programs,    &extension_programs};
+    &order_programs, &silent_programs, &death_programs, &size_programs,     &sparse_programs,
+    &host_programs,  &event_programs,  &nv_programs,    &extension_programs};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {

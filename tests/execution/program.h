@@ -22,9 +22,12 @@ enum { QUERIES = 4, SPARSE_PAGES = 4 };
 enum { QUEUES = 2, SEMAPHORES = 4, FOREIGN = SEMAPHORES };
 /* Deferred operations, from 1. */
 enum { DEFERRED_OPERATIONS = 2 };
+/* Events; only the device can set the last. */
+enum { E, F, G, EVENTS };
 
 enum build_shape { GOOD, BAD };
 enum use { USE_AGAIN, USE_ONCE, USE_SIMULTANEOUS };
+enum command_name { NAME, NAME_2, NAME_2KHR };
 enum input { VERTICES, INDICES, TRANSFORMS, BOXES, INSTANCES_INPUT, SCRATCH, RANGES, INPUTS };
 
 enum action {
@@ -45,7 +48,10 @@ enum action {
     ACTION_FILL,
     ACTION_EXECUTE, /* dst: the secondary */
     ACTION_RESET_QUERIES,
-    ACTION_QUERY,        /* dst: the query; src: the structure */
+    ACTION_QUERY,     /* dst: the query; src: the structure */
+    ACTION_SET_EVENT, /* dst: an event; detail: enum command_name */
+    ACTION_RESET_EVENT,
+    ACTION_WAIT_EVENT,
     ACTION_DESTROY_POOL, /* and makes another, with a command buffer */
     /* On the host; `object` is the operation that it is deferred to, or 0; `value` 1: it fails. */
     ACTION_HOST_BUILD,
@@ -73,6 +79,8 @@ enum action {
     ACTION_BIND,          /* dst: a structure; value: 1 + a page, or 0; detail 1: with the fence */
     ACTION_FAILED_BIND,
     ACTION_SIGNAL_FROM_HOST, /* object: a timeline, and its value */
+    ACTION_HOST_SET_EVENT,   /* object: an event */
+    ACTION_HOST_RESET_EVENT,
     ACTION_IDLE,
     ACTION_QUEUE_IDLE, /* object: a queue */
     ACTION_WAIT_FENCE,
@@ -102,7 +110,7 @@ enum action {
 struct step {
     enum action action;
     unsigned char object, dst, src;
-    unsigned char detail; /* enum build_shape, use, or input */
+    unsigned char detail; /* enum build_shape, use, command_name, or input */
     uint64_t value;
 };
 
@@ -142,6 +150,12 @@ struct step {
 #define FILL(cb, dst) STEP(ACTION_FILL, cb, dst, 0, 0, 0)
 #define RESET_QUERIES(cb) STEP(ACTION_RESET_QUERIES, cb, 0, 0, 0, 0)
 #define QUERY(cb, structure, query) STEP(ACTION_QUERY, cb, query, structure, 0, 0)
+#define SET_EVENT(cb, event) STEP(ACTION_SET_EVENT, cb, event, 0, NAME, 0)
+#define SET_EVENT_BY(cb, event, name) STEP(ACTION_SET_EVENT, cb, event, 0, name, 0)
+#define RESET_EVENT(cb, event) STEP(ACTION_RESET_EVENT, cb, event, 0, NAME, 0)
+#define RESET_EVENT_BY(cb, event, name) STEP(ACTION_RESET_EVENT, cb, event, 0, name, 0)
+#define WAIT_EVENT(cb, event) STEP(ACTION_WAIT_EVENT, cb, event, 0, NAME, 0)
+#define WAIT_EVENT_BY(cb, event, name) STEP(ACTION_WAIT_EVENT, cb, event, 0, name, 0)
 #define HOST_QUERY(structure) STEP(ACTION_HOST_QUERY, 0, 0, structure, 0, 0)
 #define HOST_RESET_QUERIES STEP(ACTION_HOST_RESET_QUERIES, 0, 0, 0, 0, 0)
 #define READ_QUERIES(flags) STEP(ACTION_READ_QUERIES, 0, 0, 0, 0, flags)
@@ -172,6 +186,8 @@ struct step {
 #define FAILED_UNBIND(structure)                                                                   \
     STEP(ACTION_FAIL_SUBMIT, 0, 0, 0, 0, 1), STEP(ACTION_FAILED_BIND, 0, structure, 0, 0, 0)
 #define SIGNAL_FROM_HOST(timeline, value) STEP(ACTION_SIGNAL_FROM_HOST, timeline, 0, 0, 0, value)
+#define HOST_SET_EVENT(event) STEP(ACTION_HOST_SET_EVENT, event, 0, 0, 0, 0)
+#define HOST_RESET_EVENT(event) STEP(ACTION_HOST_RESET_EVENT, event, 0, 0, 0, 0)
 #define IDLE STEP(ACTION_IDLE, 0, 0, 0, 0, 0)
 #define WAIT_QUEUE(queue) STEP(ACTION_QUEUE_IDLE, queue, 0, 0, 0, 0)
 #define WAIT_FENCE STEP(ACTION_WAIT_FENCE, 0, 0, 0, 0, 0)
@@ -248,7 +264,7 @@ struct program_list {
                                        sizeof(programs_) / sizeof((programs_)[0])}
 
 extern const struct program_list order_programs, silent_programs, death_programs, nv_programs,
-    size_programs, sparse_programs, host_programs, extension_programs;
+    size_programs, sparse_programs, host_programs, event_programs, extension_programs;
 
 /* Whether the program has such a step. */
 bool program_has(const struct program *program, enum action action);

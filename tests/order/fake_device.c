@@ -146,8 +146,12 @@ static void set_commands(void)
 
 void fake_device_start(struct program *program)
 {
+    static struct events *events; /* one for all devices */
     program_start(program);
     memset(&device, 0, sizeof(device));
+    if (events == NULL)
+        assert_int_equal(events_create(&events), VK_SUCCESS);
+    device.events = events;
     device.physical_device_count = 1;
     device.order = program->order;
     set_commands();

@@ -160,7 +160,13 @@ static void threads_submit_at_once(void **unused)
     pthread_t threads[THREADS];
     (void)unused;
     machine.seed = random_of("order_threads").state;
-    const struct execution_hooks hooks = {&machine, capture, release, check, drop, run, lost};
+    const struct execution_hooks hooks = {.user = &machine,
+                                          .capture = capture,
+                                          .release = release,
+                                          .check = check,
+                                          .drop = drop,
+                                          .run = run,
+                                          .lost = lost};
     assert_int_equal(execution_order_create(&machine.order, &hooks), VK_SUCCESS);
     for (uint32_t i = 1; i <= THREADS; i++) {
         execution_order_add_semaphore(machine.order, SEMAPHORE(i), VK_SEMAPHORE_TYPE_TIMELINE, 0,

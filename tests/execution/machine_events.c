@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The machine's events, as command buffers use them. */
+#include "machine.h"
+
+/* What sets an event comes before it, and what is behind a wait after it, whether the device sets
+ * the event or the host. */
+static const VkMemoryBarrier2 builds = {
+    .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+    .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
+    .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
+    .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+    .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
+};
+static const VkDependencyInfo dependency = {
+    .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+    .memoryBarrierCount = 1,
+    .pMemoryBarriers = &builds,
+};
+
+static void destroy_event(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyEvent(device, (VkEvent)handle, NULL);
+}
+
+void machine_create_events(struct machine *machine)
+{
+    for (uint32_t i = 0; i < EVENTS; i++) {
+        const VkEventCreateInfo info = {
+            .sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO,
+            .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0,
+        };
+        expect_success(machine->vk->CreateEvent(machine->device, &info, NULL, &machine->events[i]),
+                       "vkCreateEvent");
+        scene_defer(machine->scene, machine->device, (uint64_t)machine->events[i], destroy_event);
+    }
+}
+
+static void set(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
+                enum command_name name)
+{
+    if (name == NAME)
+        machine->vk->CmdSetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
+    else if (name == NAME_2)
+        machine->vk->CmdSetEvent2(command_buffer, event, &dependency);
+    else
+        machine->vk->CmdSetEvent2KHR(command_buffer, event, &dependency);
+}
+
+static void reset(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
+                  enum command_name name)
+{
+    if (name == NAME)
+        machine->vk->CmdResetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
+    else if (name == NAME_2)
+        machine->vk->CmdResetEvent2(command_buffer, event, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    else
+        machine->vk->CmdResetEvent2KHR(command_buffer, event, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+}
+
+static void wait(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
+                 enum command_name name)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
+        .dstAccessMask = (VkAccessFlags)builds.dstAccessMask,
+    };
+    if (name == NAME)
+        machine->vk->CmdWaitEvents(
+            command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,
+            (VkPipelineStageFlags)builds.dstStageMask, 1, &barrier, 0, NULL, 0, NULL);
+    else if (name == NAME_2)
+        machine->vk->CmdWaitEvents2(command_buffer, 1, &event, &dependency);
+    else
+        machine->vk->CmdWaitEvents2KHR(command_buffer, 1, &event, &dependency);
+}
+
+void machine_use_event(struct machine *machine, const struct step *step)
+{
+    const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
+    const VkEvent event = machine->events[step->dst];
+    const enum command_name name = (enum command_name)step->detail;
+    if (step->action == ACTION_SET_EVENT)
+        set(machine, command_buffer, event, name);
+    else if (step->action == ACTION_RESET_EVENT)
+        reset(machine, command_buffer, event, name);
+    else
+        wait(machine, command_buffer, event, name);
+}

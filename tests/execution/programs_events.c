@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Waits for events: where the host may set one after the submission, what it does until then comes
+ * before what is behind the wait. */
+#include "program.h"
+
+#define AFTER_EVENT(cb, event) BEGIN(cb), WAIT_EVENT(cb, event), UPDATE(cb, X, Y), END(cb)
+#define BUILD_AND_SET(cb, event) BEGIN(cb), BUILD(cb, X, BAD), SET_EVENT(cb, event), END(cb)
+/* Before it sets the event that the device waits for. */
+#define REBUILD_AND_SET(event) HOST_BUILD(X, GOOD), HOST_SET_EVENT(event), IDLE
+
+static const struct program programs[] = {
+    /* The host rebuilds the source, and then sets the event. */
+    {.name = "host_rebuilds_before_it_sets",
+     .steps = STEPS(AFTER_EVENT(B, E), HOST_BUILD(X, BAD), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "host_rebuilds_before_it_sets_2",
+     .steps = STEPS(BEGIN(B), WAIT_EVENT_BY(B, E, NAME_2), UPDATE(B, X, Y), END(B),
+                    HOST_BUILD(X, BAD), RUN2(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "host_rebuilds_before_it_sets_2_by_its_older_name",
+     .steps = STEPS(BEGIN(B), WAIT_EVENT_BY(B, E, NAME_2KHR), UPDATE(B, X, Y), END(B),
+                    HOST_BUILD(X, BAD), RUN2_KHR(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST | NEEDS_SUBMIT2_KHR},
+    {.name = "host_rebuilds_what_the_device_built_before",
+     .steps = STEPS(BEGIN(A), BUILD(A, X, BAD), SET_EVENT(A, F), WAIT_EVENT(A, E), UPDATE(A, X, Y),
+                    END(A), RUN(A), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "host_rebuilds_what_the_device_built_before_a_copy",
+     .steps = STEPS(BEGIN(A), BUILD(A, X, BAD), CLONE(A, X, W), WAIT_EVENT(A, E), CLONE(A, X, Z),
+                    UPDATE(A, Z, Y), END(A), RUN(A), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "update_in_a_later_batch",
+     .steps = STEPS(BEGIN(A), WAIT_EVENT(A, E), END(A), RECORD_UPDATE(B, X, Y), HOST_BUILD(X, BAD),
+                    RUN(A), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "wait_in_a_secondary",
+     .steps = STEPS(BEGIN(S), WAIT_EVENT(S, E), END(S), BEGIN(A), BUILD(A, X, BAD), EXECUTE(A, S),
+                    UPDATE(A, X, Y), END(A), RUN(A), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "wait_and_update_in_a_secondary",
+     .steps = STEPS(BEGIN(S), WAIT_EVENT(S, E), UPDATE(S, X, Y), END(S), BEGIN(A), BUILD(A, X, BAD),
+                    EXECUTE(A, S), END(A), RUN(A), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "reset_by_the_host",
+     .steps = STEPS(AFTER_EVENT(B, E), HOST_BUILD(X, BAD), HOST_SET_EVENT(E), HOST_RESET_EVENT(E),
+                    RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST},
+    {.name = "reset_by_the_device",
+     .steps = STEPS(BEGIN(B), SET_EVENT(B, E), RESET_EVENT(B, E), WAIT_EVENT(B, E), UPDATE(B, X, Y),
+                    END(B), HOST_BUILD(X, BAD), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST | NEEDS_NULL_DRIVER},
+    {.name = "reset_by_the_device_2",
+     .steps = STEPS(BEGIN(A), SET_EVENT_BY(A, E, NAME_2), RESET_EVENT_BY(A, E, NAME_2), END(A),
+                    AFTER_EVENT(B, E), HOST_BUILD(X, BAD), RUN(A), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST | NEEDS_NULL_DRIVER},
+    {.name = "reset_by_the_device_2_by_its_older_name",
+     .steps =
+         STEPS(BEGIN(A), SET_EVENT_BY(A, E, NAME_2KHR), RESET_EVENT_BY(A, E, NAME_2KHR), END(A),
+               AFTER_EVENT(B, E), HOST_BUILD(X, BAD), RUN(A), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST | NEEDS_NULL_DRIVER | NEEDS_SUBMIT2_KHR},
+    {.name = "set_by_a_submission_that_failed",
+     .steps = STEPS(BEGIN(A), SET_EVENT(A, E), END(A), AFTER_EVENT(B, E), HOST_BUILD(X, BAD), BATCH,
+                    WITH(A), FAILED_SUBMIT(0), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST | NEEDS_NULL_DRIVER},
+    {.name = "host_sets_while_a_reset_may_be_under_way",
+     .steps = STEPS(BEGIN(A), RESET_EVENT(A, E), END(A), AFTER_EVENT(B, E), HOST_BUILD(X, BAD),
+                    RUN(A), HOST_SET_EVENT(E), RUN(B), REBUILD_AND_SET(E)),
+     .needs = NEEDS_HOST | NEEDS_NULL_DRIVER},
+
+    /* The device, or the host before the submission, has set it: nothing comes in between. */
+    {.name = "set_in_the_command_buffer",
+     .steps = STEPS(BEGIN(A), BUILD(A, X, BAD), SET_EVENT(A, E), WAIT_EVENT(A, E), REPORTS,
+                    UPDATE(A, X, Y), END(A))},
+    {.name = "set_before_in_the_queue",
+     .steps = STEPS(BUILD_AND_SET(A, E), AFTER_EVENT(B, E), RUN(A), REPORTS, RUN(B))},
+    {.name = "set_before_in_the_queue_2",
+     .steps = STEPS(BEGIN(A), BUILD(A, X, BAD), SET_EVENT_BY(A, E, NAME_2), END(A), BEGIN(B),
+                    WAIT_EVENT_BY(B, E, NAME_2), RESET_EVENT_BY(B, E, NAME_2), UPDATE(B, X, Y),
+                    END(B), RUN2(A), REPORTS, RUN2(B))},
+    {.name = "set_before_in_the_batch",
+     .steps = STEPS(BUILD_AND_SET(A, E), AFTER_EVENT(B, E), BATCH, WITH(A), WITH(B), REPORTS,
+                    SUBMIT(0))},
+    {.name = "set_by_a_secondary",
+     .steps = STEPS(BEGIN(S), SET_EVENT(S, E), END(S), BEGIN(A), BUILD(A, X, BAD), EXECUTE(A, S),
+                    WAIT_EVENT(A, E), REPORTS, UPDATE(A, X, Y), END(A))},
+    {.name = "set_for_a_secondary",
+     .steps = STEPS(AFTER_EVENT(S, E), BEGIN(A), BUILD(A, X, BAD), SET_EVENT(A, E), EXECUTE(A, S),
+                    END(A), REPORTS, RUN(A))},
+    {.name = "set_by_the_host_before",
+     .steps = STEPS(RECORD_BUILD(A, X, BAD), AFTER_EVENT(B, E), RUN(A), HOST_SET_EVENT(E), REPORTS,
+                    RUN(B))},
+    {.name = "set_by_the_device_only",
+     .steps = STEPS(BUILD_AND_SET(A, G), BEGIN(C), SET_EVENT(C, E), END(C), AFTER_EVENT(B, G),
+                    RUN(A), BATCH, WITH(C), FAILED_SUBMIT(0), REPORTS, RUN(B)),
+     .needs = NEEDS_NULL_DRIVER},
+    {.name = "long_over",
+     .steps =
+         STEPS(RECORD_BUILD(A, X, BAD), BEGIN(C), WAIT_EVENT(C, E), END(C), RECORD_UPDATE(B, X, Y),
+               RUN(C), HOST_SET_EVENT(E), IDLE, RUN(A), REPORTS, RUN(B))},
+};
+
+PROGRAM_LIST(event_programs, programs);
