@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "levels.h"
 #include "machine.h"
 
 __attribute__((format(printf, 2, 3))) static void say(struct report *report, const char *format,
@@ -102,6 +103,11 @@ static const char *enter_world(const struct play *play, struct world *world)
 }
 
 /* ---- what a play is about */
+
+bool play_sees(const struct play *play)
+{
+    return play->level == NULL || level_named(play->level) >= LEVEL_EXECUTION;
+}
 
 bool program_has(const struct program *program, enum action action)
 {
@@ -335,7 +341,7 @@ static bool play_steps(const struct play *play, struct machine *machine, struct 
 
     for (const struct step *step = first; step->action != ACTION_END_OF_PROGRAM; step++) {
         if (step->action == ACTION_REPORTS || step->action == ACTION_REPORTS_LATE) {
-            if (!play->is_twin && play->level == NULL)
+            if (!play->is_twin && play_sees(play))
                 expectation = step->action == ACTION_REPORTS ? EXPECT_REPORT : EXPECT_LATE_REPORT;
             continue;
         }

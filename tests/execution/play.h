@@ -12,7 +12,7 @@ struct play {
     const struct difference *difference; /* NULL where the program is played once */
     enum build_command command;          /* of updates */
     bool is_twin;
-    const char *level; /* NULL, or one at which nothing is reported */
+    const char *level; /* NULL, or a setting; below execution nothing is reported */
 };
 
 enum { REPORT_TEXT_MAX = 16384 };
@@ -24,6 +24,9 @@ struct report {
 
 /* `world` is reused from play to play; zero-initialized before the first, closed after the last. */
 void play_program(const struct play *play, struct world *world, struct report *report);
+
+/* Whether the play's level sees what is broken. */
+bool play_sees(const struct play *play);
 
 /* Whether any step of it breaks rules. */
 bool program_reports(const struct program *program);

@@ -243,7 +243,8 @@ static const struct test_case cases[] = {
      .silent = true,
      .mutate = two_boxes_upside_down,
      .commands = ON_HOST,
-     .may_fail_on_cpu = true},
+     .may_fail_on_cpu = true,
+     .below_content = true},
 
     {.name = "short_index_beyond_max_vertex",
      RULES(RULE_indices_are_within_max_vertex),

@@ -198,7 +198,8 @@ static const struct test_case cases[] = {
      RULES(RULE_index_type_matches_source),
      .edits = EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
      .twin_edits = EDITS(ADD(T_UPDATE.indexData.deviceAddress, 4)),
-     .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType"},
+     .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType",
+     .below_content = true},
     {.name = "transform_of_update_of_source_without",
      RULES(RULE_transform_is_absent_where_source_had_none),
      .mutate = build_source_without_transform,
@@ -214,7 +215,8 @@ static const struct test_case cases[] = {
      RULES(RULE_primitive_count_matches_source),
      .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 1)),
      .twin_edits = EDITS(SET(ranges[UPDATE][0].primitiveOffset, 12)),
-     .keep_arrays = true},
+     .keep_arrays = true,
+     .below_content = true},
 };
 
 CASE_LIST(cases_update, cases);

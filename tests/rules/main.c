@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE]
+/* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as
- * lines of tab-separated values: platform, case, command, id, fired|silent|failed. */
+ * lines of tab-separated values: platform, case, command, id, fired|silent|failed; at a level that
+ * is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "levels.h"
 #include "play.h"
 
 static const struct case_list *const lists[] = {
@@ -103,7 +105,7 @@ static void write_results(struct run *run, const struct play *play)
 {
     const struct test_case *test_case = play->test_case;
 
-    if (play->level != NULL || run->report.outcome == OUTCOME_SKIPPED)
+    if (play->is_mutation_alone || run->report.outcome == OUTCOME_SKIPPED)
         return;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
         const char *id = rule_id(test_case->rules[i], play->command);
@@ -116,7 +118,8 @@ static void write_results(struct run *run, const struct play *play)
         if (test_case->silent) {
             write_result(run, play, id, run->report.outcome == OUTCOME_PASSED, "silent");
         } else {
-            write_result(run, play, id, run->report.fired, "fired");
+            write_result(run, play, id, run->report.fired,
+                         play_expects(play, test_case->rules[i]) ? "fired" : "unseen");
             write_result(run, play, id, run->report.stayed_silent, "silent");
         }
     }
@@ -143,6 +146,11 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
             return false;
     }
     return command != COMMAND_NV || test_case->rule_count > 0;
+}
+
+static bool fits_level(const struct test_case *test_case, const char *level)
+{
+    return level == NULL || !test_case->below_content || level_named(level) < LEVEL_CONTENT;
 }
 
 /* Rules about geometries are asked of both arrays. */
@@ -197,8 +205,8 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
-        struct play play = {&run->platform, test_case, command, false, NULL};
-        if (!fits_command(test_case, command))
+        struct play play = {&run->platform, test_case, command, false, run->tally.level, false};
+        if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
         play_one(run, list, &play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
@@ -213,8 +221,8 @@ static void play_at_level(struct run *run, const struct case_list *list,
                           const struct test_case *test_case, const char *level)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
-    const struct play play = {&run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE, false,
-                              level};
+    const struct play play = {&run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE,
+                              false,          level,     true};
     if (fits_command(test_case, play.command) && test_case->gap == NULL &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
         play_one(run, list, &play);
@@ -283,7 +291,7 @@ static int usage(void)
 {
     fputs("usage: rules_test " PLATFORM_NAMES
           " [--filter NAME] [--list] [--verbose] "
-          "[--results FILE]\n",
+          "[--results FILE] [--level NAME]\n",
           stderr);
     return 2;
 }
@@ -302,10 +310,10 @@ int main(int argc, char **argv)
     }
     catch_crashes();
     for_all_cases(&run, play_all_forms);
-    if (run.platform.is_null)
+    if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);
     world_close(&run.world);
-    if (run.tally.filter == NULL && !run.tally.list)
+    if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
         check_every_rule_has_a_case(&run);
     return tally_close(&run.tally);
 }

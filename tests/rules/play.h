@@ -12,7 +12,8 @@ struct play {
     const struct test_case *test_case;
     enum build_command command;
     bool geometry_pointers; /* ppGeometries instead of pGeometries */
-    const char *level;      /* NULL, or a setting: then the mutation alone is played */
+    const char *level;      /* NULL, or a setting instead of the case's own */
+    bool is_mutation_alone; /* neither the valid call nor the twin is played */
 };
 
 enum { REPORT_TEXT_MAX = 16384 };
@@ -26,6 +27,10 @@ struct report {
 
 /* `world` is reused from play to play; zero-initialized before the first, closed after the last. */
 void play_case(const struct play *play, struct world *world, struct report *report);
+
+/* Whether the mutation breaks a rule of the case where the layer can see it: at the play's level.
+ */
+bool play_expects(const struct play *play, enum rule rule);
 
 /* The id that a rule has for a command, or NULL. */
 const char *rule_id(enum rule rule, enum build_command command);

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "levels.h"
+
 bool tally_read_arguments(struct tally *tally, int argc, char **argv)
 {
     for (int i = 2; i < argc; i++) {
@@ -13,6 +15,9 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
             tally->verbose = true;
         } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {
             tally->filter = argv[++i];
+        } else if (strcmp(argv[i], "--level") == 0 && i + 1 < argc &&
+                   level_named(argv[i + 1]) != LEVEL_COUNT) {
+            tally->level = argv[++i];
         } else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) {
             tally->results = fopen(argv[++i], "w");
             if (tally->results == NULL) {

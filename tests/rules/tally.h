@@ -14,7 +14,8 @@ enum { TALLY_REASONS_MAX = 64 };
 struct tally {
     const char *filter; /* part of the names to be played; NULL: all */
     bool list, verbose;
-    FILE *results; /* NULL: none wanted */
+    const char *level; /* that all is played at; NULL: at its own */
+    FILE *results;     /* NULL: none wanted */
     uint32_t passed, failed, skipped;
     struct {
         char text[128];
@@ -22,8 +23,8 @@ struct tally {
     } reasons[TALLY_REASONS_MAX]; /* for skipping */
 };
 
-/* Reads [--filter NAME] [--list] [--verbose] [--results FILE] from argument 2 on; false if it
- * can't, or if the file can't be written. */
+/* Reads [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on;
+ * false if it can't, or if the file can't be written. */
 bool tally_read_arguments(struct tally *tally, int argc, char **argv);
 
 /* `text` tells why it failed or was skipped. */
