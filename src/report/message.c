@@ -241,15 +241,15 @@ static void append_specification(struct text_buffer *text, enum vuid vuid, const
 }
 
 /* Has room of its own, so that it is there even where the text before it was cut. */
-static void append_last_notice(struct text_buffer *text, uint32_t count)
+static void append_last_notice(struct text_buffer *text, const char *what, uint32_t count)
 {
     text->size += LAST_NOTICE_SIZE;
     text->cut = false;
     text_append(text,
-                "\nThis VUID has now been reported %" PRIu32
+                "\nThis %s has now been reported %" PRIu32
                 " time%s and will not be reported "
                 "again: duplicate_message_limit is reached.",
-                count, count == 1 ? "" : "s");
+                what, count, count == 1 ? "" : "s");
 }
 
 /* ---- whole messages */
@@ -268,34 +268,57 @@ static void begin(struct message *message, struct text_buffer *text, enum report
     message->text = message->buffer + text->length;
 }
 
-void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
-                        const struct call_origin *origin, const struct finding *finding,
-                        enum vuid_names names, uint32_t last_of)
+static void mention_origin(struct message *message, const struct call_origin *origin)
 {
-    struct text_buffer text;
-    const char *field = finding->field ? finding->field : "", *id = NULL;
-    if (names == VUID_NAMES_LISTED)
-        id = vuid_listed(vuid, location->command, field);
-    if (!id)
-        id = vuid_texts[vuid].id;
-    begin(message, &text, REPORT_ERROR, id);
     if (origin->command_buffer)
         mention(message, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)origin->command_buffer,
                 origin->names);
     else if (origin->device)
         mention(message, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device, origin->names);
     copy_labels(message, origin->labels);
+}
 
-    text_append(&text, "%s(): ", build_command_name(location->command));
-    size_t before = text.length;
-    append_path(&text, location, field);
-    if (text.length > before)
-        text_append(&text, " ");
-    append_statement(&text, message, location->command, origin, finding);
-    append_origin(&text, message, location, origin);
+static void append_finding(struct text_buffer *text, struct message *message,
+                           const struct location *location, const struct call_origin *origin,
+                           const struct finding *finding)
+{
+    text_append(text, "%s(): ", build_command_name(location->command));
+    size_t before = text->length;
+    append_path(text, location, finding->field ? finding->field : "");
+    if (text->length > before)
+        text_append(text, " ");
+    append_statement(text, message, location->command, origin, finding);
+    append_origin(text, message, location, origin);
+}
+
+void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
+                        const struct call_origin *origin, const struct finding *finding,
+                        enum vuid_names names, uint32_t last_of)
+{
+    struct text_buffer text;
+    const char *id = NULL;
+    if (names == VUID_NAMES_LISTED)
+        id = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
+    if (!id)
+        id = vuid_texts[vuid].id;
+    begin(message, &text, REPORT_ERROR, id);
+    mention_origin(message, origin);
+    append_finding(&text, message, location, origin, finding);
     append_specification(&text, vuid, id);
     if (last_of)
-        append_last_notice(&text, last_of);
+        append_last_notice(&text, "VUID", last_of);
+}
+
+void message_of_difference(struct message *message, enum difference difference,
+                           const struct location *location, const struct call_origin *origin,
+                           const struct finding *finding, uint32_t last_of)
+{
+    struct text_buffer text;
+    begin(message, &text, REPORT_WARNING, difference_id(difference));
+    mention_origin(message, origin);
+    append_finding(&text, message, location, origin, finding);
+    if (last_of)
+        append_last_notice(&text, "difference", last_of);
 }
 
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)

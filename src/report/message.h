@@ -40,6 +40,11 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
                         const struct call_origin *origin, const struct finding *finding,
                         enum vuid_names names, uint32_t last_of);
 
+/* Of what compared rays found: a warning, which no sentence of the specification goes with. */
+void message_of_difference(struct message *message, enum difference difference,
+                           const struct location *location, const struct call_origin *origin,
+                           const struct finding *finding, uint32_t last_of);
+
 /* A message of the layer about itself, as no rule's finding. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);
 

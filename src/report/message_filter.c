@@ -39,14 +39,29 @@ static bool matches(const struct pattern *pattern, const char *id)
     return pattern->is_number && message_id_number(id) == pattern->number;
 }
 
-bool message_filter_add(bool muted[VUID_COUNT], const char *entry)
+static struct pattern make_pattern(const char *entry)
 {
     struct pattern pattern = {
         .text = entry,
         .is_digits = entry[0] && strspn(entry, "0123456789") == strlen(entry),
     };
     pattern.is_number = read_message_number(entry, &pattern.number);
+    return pattern;
+}
 
+bool message_filter_add_difference(bool muted[DIFFERENCE_COUNT], const char *entry)
+{
+    const struct pattern pattern = make_pattern(entry);
+    bool found = false;
+    for (enum difference difference = 0; difference < DIFFERENCE_COUNT; difference++)
+        if (matches(&pattern, difference_id(difference)))
+            muted[difference] = found = true;
+    return found;
+}
+
+bool message_filter_add(bool muted[VUID_COUNT], const char *entry)
+{
+    const struct pattern pattern = make_pattern(entry);
     bool found = false;
     for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
         bool match = matches(&pattern, vuid_texts[vuid].id);

@@ -23,6 +23,7 @@ struct reporter {
     /* How many messages of each id may still go out. The slot of VUID_NONE is for the warnings. */
     _Atomic uint32_t left[VUID_COUNT];
     _Atomic uint32_t refusals_left;
+    _Atomic uint32_t differences_left[DIFFERENCE_COUNT];
 };
 
 static const uint32_t NO_LIMIT = UINT32_MAX;
@@ -75,6 +76,24 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
     message_of_finding(&message, vuid, location, origin, finding, reporter->settings.vuid_names,
                        last ? reporter->settings.duplicate_message_limit : 0);
     return deliver(reporter, &message);
+}
+
+bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
+{
+    return atomic_load_explicit(&reporter->differences_left[difference], memory_order_relaxed) != 0;
+}
+
+void reporter_send_difference(struct reporter *reporter, enum difference difference,
+                              const struct location *location, const struct call_origin *origin,
+                              const struct finding *finding)
+{
+    bool last;
+    if (!take(&reporter->differences_left[difference], &last))
+        return;
+    struct message message;
+    message_of_difference(&message, difference, location, origin, finding,
+                          last ? reporter->settings.duplicate_message_limit : 0);
+    deliver(reporter, &message);
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
@@ -161,6 +180,10 @@ static void allow_messages(struct reporter *reporter)
         atomic_init(&reporter->left[vuid], settings->muted[vuid] ? 0 : errors);
     atomic_init(&reporter->left[VUID_NONE], allowed(settings, REPORT_WARNING));
     atomic_init(&reporter->refusals_left, errors);
+    for (enum difference difference = 0; difference < DIFFERENCE_COUNT; difference++)
+        atomic_init(&reporter->differences_left[difference],
+                    settings->muted_differences[difference] ? 0
+                                                            : allowed(settings, REPORT_WARNING));
 }
 
 /* Each is told, whatever the limit of duplicates: no two are the same. */

@@ -54,6 +54,12 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding);
 
+/* The same of what compared rays found, severity warning. */
+bool reporter_wants_difference(const struct reporter *reporter, enum difference difference);
+void reporter_send_difference(struct reporter *reporter, enum difference difference,
+                              const struct location *location, const struct call_origin *origin,
+                              const struct finding *finding);
+
 /* A message of the layer about itself (a bad setting, no memory), severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);
 

@@ -203,10 +203,23 @@ static bool load_enable_message_limit(const struct loader *loader, char *value)
     return true;
 }
 
+/* More would keep a wait of the application's for seconds, at each build. */
+enum { COMPARE_RAYS_MAX = 1000000 };
+
+static bool load_compare_rays(const struct loader *loader, char *value)
+{
+    uint32_t rays;
+    if (!read_number(value, &rays) || rays > COMPARE_RAYS_MAX)
+        return false;
+    loader->settings->compare_rays = rays;
+    return true;
+}
+
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
     for (const char *entry; (entry = next_entry(&value));) {
-        if (message_filter_add(loader->settings->muted, entry))
+        if (message_filter_add(loader->settings->muted, entry) ||
+            message_filter_add_difference(loader->settings->muted_differences, entry))
             continue;
         char line[LINE_SIZE];
         struct text_buffer text;
@@ -235,6 +248,7 @@ static const struct key {
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
 };
 
 enum { KEY_COUNT = sizeof(keys) / sizeof(keys[0]) };
@@ -290,6 +304,20 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     return VK_SUCCESS;
 }
 
+/* What is compared are the driver's structures with those of the inputs that level content reads.
+ */
+static void check_compare_rays(const struct loader *loader)
+{
+    struct settings *settings = loader->settings;
+    if (!settings->compare_rays ||
+        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
+        return;
+    settings->compare_rays = 0;
+    loader->warn(loader->context,
+                 "assay_validation.compare_rays needs level = content and backend = driver; no "
+                 "rays are compared.");
+}
+
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings)
@@ -310,10 +338,12 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     struct loader loader = {warn, context, settings};
     for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
         result = load_key(&loader, &source, &keys[i]);
-    if (result == VK_SUCCESS)
+    if (result == VK_SUCCESS) {
+        check_compare_rays(&loader);
         settings_source_unknown(&source, key_is_known, warn_of_unknown_key, &loader);
-    else
+    } else {
         settings_release(settings);
+    }
     settings_source_close(&source);
     return result;
 }

@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "report/difference.h"
 #include "rules.h"
 
 /* What carries builds out. */
@@ -45,7 +46,9 @@ struct settings {
     uint32_t debug_action;            /* enum debug_action */
     char *log_filename;               /* NULL: stderr; owned */
     uint32_t duplicate_message_limit; /* per id; 0: no limit */
-    bool muted[VUID_COUNT];           /* by message_id_filter */
+    bool muted[VUID_COUNT];           /* by message_id_filter, as are: */
+    bool muted_differences[DIFFERENCE_COUNT];
+    uint32_t compare_rays; /* a build; 0: none */
 };
 
 /* Reads them for an instance about to be created. A key or a value that isn't understood leaves the

@@ -65,6 +65,35 @@ static void test_callback_data(void **state)
     reporter_destroy(reporter);
 }
 
+/* Differences have ids and limits of their own, and the severity of a warning. */
+static void test_differences(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    surrounding_clear("assay_validation.duplicate_message_limit = 1\n");
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    const struct call_origin origin = {.command_buffer = (VkCommandBuffer)(uintptr_t)0xc};
+    const struct location location = {
+        .command = COMMAND_DEVICE, .subject = SUBJECT_GEOMETRY, .build = 1, .geometry = 2};
+    struct finding finding;
+    violated(&finding, "", "primitive {} is missed", number(7));
+    assert_true(reporter_wants_difference(reporter, DIFFERENCE_MISSED));
+    reporter_send_difference(reporter, DIFFERENCE_MISSED, &location, &origin, &finding);
+    assert_false(reporter_wants_difference(reporter, DIFFERENCE_MISSED));
+    assert_true(reporter_wants_difference(reporter, DIFFERENCE_DOUBLE));
+    reporter_send_difference(reporter, DIFFERENCE_MISSED, &location, &origin, &finding);
+    assert_int_equal(hearing.count, 1);
+    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
+    assert_string_equal(hearing.id, "ASSAY-compare-missed");
+    assert_int_equal(hearing.number, message_id_number("ASSAY-compare-missed"));
+    const char *says =
+        "vkCmdBuildAccelerationStructuresKHR(): pInfos[1].pGeometries[2] primitive 7 is missed. "
+        "Command buffer VkCommandBuffer 0xc, build 1.\nThis difference has now been reported 1 "
+        "time and will not be reported again";
+    assert_memory_equal(hearing.text, says, strlen(says));
+    reporter_destroy(reporter);
+}
+
 static void test_report_callback(void **state)
 {
     (void)state;
@@ -422,6 +451,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_callback_data, clear),
+        cmocka_unit_test_setup(test_differences, clear),
         cmocka_unit_test_setup(test_report_callback, clear),
         cmocka_unit_test_setup(test_masks, clear),
         cmocka_unit_test_setup(test_any_callback_can_skip_the_call, clear),

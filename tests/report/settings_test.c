@@ -59,6 +59,7 @@ static void assert_defaults(const struct settings *settings)
     assert_int_equal(settings->debug_action, DEBUG_ACTION_DEFAULT);
     assert_int_equal(settings->duplicate_message_limit, 10);
     assert_null(settings->log_filename);
+    assert_int_equal(settings->compare_rays, 0);
     assert_int_equal(muted_count(settings), 0);
 }
 
@@ -131,6 +132,43 @@ static void test_file(void **state)
     assert_string_equal(settings.log_filename, "a,b:c");
     assert_int_equal(settings.duplicate_message_limit, 0);
     assert_int_equal(warned.count, 0);
+    settings_release(&settings);
+}
+
+/* Rays are compared at level content on backend driver; elsewhere one line says why they aren't. */
+static void test_compare_rays(void **state)
+{
+    (void)state;
+    surrounding_clear(
+        "assay_validation.compare_rays = 64\n"
+        "assay_validation.level = content\n"
+        "assay_validation.message_id_filter = ASSAY-compare-double\n");
+    struct settings settings = load(NULL);
+    assert_int_equal(settings.compare_rays, 64);
+    assert_int_equal(muted_count(&settings), 0);
+    assert_true(settings.muted_differences[DIFFERENCE_DOUBLE]);
+    assert_false(settings.muted_differences[DIFFERENCE_MISSED]);
+    assert_int_equal(warned.count, 0);
+    settings_release(&settings);
+
+    surrounding_clear("assay_validation.compare_rays = 64\n");
+    settings = load(NULL);
+    assert_int_equal(settings.compare_rays, 0);
+    ASSERT_WARNED("compare_rays", "level = content", "backend = driver");
+    settings_release(&settings);
+
+    surrounding_clear(
+        "assay_validation.compare_rays = 64\n"
+        "assay_validation.level = content\n"
+        "assay_validation.backend = cpu\n");
+    settings = load(NULL);
+    assert_int_equal(settings.compare_rays, 0);
+    ASSERT_WARNED("compare_rays");
+    settings_release(&settings);
+
+    surrounding_clear("assay_validation.compare_rays = 1000001\n");
+    settings = load(NULL);
+    ASSERT_WARNED("compare_rays", "1000001", "1000000");
     settings_release(&settings);
 }
 
@@ -416,6 +454,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_defaults, clear),
         cmocka_unit_test_setup(test_environment, clear),
+        cmocka_unit_test_setup(test_compare_rays, clear),
         cmocka_unit_test_setup(test_file, clear),
         cmocka_unit_test_setup(test_instance_extension, clear),
         cmocka_unit_test_setup(test_precedence, clear),
