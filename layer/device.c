@@ -7,6 +7,7 @@
 #include "host_work.h"
 #include "intercepts.h"
 #include "layer.h"
+#include "snapshots/snapshots.h"
 #include "submissions.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
@@ -36,6 +37,7 @@ static void free_device(struct layer_device *device)
     submissions_destroy(device->submissions);
     command_buffers_destroy(device->command_buffers); /* and their work for the backend */
     cpu_overlay_destroy(device->cpu);
+    snapshots_destroy(device->snapshots);
     resources_destroy(device->resources);
     size_cache_destroy(device->sizes);
     object_names_destroy(device->names);
@@ -85,6 +87,8 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     select_rules(device);
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
+    if (result == VK_SUCCESS)
+        result = snapshots_create(device, create_info);
     if (result == VK_SUCCESS)
         result = follow_submissions(device);
     if (result == VK_SUCCESS)

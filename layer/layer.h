@@ -58,7 +58,8 @@ struct layer_device {
     VkPhysicalDevice physical_device;
     struct layer_instance *instance;
     VkuDeviceDispatchTable vk;
-    struct cpu_overlay *cpu; /* backend cpu (cpu/overlay.h); NULL on backend driver */
+    struct cpu_overlay *cpu;     /* backend cpu (cpu/overlay.h); NULL on backend driver */
+    struct snapshots *snapshots; /* of what builds read (snapshots/snapshots.h), or NULL */
 
     /* Never change after creation. */
     struct device_facts facts;

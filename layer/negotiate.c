@@ -5,6 +5,7 @@
 #include "cpu/overlay.h"
 #include "intercepts.h"
 #include "layer.h"
+#include "snapshots/snapshots.h"
 
 enum { LOADER_INTERFACE_VERSION = 2 };
 
@@ -56,6 +57,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device
     PFN_vkVoidFunction next = state->vk.GetDeviceProcAddr(device, pName);
     if (state->cpu)
         next = cpu_overlay_command(state->cpu, pName, next);
+    if (state->snapshots)
+        next = snapshots_command(pName, next);
     return next && own ? own : next;
 }
 

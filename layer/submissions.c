@@ -10,8 +10,8 @@
 #include <stdlib.h>
 
 #include "check/replay.h"
-#include "cpu/submits.h"
 #include "layer.h"
+#include "snapshots/snapshots.h"
 
 struct submissions {
     struct layer_device *device;
@@ -239,16 +239,16 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->lost)
         replay_batch(submissions, run, NULL);
-    if (submissions->device->cpu)
-        cpu_overlay_run(submissions->device, run);
+    if (submissions->device->snapshots)
+        snapshots_run(submissions->device, run);
 }
 
 static void lost(void *user)
 {
     struct submissions *submissions = user;
     lose(submissions);
-    if (submissions->device->cpu)
-        cpu_overlay_lose_order(submissions->device);
+    if (submissions->device->snapshots)
+        snapshots_lose_order(submissions->device);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of semaphores and fences: what the host creates, signals, and sees signalled. */
-#include "cpu/submits.h"
 #include "intercepts.h"
 #include "layer.h"
+#include "snapshots/snapshots.h"
 #include "state/chain.h"
 
 /* ---- semaphores */
@@ -79,7 +79,7 @@ static VkResult observe_wait(struct layer_device *state, const VkSemaphoreWaitIn
         execution_order_lose(state->order);
     for (uint32_t i = 0; result == VK_SUCCESS && !any && i < info->semaphoreCount; i++)
         execution_order_see_semaphore(state->order, info->pSemaphores[i], info->pValues[i], false);
-    cpu_deliver(state);
+    snapshots_deliver(state);
     return result;
 }
 
@@ -106,7 +106,7 @@ static VkResult observe_value(struct layer_device *state, VkSemaphore semaphore,
         execution_order_see_semaphore(state->order, semaphore, *value, true);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose(state->order);
-    cpu_deliver(state);
+    snapshots_deliver(state);
     return result;
 }
 
@@ -179,7 +179,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetFenceStatus(VkDevice device, VkFence fen
         execution_order_see_fence(state->order, fence);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose(state->order);
-    cpu_deliver(state);
+    snapshots_deliver(state);
     return result;
 }
 
@@ -194,7 +194,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForFences(VkDevice device, uint32_t fen
         execution_order_see_fence(state->order, pFences[i]);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose(state->order);
-    cpu_deliver(state);
+    snapshots_deliver(state);
     return result;
 }
 
@@ -206,7 +206,7 @@ static void observe_idle(struct layer_device *state, const struct idle_wait *wai
         execution_order_see_idle(state->order, wait);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose(state->order);
-    cpu_deliver(state);
+    snapshots_deliver(state);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueWaitIdle(VkQueue queue)

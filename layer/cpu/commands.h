@@ -79,19 +79,9 @@
     COMMAND(CmdCopyQueryPoolResults)                                                               \
     COMMAND(DestroyBuffer)                                                                         \
     COMMAND(EndCommandBuffer)                                                                      \
-    COMMAND(CmdBindPipeline)                                                                       \
-    COMMAND(CmdBindShadersEXT)                                                                     \
-    COMMAND(CmdPushConstants)                                                                      \
-    COMMAND(CmdPushConstants2)                                                                     \
-    COMMAND(CmdPushConstants2KHR)                                                                  \
-    COMMAND(CmdExecuteCommands)                                                                    \
-    COMMAND(GetDeviceQueue)                                                                        \
-    COMMAND(GetDeviceQueue2)                                                                       \
     COMMAND(QueueSubmit)                                                                           \
     COMMAND(QueueSubmit2)                                                                          \
     COMMAND(QueueSubmit2KHR)                                                                       \
-    COMMAND(QueueBindSparse)                                                                       \
-    COMMAND(QueuePresentKHR)                                                                       \
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(GetDeviceBufferMemoryRequirements)                                                     \
     COMMAND(GetDeviceBufferMemoryRequirementsKHR)                                                  \

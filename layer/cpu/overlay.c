@@ -7,9 +7,6 @@
 
 #include "cpu/commands.h"
 #include "cpu/offer.h"
-#include "cpu/submits.h"
-#include "snapshots/gather.h"
-#include "snapshots/staging.h"
 
 /* ---- instances */
 
@@ -63,18 +60,6 @@ static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_
     memcpy(uuid, ids.driverUUID, VK_UUID_SIZE);
 }
 
-/* What the loader wants to be told of dispatchable objects that a layer creates for itself. */
-static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInfo *create_info)
-{
-    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
-        const VkLayerDeviceCreateInfo *info = (const VkLayerDeviceCreateInfo *)s;
-        if (s->sType == VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO &&
-            info->function == VK_LOADER_DATA_CALLBACK)
-            return info->u.pfnSetDeviceLoaderData;
-    }
-    return NULL;
-}
-
 static void cover(struct layer_device *device, const struct cpu_overlay *overlay)
 {
 #define SUPPLY(extension, name)                                                                    \
@@ -101,15 +86,10 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     find_driver_uuid(device, uuid);
     if (!overlay)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    pthread_mutex_init(&overlay->queue_lock, NULL);
-    pthread_mutex_init(&overlay->tickets_lock, NULL);
     device->cpu = overlay;
     if (cpu_device_create(uuid, &overlay->device) != VK_SUCCESS ||
-        cpu_playback_create(overlay->device, &overlay->playback) != VK_SUCCESS ||
-        staging_create(device, &overlay->staging) != VK_SUCCESS ||
-        gather_create(device, &overlay->gather) != VK_SUCCESS)
+        cpu_playback_create(overlay->device, &overlay->playback) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    overlay->set_loader_data = find_loader_data_setter(create_info);
     overlay->acceleration_structure = khr;
     overlay->ray_tracing_nv = nv;
     overlay->structures = khr || nv;
@@ -125,12 +105,6 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
         return;
     cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
-    cpu_tickets_release(overlay, true);
-    staging_destroy(overlay->staging);
-    gather_destroy(overlay->gather);
-    handle_table_release(&overlay->queue_families);
-    pthread_mutex_destroy(&overlay->queue_lock);
-    pthread_mutex_destroy(&overlay->tickets_lock);
     free(overlay);
 }
 

@@ -6,8 +6,6 @@
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
-#include <pthread.h>
-
 #include "cpu/device.h"
 #include "cpu/playback.h"
 #include "layer.h"
@@ -25,25 +23,12 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
                            const VkDeviceCreateInfo *create_info,
                            const VkAllocationCallbacks *allocator, VkDevice *handle);
 
-struct gather;
-struct staging;
-struct fence_ticket;
-
 /* layer_device.cpu; NULL on backend driver, and for a device that enables nothing of the backend's.
  */
 struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
-    struct staging *staging;
-    struct gather *gather;
     VkuDeviceDispatchTable next;
-    PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
-    /* Submissions take their turns as they are made, for their order isn't known any more. */
-    _Atomic bool order_lost;
-    pthread_mutex_t queue_lock;         /* held while a queue is used, and guards: */
-    struct handle_table queue_families; /* of queues, as pointers to their names */
-    pthread_mutex_t tickets_lock;       /* guards: */
-    struct fence_ticket *unfinished;    /* that nobody needs, but the device still uses */
     /* extensions that the application has enabled, and that are the backend's */
     bool acceleration_structure, ray_tracing_nv, deferred_host_operations;
     bool structures; /* one of the first two */

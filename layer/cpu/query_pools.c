@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cpu/commands.h"
+#include "cpu/overlay.h"
 #include "snapshots/recorder.h"
 
 static bool is_own(const struct cpu_overlay *overlay, VkQueryPool pool)

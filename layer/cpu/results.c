@@ -11,6 +11,7 @@
 #include "cpu/playback.h"
 #include "cpu/submits.h"
 #include "snapshots/staging.h"
+#include "snapshots/tickets.h"
 
 /* One copy on its way. */
 struct transfer {
@@ -27,17 +28,17 @@ static void free_transfer(const struct transfer *transfer)
 {
     VkDevice device = transfer->device->handle;
     if (transfer->chunk)
-        staging_give_back(transfer->device->cpu->staging, transfer->chunk);
+        staging_give_back(transfer->device->snapshots->staging, transfer->chunk);
     transfer->next->DestroyFence(device, transfer->fence, NULL);
     transfer->next->DestroyCommandPool(device, transfer->pool, NULL);
 }
 
 static bool create_transfer(struct transfer *transfer, uint64_t size)
 {
-    struct cpu_overlay *overlay = transfer->device->cpu;
+    struct snapshots *snapshots = transfer->device->snapshots;
     VkDevice device = transfer->device->handle;
     uint32_t family;
-    if (!cpu_queue_family(overlay, transfer->queue, &family))
+    if (!snapshots_queue_family(snapshots, transfer->queue, &family))
         return false;
     const VkCommandPoolCreateInfo pool_info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
@@ -45,7 +46,7 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
         .queueFamilyIndex = family,
     };
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    transfer->chunk = staging_take(overlay->staging, size);
+    transfer->chunk = staging_take(snapshots->staging, size);
     if (!transfer->chunk ||
         transfer->next->CreateFence(device, &fence_info, NULL, &transfer->fence) != VK_SUCCESS ||
         transfer->next->CreateCommandPool(device, &pool_info, NULL, &transfer->pool) != VK_SUCCESS)
@@ -58,8 +59,8 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
     };
     return transfer->next->AllocateCommandBuffers(device, &allocate_info,
                                                   &transfer->command_buffer) == VK_SUCCESS &&
-           (!overlay->set_loader_data ||
-            overlay->set_loader_data(device, transfer->command_buffer) == VK_SUCCESS);
+           (!snapshots->set_loader_data ||
+            snapshots->set_loader_data(device, transfer->command_buffer) == VK_SUCCESS);
 }
 
 static VkResult record(const struct transfer *transfer, VkBuffer buffer,
@@ -88,15 +89,15 @@ static VkResult record(const struct transfer *transfer, VkBuffer buffer,
 
 static VkResult submit(const struct transfer *transfer)
 {
-    struct cpu_overlay *overlay = transfer->device->cpu;
+    struct snapshots *snapshots = transfer->device->snapshots;
     const VkSubmitInfo info = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .commandBufferCount = 1,
         .pCommandBuffers = &transfer->command_buffer,
     };
-    pthread_mutex_lock(&overlay->queue_lock);
+    pthread_mutex_lock(&snapshots->queue_lock);
     VkResult result = transfer->next->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
-    pthread_mutex_unlock(&overlay->queue_lock);
+    pthread_mutex_unlock(&snapshots->queue_lock);
     return result == VK_SUCCESS
                ? transfer->next->WaitForFences(transfer->device->handle, 1, &transfer->fence,
                                                VK_TRUE, UINT64_MAX)
@@ -109,13 +110,31 @@ static void write(void *user, struct ticket *ticket, VkBuffer buffer, const void
 {
     struct layer_device *device = user;
     struct transfer transfer = {
-        .device = device, .next = &device->cpu->next, .queue = cpu_ticket_queue(ticket)};
+        .device = device, .next = &device->cpu->next, .queue = ticket_queue(ticket)};
     if (create_transfer(&transfer, size)) {
         memcpy(transfer.chunk->chunk.bytes, bytes, size);
         if (record(&transfer, buffer, regions, region_count) == VK_SUCCESS)
             submit(&transfer);
     }
     free_transfer(&transfer);
+}
+
+/* ---- turns */
+
+static void warn_of_losses(const struct layer_device *device)
+{
+    if (cpu_playback_take_lost(device->cpu->playback))
+        reporter_warn(
+            device->instance->reporter,
+            "assay_validation.backend = cpu had no memory for what a submission builds or "
+            "writes: structures and buffers may be without it.");
+}
+
+void cpu_overlay_run(const struct layer_device *device, struct execution *execution,
+                     struct moment moment)
+{
+    cpu_playback_run(device->cpu->playback, execution, moment);
+    warn_of_losses(device);
 }
 
 void cpu_overlay_deliver(struct layer_device *device)

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copies of submissions, where semaphores operate at stages of ray tracing. */
-#include "cpu/submit_infos.h"
-
+/* Commands of backend cpu: submissions, copied where semaphores operate at stages of ray tracing,
+ * which the driver doesn't know. Those without go down as they are. */
 #include "cpu/block.h"
+#include "cpu/commands.h"
 #include "cpu/masks.h"
+#include "cpu/overlay.h"
 
 /* ---- vkQueueSubmit */
 
@@ -24,24 +25,25 @@ static void translate_waits(struct block *block, VkSubmitInfo *submit)
     submit->pWaitDstStageMask = stages;
 }
 
-VkResult cpu_submit_below(PFN_vkQueueSubmit submit, VkQueue queue, uint32_t count,
-                          const VkSubmitInfo *submits, VkFence fence)
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit(VkQueue queue, uint32_t submitCount,
+                                               const VkSubmitInfo *pSubmits, VkFence fence)
 {
-    size_t size = block_size(count, sizeof(VkSubmitInfo));
+    PFN_vkQueueSubmit submit = cpu_next(queue)->QueueSubmit;
+    size_t size = block_size(submitCount, sizeof(VkSubmitInfo));
     bool traces = false;
-    for (uint32_t i = 0; i < count; i++) {
-        traces |= waits_trace(&submits[i]);
-        size += block_size(submits[i].waitSemaphoreCount, sizeof(VkPipelineStageFlags));
+    for (uint32_t i = 0; i < submitCount; i++) {
+        traces |= waits_trace(&pSubmits[i]);
+        size += block_size(pSubmits[i].waitSemaphoreCount, sizeof(VkPipelineStageFlags));
     }
     if (!traces)
-        return submit(queue, count, submits, fence);
+        return submit(queue, submitCount, pSubmits, fence);
     struct block block;
     if (!block_begin(&block, size))
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    VkSubmitInfo *below = block_copy(&block, submits, count, sizeof(*below));
-    for (uint32_t i = 0; i < count; i++)
+    VkSubmitInfo *below = block_copy(&block, pSubmits, submitCount, sizeof(*below));
+    for (uint32_t i = 0; i < submitCount; i++)
         translate_waits(&block, &below[i]);
-    VkResult result = submit(queue, count, below, fence);
+    VkResult result = submit(queue, submitCount, below, fence);
     block_end(&block);
     return result;
 }
@@ -65,8 +67,8 @@ static const VkSemaphoreSubmitInfo *translate_semaphores(struct block *block, ui
     return below;
 }
 
-VkResult cpu_submit2_below(PFN_vkQueueSubmit2 submit, VkQueue queue, uint32_t count,
-                           const VkSubmitInfo2 *submits, VkFence fence)
+static VkResult submit2(PFN_vkQueueSubmit2 submit, VkQueue queue, uint32_t count,
+                        const VkSubmitInfo2 *submits, VkFence fence)
 {
     size_t size = block_size(count, sizeof(VkSubmitInfo2));
     bool traces = false;
@@ -92,4 +94,16 @@ VkResult cpu_submit2_below(PFN_vkQueueSubmit2 submit, VkQueue queue, uint32_t co
     VkResult result = submit(queue, count, below, fence);
     block_end(&block);
     return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit2(VkQueue queue, uint32_t submitCount,
+                                                const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    return submit2(cpu_next(queue)->QueueSubmit2, queue, submitCount, pSubmits, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
+                                                   const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    return submit2(cpu_next(queue)->QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
 }

@@ -9,6 +9,7 @@
 #include "cpu/overlay.h"
 #include "cpu/scene.h"
 #include "snapshots/memory.h"
+#include "snapshots/snapshots.h"
 
 _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_ROBUST == TRACE_ROBUST &&
@@ -123,8 +124,9 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
 VKAPI_ATTR void VKAPI_CALL cpu_GetCountersASSAY(VkDevice device, size_t size,
                                                 AssayCounters *counters)
 {
-    struct cpu_counters *from = &cpu_overlay_of(device)->device->counters;
-    AssayCounters now = {0};
+    const struct layer_device *state = layer_find_device(device);
+    struct cpu_counters *from = &state->cpu->device->counters;
+    AssayCounters now = {.bytesSnapshot = atomic_load(&state->snapshots->bytes_copied)};
 #define COUNTER(name, public) now.public = atomic_load_explicit(&from->name, memory_order_relaxed);
     CPU_COUNTERS(COUNTER)
 #undef COUNTER

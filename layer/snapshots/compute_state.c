@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: those that set what a dispatch of its own disturbs. */
+/* Commands that set what a dispatch of its own disturbs. */
 #include "snapshots/compute_state.h"
 
 #include <string.h>
 
-#include "cpu/commands.h"
+#include "snapshots/commands.h"
 
 static struct compute_state *state_of(VkCommandBuffer handle)
 {
@@ -12,9 +12,9 @@ static struct compute_state *state_of(VkCommandBuffer handle)
     return recorder_begin(&recorder, handle) ? &recorder.recording->compute : NULL;
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdBindPipeline(VkCommandBuffer commandBuffer,
-                                               VkPipelineBindPoint pipelineBindPoint,
-                                               VkPipeline pipeline)
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuffer,
+                                                     VkPipelineBindPoint pipelineBindPoint,
+                                                     VkPipeline pipeline)
 {
     struct compute_state *state =
         pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE ? state_of(commandBuffer) : NULL;
@@ -22,12 +22,13 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBindPipeline(VkCommandBuffer commandBuffer,
         state->pipeline = pipeline;
         state->shader = VK_NULL_HANDLE;
     }
-    cpu_overlay_of(commandBuffer)->next.CmdBindPipeline(commandBuffer, pipelineBindPoint, pipeline);
+    snapshots_of(commandBuffer)->below.CmdBindPipeline(commandBuffer, pipelineBindPoint, pipeline);
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdBindShadersEXT(VkCommandBuffer commandBuffer, uint32_t stageCount,
-                                                 const VkShaderStageFlagBits *pStages,
-                                                 const VkShaderEXT *pShaders)
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBuffer,
+                                                       uint32_t stageCount,
+                                                       const VkShaderStageFlagBits *pStages,
+                                                       const VkShaderEXT *pShaders)
 {
     for (uint32_t i = 0; i < stageCount; i++) {
         struct compute_state *state =
@@ -37,8 +38,8 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBindShadersEXT(VkCommandBuffer commandBuffer, 
         state->pipeline = VK_NULL_HANDLE;
         state->shader = pShaders ? pShaders[i] : VK_NULL_HANDLE;
     }
-    cpu_overlay_of(commandBuffer)
-        ->next.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
+    snapshots_of(commandBuffer)
+        ->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
 }
 
 /* Constants pushed with another layout may be undefined from now on: to push them again, too, does
@@ -59,24 +60,25 @@ static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
         state->stages[word] = stages;
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdPushConstants(VkCommandBuffer commandBuffer,
-                                                VkPipelineLayout layout,
-                                                VkShaderStageFlags stageFlags, uint32_t offset,
-                                                uint32_t size, const void *pValues)
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushConstants(VkCommandBuffer commandBuffer,
+                                                      VkPipelineLayout layout,
+                                                      VkShaderStageFlags stageFlags,
+                                                      uint32_t offset, uint32_t size,
+                                                      const void *pValues)
 {
     note_constants(commandBuffer, layout, stageFlags, offset, size, pValues);
-    cpu_overlay_of(commandBuffer)
-        ->next.CmdPushConstants(commandBuffer, layout, stageFlags, offset, size, pValues);
+    snapshots_of(commandBuffer)
+        ->below.CmdPushConstants(commandBuffer, layout, stageFlags, offset, size, pValues);
 }
 
 #define DEFINE_PUSH_CONSTANTS_2(name)                                                              \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
-                                          const VkPushConstantsInfo *pPushConstantsInfo)           \
+    VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkCommandBuffer commandBuffer,                     \
+                                                const VkPushConstantsInfo *pPushConstantsInfo)     \
     {                                                                                              \
         note_constants(commandBuffer, pPushConstantsInfo->layout, pPushConstantsInfo->stageFlags,  \
                        pPushConstantsInfo->offset, pPushConstantsInfo->size,                       \
                        pPushConstantsInfo->pValues);                                               \
-        cpu_overlay_of(commandBuffer)->next.name(commandBuffer, pPushConstantsInfo);               \
+        snapshots_of(commandBuffer)->below.name(commandBuffer, pPushConstantsInfo);                \
     }
 
 DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2)
@@ -93,9 +95,9 @@ static void restore_constants(const struct recorder *recorder, const struct comp
         for (end = begin + 1; end < CONSTANT_WORDS && state->stages[end] == stages;)
             end++;
         if (stages)
-            recorder->device->cpu->next.CmdPushConstants(recorder->handle, state->layout, stages,
-                                                         begin * 4, (end - begin) * 4,
-                                                         &state->constants[begin]);
+            recorder->device->snapshots->next.CmdPushConstants(recorder->handle, state->layout,
+                                                               stages, begin * 4, (end - begin) * 4,
+                                                               &state->constants[begin]);
     }
 }
 
@@ -103,7 +105,7 @@ void compute_state_restore(const struct recorder *recorder)
 {
     static const VkShaderStageFlagBits stage = VK_SHADER_STAGE_COMPUTE_BIT;
     const struct compute_state *state = &recorder->recording->compute;
-    const VkuDeviceDispatchTable *next = &recorder->device->cpu->next;
+    const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
     if (state->pipeline)
         next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, state->pipeline);
     if (state->shader)

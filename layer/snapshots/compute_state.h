@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The state of a command buffer that a dispatch of the backend's own disturbs, followed so that it
+/* The state of a command buffer that a dispatch of the layer's own disturbs, followed so that it
  * can be restored: what is bound for compute, and push constants. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COMPUTE_STATE_H
 #define ASSAY_LAYER_SNAPSHOTS_COMPUTE_STATE_H

@@ -44,7 +44,7 @@ void gather_destroy(struct gather *gather)
 {
     if (!gather)
         return;
-    const VkuDeviceDispatchTable *next = &gather->device->cpu->next;
+    const VkuDeviceDispatchTable *next = &gather->device->snapshots->next;
     if (gather->layout)
         next->DestroyPipelineLayout(gather->device->handle, gather->layout, NULL);
     if (gather->pipeline)
@@ -62,13 +62,13 @@ static VkResult create_layout(const struct layer_device *device, VkPipelineLayou
         .pushConstantRangeCount = 1,
         .pPushConstantRanges = &range,
     };
-    return device->cpu->next.CreatePipelineLayout(device->handle, &info, NULL, layout);
+    return device->snapshots->next.CreatePipelineLayout(device->handle, &info, NULL, layout);
 }
 
 static VkResult create_pipeline(const struct layer_device *device, VkPipelineLayout layout,
                                 VkPipeline *pipeline)
 {
-    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    const VkuDeviceDispatchTable *next = &device->snapshots->next;
     const VkShaderModuleCreateInfo module_info = {
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
         .codeSize = sizeof(code),
@@ -151,14 +151,14 @@ static void barrier(const struct recorder *recorder, VkPipelineStageFlags from,
 {
     const VkMemoryBarrier memory = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = written, .dstAccessMask = read};
-    recorder->device->cpu->next.CmdPipelineBarrier(recorder->handle, from, to, 0, 1, &memory, 0,
-                                                   NULL, 0, NULL);
+    recorder->device->snapshots->next.CmdPipelineBarrier(recorder->handle, from, to, 0, 1, &memory,
+                                                         0, NULL, 0, NULL);
 }
 
 static void dispatch(const struct recorder *recorder, const struct constants *constants)
 {
-    const VkuDeviceDispatchTable *next = &recorder->device->cpu->next;
-    const struct gather *gather = recorder->device->cpu->gather;
+    const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
+    const struct gather *gather = recorder->device->snapshots->gather;
     next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, gather->pipeline);
     next->CmdPushConstants(recorder->handle, gather->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                            sizeof(*constants), constants);
@@ -176,7 +176,7 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
     uint32_t range_count;
     if (!count)
         return false;
-    if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->cpu->gather) ||
+    if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->snapshots->gather) ||
         !list_ranges(recorder, &ranges, &range_count) ||
         !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements)) {
         recorder_lose(recorder);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Snapshots of what arrays of pointers point to: a compute shader of the backend's own gathers it
+/* Snapshots of what arrays of pointers point to: a compute shader of the layer's own gathers it
  * at that point of the command buffer. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_GATHER_H
 #define ASSAY_LAYER_SNAPSHOTS_GATHER_H

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Works of command buffers, and snapshots recorded for them. */
+/* Recordings of command buffers, and snapshots recorded for them. */
 #include "snapshots/recorder.h"
 
-#include "cpu/commands.h"
 #include "snapshots/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
@@ -33,7 +32,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         return false;
     struct journal *journal = recorder->command_buffer->journal;
     if (journal && !journal->work) {
-        journal->work = recording_create(free_chunk, device->cpu->staging);
+        journal->work = recording_create(free_chunk, device->snapshots->staging);
         journal->release_work = release_work;
     }
     recorder->recording = journal ? journal->work : NULL;
@@ -53,17 +52,6 @@ void recorder_add(const struct recorder *recorder, const struct recorded_item *i
         recorder_lose(recorder);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffer)
-{
-    const struct layer_device *device = layer_find_device(commandBuffer);
-    const struct command_buffer *command_buffer =
-        command_buffers_find(device->command_buffers, commandBuffer);
-    VkResult result = device->cpu->next.EndCommandBuffer(commandBuffer);
-    return result == VK_SUCCESS && command_buffer && command_buffer->work_lost
-               ? VK_ERROR_OUT_OF_HOST_MEMORY
-               : result;
-}
-
 void recorder_end(const struct recorder *recorder)
 {
     const VkMemoryBarrier barrier = {
@@ -72,7 +60,7 @@ void recorder_end(const struct recorder *recorder)
         .dstAccessMask = VK_ACCESS_HOST_READ_BIT,
     };
     if (recorder->has_copied)
-        recorder->device->cpu->next.CmdPipelineBarrier(
+        recorder->device->snapshots->next.CmdPipelineBarrier(
             recorder->handle, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1,
             &barrier, 0, NULL, 0, NULL);
 }
@@ -98,7 +86,7 @@ static struct staging_chunk *chunk_with_room(const struct recorder *recorder, ui
         if (size <= last->size - last->used)
             return (struct staging_chunk *)last;
     }
-    struct staging_chunk *chunk = staging_take(recorder->device->cpu->staging, size);
+    struct staging_chunk *chunk = staging_take(recorder->device->snapshots->staging, size);
     return chunk && recording_add_chunk(recording, &chunk->chunk) ? chunk : NULL;
 }
 
@@ -129,9 +117,10 @@ bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
     const struct staging_chunk *chunk =
         (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
     const VkBufferCopy region = {source.offset, snapshot->offset, size};
-    recorder->device->cpu->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer, 1,
-                                              &region);
+    recorder->device->snapshots->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer,
+                                                    1, &region);
     recorder->has_copied = true;
-    cpu_count(&recorder->device->cpu->device->counters.bytes_snapshot, size);
+    atomic_fetch_add_explicit(&recorder->device->snapshots->bytes_copied, size,
+                              memory_order_relaxed);
     return true;
 }

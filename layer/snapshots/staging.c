@@ -28,7 +28,7 @@ VkResult staging_create(struct layer_device *device, struct staging **staging)
 
 static void free_chunk(const struct layer_device *device, struct staging_chunk *chunk)
 {
-    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    const VkuDeviceDispatchTable *next = &device->snapshots->next;
     next->DestroyBuffer(device->handle, chunk->buffer, NULL);
     next->FreeMemory(device->handle, chunk->memory, NULL);
     free(chunk);
@@ -63,7 +63,7 @@ static uint32_t memory_type(const struct layer_device *device, uint32_t allowed)
 
 static VkDeviceAddress address_of(const struct layer_device *device, VkBuffer buffer)
 {
-    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    const VkuDeviceDispatchTable *next = &device->snapshots->next;
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
     PFN_vkGetBufferDeviceAddress get = next->GetBufferDeviceAddress
@@ -74,7 +74,7 @@ static VkDeviceAddress address_of(const struct layer_device *device, VkBuffer bu
 
 static VkResult allocate(const struct layer_device *device, struct staging_chunk *chunk)
 {
-    const VkuDeviceDispatchTable *next = &device->cpu->next;
+    const VkuDeviceDispatchTable *next = &device->snapshots->next;
     VkMemoryRequirements requirements;
     next->GetBufferMemoryRequirements(device->handle, chunk->buffer, &requirements);
     const VkMemoryAllocateFlagsInfo flags = {
@@ -112,7 +112,7 @@ static struct staging_chunk *create_chunk(const struct layer_device *device, uin
                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
     chunk->chunk.size = size;
-    if (device->cpu->next.CreateBuffer(device->handle, &create_info, NULL, &chunk->buffer) ==
+    if (device->snapshots->next.CreateBuffer(device->handle, &create_info, NULL, &chunk->buffer) ==
             VK_SUCCESS &&
         allocate(device, chunk) == VK_SUCCESS)
         return chunk;

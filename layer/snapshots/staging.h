@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_SNAPSHOTS_STAGING_H
 #define ASSAY_LAYER_SNAPSHOTS_STAGING_H
 
-#include "cpu/overlay.h"
 #include "snapshots/recording.h"
+#include "snapshots/snapshots.h"
 
 struct staging_chunk {
     struct snapshot_chunk chunk; /* first */

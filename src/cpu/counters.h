@@ -6,7 +6,7 @@
 #include <stdatomic.h>
 
 /* COUNTER(name, public): `public` is the member of AssayCounters (layer/assay.h), which tells what
- * each counts. */
+ * each counts; what command buffers copy is counted by who records it. */
 #define CPU_COUNTERS(COUNTER)                                                                      \
     COUNTER(builds, builds)                                                                        \
     COUNTER(updates, updates)                                                                      \
@@ -20,7 +20,6 @@
     COUNTER(instances_entered, instancesEntered)                                                   \
     COUNTER(primitives_tested, primitivesTested)                                                   \
     COUNTER(exact_calls, exactCalls)                                                               \
-    COUNTER(bytes_snapshot, bytesSnapshot)                                                         \
     COUNTER(matrix_products, matrixProducts)
 
 struct cpu_counters {

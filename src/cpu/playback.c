@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Items of works, carried out as far as nobody needs to wait; and the results that wait. */
+/* Items of recordings, carried out as far as nobody needs to wait; and the results that wait. */
 #include "cpu/playback.h"
 
 #include <stdlib.h>
@@ -26,8 +26,7 @@ struct cpu_playback {
     atomic_uint lost;
     pthread_mutex_t turns;    /* held while items are carried out, so that turns don't mix */
     pthread_mutex_t delivery; /* held while results are written; neither is taken under it */
-    pthread_mutex_t lock;     /* guards both lists; no other is taken under it */
-    struct execution *expected, **expected_last;
+    pthread_mutex_t lock;     /* guards the list; no other is taken under it */
     struct result *results, **results_last;
 };
 
@@ -38,7 +37,6 @@ VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **pl
     if (!state)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     state->device = device;
-    state->expected_last = &state->expected;
     state->results_last = &state->results;
     pthread_mutex_init(&state->turns, NULL);
     pthread_mutex_init(&state->delivery, NULL);
@@ -59,11 +57,6 @@ void cpu_playback_destroy(struct cpu_playback *playback)
 {
     if (!playback)
         return;
-    while (playback->expected) {
-        struct execution *execution = playback->expected;
-        playback->expected = execution->next;
-        execution_release(execution);
-    }
     while (playback->results) {
         struct result *result = playback->results;
         playback->results = result->next;
@@ -199,55 +192,12 @@ uint32_t cpu_playback_take_lost(struct cpu_playback *playback)
     return atomic_exchange(&playback->lost, 0);
 }
 
-void cpu_playback_expect(struct cpu_playback *playback, struct execution *execution)
-{
-    pthread_mutex_lock(&playback->lock);
-    *playback->expected_last = execution;
-    playback->expected_last = &execution->next;
-    pthread_mutex_unlock(&playback->lock);
-}
-
-/* The first execution of a recording, or of any, taken off the list; or NULL. */
-static struct execution *take(struct cpu_playback *playback, const struct recording *recording)
-{
-    pthread_mutex_lock(&playback->lock);
-    struct execution **at = &playback->expected;
-    while (*at && recording && (*at)->recording != recording)
-        at = &(*at)->next;
-    struct execution *execution = *at;
-    if (execution) {
-        *at = execution->next;
-        execution->next = NULL;
-        if (!*at)
-            playback->expected_last = at;
-    }
-    pthread_mutex_unlock(&playback->lock);
-    return execution;
-}
-
-static bool play_next(struct cpu_playback *playback, const struct recording *recording,
+void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
                       struct moment moment)
 {
-    struct execution *execution = take(playback, recording);
-    if (!execution)
-        return false;
     pthread_mutex_lock(&playback->turns);
     play(playback, execution, moment);
     pthread_mutex_unlock(&playback->turns);
-    execution_release(execution);
-    return true;
-}
-
-void cpu_playback_run(struct cpu_playback *playback, const struct recording *recording,
-                      struct moment moment)
-{
-    play_next(playback, recording, moment);
-}
-
-void cpu_playback_run_all(struct cpu_playback *playback)
-{
-    while (play_next(playback, NULL, moment_never()))
-        continue;
 }
 
 /* ---- results */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Executed command buffers, and what structures hold after them.
  *
- * An execution is expected once it is submitted, and takes its turn in execution order (the layer
- * asks state/execution_order.h); then its items set the trees of structures, without making any.
+ * Executions take their turns in execution order (the layer asks state/execution_order.h); then
+ * their items set the trees of structures, without making any.
  * Results that commands write to buffers wait here for the end of their submission. */
 #ifndef ASSAY_CPU_PLAYBACK_H
 #define ASSAY_CPU_PLAYBACK_H
@@ -17,16 +17,12 @@ struct cpu_playback;
 VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **playback);
 void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
 
-/* Takes the reference. */
-void cpu_playback_expect(struct cpu_playback *playback, struct execution *execution);
 /* How many structures and results were lost for lack of memory since the last call. */
 uint32_t cpu_playback_take_lost(struct cpu_playback *playback);
 
-/* The turn of the first expected execution of a recording, in a batch that executes at `moment`; of
- * all, where the order is lost. */
-void cpu_playback_run(struct cpu_playback *playback, const struct recording *recording,
+/* The turn of an execution, in a batch that executes at `moment`. */
+void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
                       struct moment moment);
-void cpu_playback_run_all(struct cpu_playback *playback);
 
 /* Writes the results of submissions that are complete, in execution order, until one is not: each
  * by copying regions of `bytes` to a buffer. What the host has seen complete is waited for, should

@@ -59,7 +59,7 @@ struct recorded_item {
 
 enum { CONSTANT_WORDS = 64 };
 
-/* What the application has bound and pushed last, which dispatches of the backend's own disturb.
+/* What the application has bound and pushed last, which dispatches of the layer's own disturb.
  * Null handles: nothing. */
 struct compute_state {
     VkPipeline pipeline;
@@ -86,7 +86,7 @@ struct recording {
 /* One execution of a recording: where its snapshots are, and when they can be read. */
 struct execution {
     atomic_uint references; /* the last one goes under the recording's lock */
-    struct execution *next; /* of those whose turn has not come (playback.h) */
+    struct execution *next; /* of those whose turn has not come */
     struct recording *recording;
     struct ticket *ticket;
     /* Guards what follows; read while trees are made of the snapshots, which may ask for others of

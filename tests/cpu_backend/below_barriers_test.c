@@ -13,7 +13,6 @@
 #include "../report/scarce_memory.h"
 #include "below.h"
 #include "cpu/commands.h"
-#include "cpu/submit_infos.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
@@ -438,9 +437,9 @@ static void test_submissions(void **state)
         {0},
         {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &traced},
     };
-    assert_int_equal(cpu_submit_below(queue_submit, QUEUE, 2, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_int_equal(cpu_QueueSubmit(QUEUE, 2, submits, VK_NULL_HANDLE), VK_SUCCESS);
     assert_ptr_equal(seen.array, submits);
-    assert_int_equal(cpu_submit_below(queue_submit, QUEUE, 3, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_int_equal(cpu_QueueSubmit(QUEUE, 3, submits, VK_NULL_HANDLE), VK_SUCCESS);
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL | COMPUTE);
     assert_int_equal(traced, BUILD | COMPUTE);
@@ -454,12 +453,10 @@ static void test_submissions2(void **state)
                                   .pWaitSemaphoreInfos = &wait,
                                   .signalSemaphoreInfoCount = 1,
                                   .pSignalSemaphoreInfos = &signal};
-    assert_int_equal(cpu_submit2_below(queue_submit2, QUEUE, 1, &submit, VK_NULL_HANDLE),
-                     VK_SUCCESS);
+    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
     assert_ptr_equal(seen.array, &submit);
     signal.stageMask = BUILD;
-    assert_int_equal(cpu_submit2_below(queue_submit2, QUEUE, 1, &submit, VK_NULL_HANDLE),
-                     VK_SUCCESS);
+    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL);
 }
@@ -472,7 +469,7 @@ static void test_submissions_without_memory(void **state)
     submits[0].waitSemaphoreCount = 1;
     submits[0].pWaitDstStageMask = &traced;
     memory_fail_after(0);
-    assert_int_equal(cpu_submit_below(queue_submit, QUEUE, MANY, submits, VK_NULL_HANDLE),
+    assert_int_equal(cpu_QueueSubmit(QUEUE, MANY, submits, VK_NULL_HANDLE),
                      VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_true(memory_fail_no_more());
     assert_int_equal(seen.calls, 0);
@@ -547,6 +544,8 @@ int main(void)
         cmocka_unit_test_setup(test_render_pass2, clear),
     };
     VkuDeviceDispatchTable *next = &below->next;
+    next->QueueSubmit = queue_submit;
+    next->QueueSubmit2 = queue_submit2;
     next->CmdPipelineBarrier = pipeline_barrier;
     next->CmdWaitEvents = wait_events;
     next->CmdSetEvent = next->CmdResetEvent = set_event;

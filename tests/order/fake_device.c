@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
-#include "cpu/submits.h"
+#include "snapshots/snapshots.h"
+
 #include "fake_device.h"
 
 #include <setjmp.h>
@@ -17,7 +18,7 @@ uint64_t counter;
 const char *reached;
 
 /* Devices here are of backend driver. */
-void cpu_overlay_deliver(struct layer_device *state)
+void snapshots_deliver_complete(struct layer_device *state)
 {
     (void)state;
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: builds of VK_NV_ray_tracing. Their data is named by buffer and offset,
+/* Builds of VK_NV_ray_tracing. Their data is named by buffer and offset,
  * so each buffer is given addresses that mean it within the build alone. */
 #include <stdlib.h>
 
-#include "cpu/commands.h"
+#include "snapshots/commands.h"
 #include "snapshots/nv_info.h"
 #include "snapshots/recorder.h"
 
@@ -100,30 +100,44 @@ static struct recorded_build *translate(const struct recorder *recorder,
     return NULL;
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructureNV(
+/* `build`: its mode and structures; the rest is `info`'s. */
+static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *info,
+                   VkBuffer instances, VkDeviceSize offset,
+                   const VkAccelerationStructureBuildGeometryInfoKHR *build)
+{
+    struct recorder recorder;
+    struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
+    const struct recorder_addresses addresses = {find, &inputs};
+    const struct nv_data data = {address_of, &inputs, instances, offset};
+    if (!recorder_begin(&recorder, handle))
+        return;
+    recorder.addresses = &addresses;
+    struct recorded_build *recorded = translate(&recorder, info, &data);
+    if (recorded) {
+        VkAccelerationStructureBuildGeometryInfoKHR *own = &recorded->parameters.info;
+        own->mode = build->mode;
+        own->dstAccelerationStructure = build->dstAccelerationStructure;
+        own->srcAccelerationStructure = build->srcAccelerationStructure;
+        recorder_add_build(&recorder, recorded);
+    }
+    recorder_end(&recorder);
+    free(inputs.buffers);
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
     VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
     VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
     VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
     VkDeviceSize scratchOffset)
 {
-    struct recorder recorder;
-    struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
-    const struct recorder_addresses addresses = {find, &inputs};
-    const struct nv_data data = {address_of, &inputs, instanceData, instanceOffset};
-    (void)scratch;
-    (void)scratchOffset;
-    if (!recorder_begin(&recorder, commandBuffer))
-        return;
-    recorder.addresses = &addresses;
-    struct recorded_build *build = translate(&recorder, pInfo, &data);
-    if (build) {
-        VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
-        info->mode = update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                            : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
-        info->dstAccelerationStructure = (VkAccelerationStructureKHR)dst;
-        info->srcAccelerationStructure = (VkAccelerationStructureKHR)src;
-        recorder_add_build(&recorder, build);
-    }
-    recorder_end(&recorder);
-    free(inputs.buffers);
+    const VkAccelerationStructureBuildGeometryInfoKHR build = {
+        .mode = update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                       : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+        .dstAccelerationStructure = (VkAccelerationStructureKHR)dst,
+        .srcAccelerationStructure = (VkAccelerationStructureKHR)src,
+    };
+    record(commandBuffer, pInfo, instanceData, instanceOffset, &build);
+    snapshots_of(commandBuffer)
+        ->below.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
+                                                update, dst, src, scratch, scratchOffset);
 }

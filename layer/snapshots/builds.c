@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds of command buffers. What they read is copied at that point of the
+ * command buffer; the trees are made when somebody asks for them. */
+#include <stdlib.h>
+
+#include "snapshots/build_input.h"
+#include "snapshots/commands.h"
+#include "snapshots/gather.h"
+#include "snapshots/recorder.h"
+
+/* Memory that can't be read yet: what the builder will ask for is copied. */
+struct copied_memory {
+    struct recorder *recorder;
+    struct recorded_build *build;
+    bool to_the_end; /* of each buffer, for the ranges aren't known yet */
+};
+
+static void keep_snapshot(const struct recorder *recorder, struct recorded_build *build,
+                          const struct snapshot *snapshot)
+{
+    if (!recorded_build_add(build, snapshot))
+        recorder_lose(recorder);
+}
+
+static uint64_t copy(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    const struct copied_memory *memory = context;
+    struct snapshot snapshot;
+    const struct snapshot *there =
+        snapshot_find(memory->build->snapshots, memory->build->snapshot_count, address);
+    *bytes = NULL;
+    if (memory->to_the_end)
+        size = UINT64_MAX;
+    if (there && (memory->to_the_end || size <= there->size - (address - there->address)))
+        return 0;
+    if (recorder_copy(memory->recorder, address, size, &snapshot))
+        keep_snapshot(memory->recorder, memory->build, &snapshot);
+    return 0;
+}
+
+/* What an array of pointers points to; of an indirect build, whose offset and count aren't known
+ * yet, all that the snapshot has. */
+static void gather_instances(struct recorder *recorder, struct recorded_build *build)
+{
+    const struct build_parameters *parameters = &build->parameters;
+    if (parameters->info.geometryCount != 1 ||
+        parameters->geometries[0].geometryType != VK_GEOMETRY_TYPE_INSTANCES_KHR ||
+        !parameters->geometries[0].geometry.instances.arrayOfPointers)
+        return;
+    const struct snapshot *addresses =
+        snapshot_find(build->snapshots, build->snapshot_count,
+                      parameters->geometries[0].geometry.instances.data.deviceAddress);
+    struct gathering gathering = {.is_typed = parameters->info.flags &
+                                              VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV};
+    if (addresses && recorder_gather(recorder, addresses, &gathering))
+        build->gathering = gathering;
+}
+
+static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
+{
+    struct copied_memory copied = {recorder, build, build->is_indirect};
+    struct input_memory memory = {copy, &copied};
+    struct build_input input;
+    if (build->is_indirect) {
+        uint64_t count = build->parameters.info.geometryCount;
+        struct snapshot ranges;
+        uint64_t size =
+            (count - 1) * build->indirect_stride + sizeof(VkAccelerationStructureBuildRangeInfoKHR);
+        if (count && recorder_copy(recorder, build->indirect_address, size, &ranges))
+            keep_snapshot(recorder, build, &ranges);
+    }
+    if (build_input_open(&build->parameters, &memory, &input) == VK_SUCCESS)
+        build_input_close(&input);
+    else
+        recorder_lose(recorder);
+    gather_instances(recorder, build);
+}
+
+void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
+    copy_inputs(recorder, build);
+    const struct recorded_item item = {
+        .kind = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ? ITEM_UPDATE
+                                                                              : ITEM_BUILD,
+        .dst = (uint64_t)info->dstAccelerationStructure,
+        .src = (uint64_t)info->srcAccelerationStructure,
+        .build = build,
+    };
+    recorder_add(recorder, &item);
+}
+
+/* NULL where a parameter can't be read, or without memory: then nothing is built. */
+static struct recorded_build *
+copy_parameters(const struct recorder *recorder,
+                const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                const VkAccelerationStructureBuildRangeInfoKHR *ranges)
+{
+    struct recorded_build *build = calloc(1, sizeof(*build));
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (build)
+        result = build_parameters_copy(&recorder->command_buffer->readable, info, ranges,
+                                       &build->parameters);
+    if (result == VK_SUCCESS)
+        return build;
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
+        recorder_lose(recorder);
+    free(build);
+    return NULL;
+}
+
+static void record(VkCommandBuffer handle, uint32_t count,
+                   const VkAccelerationStructureBuildGeometryInfoKHR *infos,
+                   const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
+{
+    struct recorder recorder;
+    if (!recorder_begin(&recorder, handle) ||
+        !readable(&recorder.command_buffer->readable, ranges, count * sizeof(*ranges)))
+        return;
+    for (uint32_t i = 0; i < count; i++) {
+        struct recorded_build *build = copy_parameters(&recorder, &infos[i], ranges[i]);
+        if (!build)
+            continue;
+        recorded_build_normalize(build);
+        recorder_add_build(&recorder, build);
+    }
+    recorder_end(&recorder);
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    record(commandBuffer, infoCount, pInfos, ppBuildRangeInfos);
+    snapshots_of(commandBuffer)
+        ->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
+                                                  ppBuildRangeInfos);
+}
+
+static bool arrays_are_readable(const struct recorder *recorder, uint32_t count,
+                                const VkDeviceAddress *addresses, const uint32_t *strides,
+                                const uint32_t *const *counts)
+{
+    struct readable_cache *cache = &recorder->command_buffer->readable;
+    return readable(cache, addresses, count * sizeof(*addresses)) &&
+           readable(cache, strides, count * sizeof(*strides)) &&
+           readable(cache, counts, count * sizeof(*counts));
+}
+
+static bool copy_counts(const struct recorder *recorder, const uint32_t *counts,
+                        struct recorded_build *build)
+{
+    uint32_t count = build->parameters.info.geometryCount;
+    if (!readable(&recorder->command_buffer->readable, counts, count * sizeof(*counts)))
+        return false;
+    for (uint32_t i = 0; i < count; i++)
+        build->parameters.ranges[i].primitiveCount = counts[i];
+    return true;
+}
+
+static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
+                            const VkAccelerationStructureBuildGeometryInfoKHR *infos,
+                            const VkDeviceAddress *addresses, const uint32_t *strides,
+                            const uint32_t *const *counts)
+{
+    struct recorder recorder;
+    if (!recorder_begin(&recorder, handle) ||
+        !arrays_are_readable(&recorder, info_count, addresses, strides, counts))
+        return;
+    for (uint32_t i = 0; i < info_count; i++) {
+        struct recorded_build *build = copy_parameters(&recorder, &infos[i], NULL);
+        if (!build)
+            continue;
+        build->is_indirect = true;
+        build->indirect_address = addresses[i];
+        build->indirect_stride = strides[i];
+        if (!copy_counts(&recorder, counts[i], build)) {
+            recorded_build_free(build);
+            continue;
+        }
+        recorder_add_build(&recorder, build);
+    }
+    recorder_end(&recorder);
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
+    const uint32_t *const *ppMaxPrimitiveCounts)
+{
+    record_indirect(commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
+                    ppMaxPrimitiveCounts);
+    snapshots_of(commandBuffer)
+        ->below.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
+                                                          pIndirectDeviceAddresses,
+                                                          pIndirectStrides, ppMaxPrimitiveCounts);
+}

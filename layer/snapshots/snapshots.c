@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The snapshots of a device: which commands are theirs, and whose turn it is. */
+#include "snapshots/snapshots.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "cpu/submits.h"
+#include "snapshots/commands.h"
+#include "snapshots/gather.h"
+#include "snapshots/staging.h"
+#include "snapshots/tickets.h"
+
+/* What the loader wants to be told of dispatchable objects that a layer creates for itself. */
+static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInfo *create_info)
+{
+    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
+        const VkLayerDeviceCreateInfo *info = (const VkLayerDeviceCreateInfo *)s;
+        if (s->sType == VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO &&
+            info->function == VK_LOADER_DATA_CALLBACK)
+            return info->u.pfnSetDeviceLoaderData;
+    }
+    return NULL;
+}
+
+static void cover(struct layer_device *device)
+{
+#define COVER(name)                                                                                \
+    device->snapshots->below.name = device->vk.name;                                               \
+    if (device->vk.name)                                                                           \
+        device->vk.name = snapshots_##name;
+    SNAPSHOTS_COMMANDS(COVER)
+#undef COVER
+}
+
+VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
+{
+    if (!device->cpu)
+        return VK_SUCCESS;
+    struct snapshots *snapshots = calloc(1, sizeof(*snapshots));
+    if (!snapshots)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    pthread_mutex_init(&snapshots->queue_lock, NULL);
+    pthread_mutex_init(&snapshots->tickets_lock, NULL);
+    pthread_mutex_init(&snapshots->expected_lock, NULL);
+    snapshots->device = device;
+    snapshots->next = device->cpu ? device->cpu->next : device->vk;
+    snapshots->set_loader_data = find_loader_data_setter(create_info);
+    snapshots->expected_last = &snapshots->expected;
+    device->snapshots = snapshots;
+    if (staging_create(device, &snapshots->staging) != VK_SUCCESS ||
+        gather_create(device, &snapshots->gather) != VK_SUCCESS)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    cover(device);
+    return VK_SUCCESS;
+}
+
+void snapshots_destroy(struct snapshots *snapshots)
+{
+    if (!snapshots)
+        return;
+    while (snapshots->expected) {
+        struct execution *execution = snapshots->expected;
+        snapshots->expected = execution->next;
+        execution_release(execution);
+    }
+    tickets_release(snapshots, true);
+    staging_destroy(snapshots->staging);
+    gather_destroy(snapshots->gather);
+    handle_table_release(&snapshots->queue_families);
+    pthread_mutex_destroy(&snapshots->queue_lock);
+    pthread_mutex_destroy(&snapshots->tickets_lock);
+    pthread_mutex_destroy(&snapshots->expected_lock);
+    free(snapshots);
+}
+
+PFN_vkVoidFunction snapshots_command(const char *name, PFN_vkVoidFunction next)
+{
+#define FIND(command)                                                                              \
+    if (strcmp(name, "vk" #command) == 0)                                                          \
+        return next ? (PFN_vkVoidFunction)snapshots_##command : NULL;
+    SNAPSHOTS_COMMANDS(FIND)
+#undef FIND
+    return next;
+}
+
+/* ---- turns */
+
+void snapshots_expect(struct snapshots *snapshots, struct execution *execution)
+{
+    pthread_mutex_lock(&snapshots->expected_lock);
+    *snapshots->expected_last = execution;
+    snapshots->expected_last = &execution->next;
+    pthread_mutex_unlock(&snapshots->expected_lock);
+}
+
+/* The first execution of a recording, or of any, taken off the list; or NULL. */
+static struct execution *take(struct snapshots *snapshots, const struct recording *recording)
+{
+    pthread_mutex_lock(&snapshots->expected_lock);
+    struct execution **at = &snapshots->expected;
+    while (*at && recording && (*at)->recording != recording)
+        at = &(*at)->next;
+    struct execution *execution = *at;
+    if (execution) {
+        *at = execution->next;
+        execution->next = NULL;
+        if (!*at)
+            snapshots->expected_last = at;
+    }
+    pthread_mutex_unlock(&snapshots->expected_lock);
+    return execution;
+}
+
+static bool run_next(struct layer_device *device, const struct recording *recording,
+                     struct moment moment)
+{
+    struct execution *execution = take(device->snapshots, recording);
+    if (!execution)
+        return false;
+    if (device->cpu)
+        cpu_overlay_run(device, execution, moment);
+    execution_release(execution);
+    return true;
+}
+
+void snapshots_run(struct layer_device *device, const struct batch_run *run)
+{
+    for (uint32_t i = 0; i < run->command_count; i++) {
+        const struct journal *journal = run->commands[i].captured;
+        if (journal && journal->work)
+            run_next(device, journal->work, run->moment);
+    }
+}
+
+void snapshots_run_all(struct layer_device *device)
+{
+    while (run_next(device, NULL, moment_never()))
+        continue;
+}
+
+void snapshots_lose_order(struct layer_device *device)
+{
+    atomic_store(&device->snapshots->order_lost, true);
+    snapshots_run_all(device);
+}
+
+void snapshots_deliver_complete(struct layer_device *device)
+{
+    if (device->cpu)
+        cpu_overlay_deliver(device);
+}

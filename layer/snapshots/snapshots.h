@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Snapshots of what builds in command buffers read: an overlay on a device's dispatch table, above
+ * whatever carries the builds out. It records the snapshots, notes what is submitted, and hands
+ * each execution to those who want it when its turn has come. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
+#define ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
+
+#include <pthread.h>
+
+#include "layer.h"
+#include "snapshots/commands.h"
+#include "snapshots/recording.h"
+#include "state/handle_table.h"
+
+struct fence_ticket;
+struct gather;
+struct staging;
+
+/* layer_device.snapshots; NULL where nobody wants any: on backend driver below level content, and
+ * for a device that enables nothing that builds. */
+struct snapshots {
+    struct layer_device *device;
+    VkuDeviceDispatchTable next; /* the next layer's, for objects and commands of the layer's own */
+#define MEMBER(name) PFN_vk##name name;
+    struct {
+        SNAPSHOTS_COMMANDS(MEMBER)
+    } below; /* what the overlay lies over: the backend's commands, or the next layer's */
+#undef MEMBER
+    PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
+    struct staging *staging;
+    struct gather *gather;
+    _Atomic uint64_t bytes_copied; /* that command buffers were told to copy */
+    /* Submissions take their turns as they are made, for their order isn't known any more. */
+    _Atomic bool order_lost;
+    pthread_mutex_t queue_lock;                  /* held while a queue is used, and guards: */
+    struct handle_table queue_families;          /* of queues, as pointers to their names */
+    pthread_mutex_t tickets_lock;                /* guards: */
+    struct fence_ticket *unfinished;             /* that nobody needs, but the device still uses */
+    pthread_mutex_t expected_lock;               /* guards: */
+    struct execution *expected, **expected_last; /* submitted, and before their turn */
+};
+
+/* Once device->vk, and device->cpu, are filled in. */
+VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info);
+void snapshots_destroy(struct snapshots *snapshots); /* NULL: nothing */
+
+/* What vkGetDeviceProcAddr answers, where what lies below has `next`. */
+PFN_vkVoidFunction snapshots_command(const char *name, PFN_vkVoidFunction next);
+
+/* An execution was submitted, after those that were expected before. Takes the reference. */
+void snapshots_expect(struct snapshots *snapshots, struct execution *execution);
+
+struct batch_run;
+
+/* A batch's turn in execution order. */
+void snapshots_run(struct layer_device *device, const struct batch_run *run);
+/* From now on submissions take their turns as they are made: the turn of all. */
+void snapshots_lose_order(struct layer_device *device);
+void snapshots_run_all(struct layer_device *device);
+
+/* The host has seen something complete, or is about to submit: what waits for the end of
+ * submissions is done for those that are complete. */
+void snapshots_deliver_complete(struct layer_device *device);
+static inline void snapshots_deliver(struct layer_device *device)
+{
+    if (device->snapshots)
+        snapshots_deliver_complete(device);
+}
+
+/* False where the queue isn't known. */
+bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family);
+
+/* The snapshots of a dispatchable handle's device. */
+static inline struct snapshots *snapshots_of(const void *dispatchable)
+{
+    return layer_find_device(dispatchable)->snapshots;
+}
+
+#endif
