@@ -5,7 +5,7 @@
  * submission_add_*), prepared before the call goes down, and finished after it. From semaphores,
  * fences and what the host has seen complete each batch gets a moment, and a clock of all that it
  * certainly follows. A batch that waits for a timeline value whose signal has not been submitted is
- * held back, with all later ones of its queue, until the signal is.
+ * held back, with all later ones of its queue that come after it, until the signal is.
  *
  * Who uses the order (execution_hooks) is told of each batch when all that it certainly follows has
  * been told before it. Batches that no signal holds back stand in a run list from the moment that

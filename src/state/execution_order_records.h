@@ -51,6 +51,7 @@ struct order_queue {
     bool in_flight;          /* a call that submits to it is under way */
     struct queue_clocks clocks;
     struct order_batch *held, **held_end;
+    uint32_t held_bindings; /* of those */
     uint64_t idle_serial; /* the host has seen it idle after the calls up to this one */
 };
 

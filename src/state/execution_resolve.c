@@ -125,6 +125,8 @@ static void hold(struct order_batch *batch)
     *queue->held_end = batch;
     queue->held_end = &batch->next;
     submission->order->held_count++;
+    if (submission->kind == SUBMIT_BINDINGS)
+        queue->held_bindings++;
 }
 
 void submission_publish(struct submission *submission)
@@ -310,15 +312,48 @@ void submission_resolve_ready(struct submission *submission)
     }
 }
 
-static void release_first(struct order_queue *queue)
+/* ---- releasing */
+
+static bool signals(const struct order_batch *batch)
 {
-    struct order_batch *batch = queue->held;
+    const struct submission *submission = batch->submission;
+    bool found = submission->fence;
+    for (uint32_t i = 0; i < batch->operation_count && !found; i++)
+        found = submission->operations[batch->first_operation + i].is_signal;
+    return found;
+}
+
+/* The first held batch that nothing holds back: neither what it waits for, nor one held before it.
+ * Commands wait for all earlier commands of their queue, but commands and bindings don't wait for
+ * each other, nor bindings for bindings; only signals come in the order of submission. */
+static struct order_batch **find_releasable(struct order_queue *queue)
+{
+    bool behind_commands = false, behind_signals = false;
+    for (struct order_batch **link = &queue->held; *link; link = &(*link)->next) {
+        bool is_commands = (*link)->submission->kind == SUBMIT_COMMANDS;
+        bool has_signals = signals(*link);
+        bool is_behind = (is_commands && behind_commands) || (has_signals && behind_signals);
+        if (!is_behind && !is_held_back(*link))
+            return link;
+        behind_commands |= is_commands;
+        behind_signals |= has_signals;
+        if (behind_commands && !queue->held_bindings)
+            break;
+    }
+    return NULL;
+}
+
+static void release(struct order_queue *queue, struct order_batch **link)
+{
+    struct order_batch *batch = *link;
     struct submission *submission = batch->submission;
     struct execution_order *order = submission->order;
-    queue->held = batch->next;
-    if (!queue->held)
-        queue->held_end = &queue->held;
+    *link = batch->next;
+    if (!*link)
+        queue->held_end = link;
     order->held_count--;
+    if (submission->kind == SUBMIT_BINDINGS)
+        queue->held_bindings--;
 
     resolve(batch, &queue->clocks);
     publish_batch(batch);
@@ -337,8 +372,8 @@ void execution_order_release_held(struct execution_order *order)
     while (released && !order->lost) {
         released = false;
         for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
-            while (order->queues[i].held && !is_held_back(order->queues[i].held)) {
-                release_first(&order->queues[i]);
+            for (struct order_batch **link; (link = find_releasable(&order->queues[i]));) {
+                release(&order->queues[i], link);
                 released = true;
             }
     }

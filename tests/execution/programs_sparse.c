@@ -100,6 +100,22 @@ static const struct program programs[] = {
              RUN_AFTER(A, WAIT_FOR(0, 2)), REPORTS_LATE, SIGNAL_FROM_HOST(0, 1)),
             (UNBOUND_AND_RECORDED, BATCH, WAIT_FOR(0, 1), SIGNAL_TO(0, 2), BIND(X, 1),
              RUN_AFTER(A, WAIT_FOR(0, 2)), SIGNAL_FROM_HOST(0, 1))),
+    /* On one queue, where each waits for the other. */
+    MISSING(
+        "unbound_by_what_its_queue_waits_for", NEEDS_NULL_DRIVER,
+        (BOUND_AND_RECORDED, RUN_AFTER(A, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), REPORTS_LATE,
+         UNBIND(X)),
+        (UNBOUND_AND_RECORDED, RUN_AFTER(A, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), BIND(X, 1))),
+    MISSING("unbound_after_what_its_queue_waited_for", NEEDS_NULL_DRIVER,
+            (BOUND_AND_RECORDED, RUN_AFTER(A, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), BIND(X, 1),
+             IDLE, UNBIND(X), IDLE, REPORTS, RUN(A)),
+            (BOUND_AND_RECORDED, RUN_AFTER(A, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), BIND(X, 1),
+             IDLE, UNBIND(X), IDLE, BIND(X, 0), IDLE, RUN(A))),
+    MISSING("unbound_behind_what_its_queue_waits_for", NEEDS_NULL_DRIVER,
+            (BOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), UNBIND(X), BATCH, WITH(B),
+             SIGNAL_TO(0, 1), SUBMIT(0), IDLE, REPORTS, RUN(A)),
+            (UNBOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), BIND(X, 0), BATCH,
+             WITH(B), SIGNAL_TO(0, 1), SUBMIT(0), IDLE, RUN(A))),
 
     MISSING_SRC(
         "src_unbound_after_recording",

@@ -185,6 +185,59 @@ static void bindings_are_held_back_too(void **unused)
     program_stop(&p);
 }
 
+static void bindings_pass_commands_that_wait_for_them(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
+    SUBMIT(&p, .queue = 1, .name = 11);
+    BIND(&p, .queue = 1, .name = 12, .signal = {{S, 1}});
+    EXPECT_RUNS(&p, 12, 10, 11);
+    assert_true(follows(&p, 10, 12) && follows(&p, 11, 12));
+    wait_idle(&p, 0);
+    SUBMIT(&p, .queue = 2, .name = 20);
+    assert_int_equal(p.losses, 0);
+    assert_true(follows(&p, 20, 11));
+    program_stop(&p);
+}
+
+static void commands_and_bindings_pass_bindings(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    BIND(&p, .queue = 1, .name = 10, .wait = {{S, 2}});
+    BIND(&p, .queue = 1, .name = 11, .wait = {{S, 1}});
+    SUBMIT(&p, .queue = 1, .name = 12, .signal = {{S, 1}});
+    EXPECT_RUNS(&p, 12, 11);
+    BIND(&p, .queue = 1, .name = 13, .signal = {{S, 2}});
+    EXPECT_RUNS(&p, 12, 11, 13, 10);
+    assert_true(follows(&p, 11, 12));
+    program_stop(&p);
+}
+
+/* Signals of one queue come in the order of submission. */
+static void signals_pass_no_signals(void **unused)
+{
+    struct program p;
+    (void)unused;
+    program_start(&p);
+    create_timeline(&p, S, 0);
+    create_timeline(&p, T, 0);
+    create_timeline(&p, U, 0);
+    SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}}, .signal = {{T, 1}});
+    BIND(&p, .queue = 1, .name = 11, .signal = {{U, 1}});
+    SUBMIT(&p, .queue = 2, .name = 20, .wait = {{U, 1}});
+    assert_int_equal(p.run_count, 0);
+    SUBMIT(&p, .queue = 3, .name = 30, .signal = {{S, 1}});
+    EXPECT_RUNS(&p, 30, 10, 11, 20);
+    assert_true(follows(&p, 20, 10) && follows(&p, 20, 11));
+    program_stop(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -198,6 +251,9 @@ int main(void)
         cmocka_unit_test(bindings_that_fail_never_execute),
         cmocka_unit_test(sparse_bindings_pass_order_on),
         cmocka_unit_test(bindings_are_held_back_too),
+        cmocka_unit_test(bindings_pass_commands_that_wait_for_them),
+        cmocka_unit_test(commands_and_bindings_pass_bindings),
+        cmocka_unit_test(signals_pass_no_signals),
     };
     return cmocka_run_group_tests_name("order of bindings", tests, NULL, NULL);
 }

@@ -78,16 +78,19 @@ bool queue_is_flying(const struct test *test, uint32_t queue)
 
 bool queue_is_held(const struct test *test, uint32_t queue)
 {
-    return test->model.queues[queue].first < test->model.queues[queue].count;
+    return test->model.queues[queue].count != 0;
 }
 
 /* A binary semaphore may be signalled again when the wait before has executed, or comes first on
- * the same queue. */
-static bool binary_is_free(const struct test *test, const struct usage *usage, uint32_t queue)
+ * the same queue, where bindings come in no order. */
+static bool binary_is_free(const struct test *test, const struct usage *usage,
+                           const struct call *call)
 {
     if (usage->waited != usage->top)
         return false;
-    return usage->waiter == 0 || usage->waiter == queue ||
+    return usage->waiter == 0 ||
+           (usage->waiter == call->queue && call->kind == SUBMIT_COMMANDS &&
+            !usage->bindings_wait) ||
            (!queue_is_flying(test, usage->waiter) && !queue_is_held(test, usage->waiter));
 }
 
@@ -104,6 +107,7 @@ static void add_some_wait(struct test *test, struct call *call)
     } else if (usage->waited != usage->top) {
         value = usage->waited = usage->top;
         usage->waiter = call->queue;
+        usage->bindings_wait = call->kind == SUBMIT_BINDINGS;
     }
     add(call->wait, handle, value, some_reach(test));
 }
@@ -139,7 +143,7 @@ static void add_some_signal(struct test *test, struct call *call)
         add_chained_signal(test, call, handle);
     else if (usage->kind == OWNED && call->queue == handle % MODEL_QUEUES + 1)
         add(call->signal, handle, usage->top += 1 + below(test, 2), some_reach(test));
-    else if (usage->kind == BINARY && binary_is_free(test, usage, call->queue))
+    else if (usage->kind == BINARY && binary_is_free(test, usage, call))
         add(call->signal, handle, ++usage->top, some_reach(test));
 }
 
@@ -190,6 +194,7 @@ static struct flying begin_call(struct test *test, uint32_t queue)
         call_add_batch(flying.submission, &call);
         to_model(test, &call, &flying.batches[i]);
         flying.batches[i].place = i;
+        flying.batches[i].has_fence = flying.fence;
     }
     flying.batches[flying.batch_count - 1].gives_fence = flying.fence;
     submission_set_fence(flying.submission, FENCE(flying.fence));

@@ -28,8 +28,9 @@ struct usage {
     uint64_t top;   /* the largest value signalled */
     uint64_t hole;  /* a smaller value that has not been signalled; 0: none */
     uint64_t below_hole;
-    uint64_t waited; /* binary: the number that was waited for last, */
-    uint32_t waiter; /* by this queue */
+    uint64_t waited;    /* binary: the number that was waited for last, */
+    uint32_t waiter;    /* by this queue, */
+    bool bindings_wait; /* for bindings */
 };
 
 struct fence_use {

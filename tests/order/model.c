@@ -170,15 +170,37 @@ static void execute_bindings(struct model *model, struct model_batch *batch)
     }
 }
 
+static bool signals(const struct model_batch *batch)
+{
+    return batch->has_fence || batch->signal[0].semaphore;
+}
+
+/* Whether one that came earlier to the queue is in the way. */
+static bool is_behind(const struct model *model, uint32_t queue, uint32_t place)
+{
+    const uint32_t *waiting = model->queues[queue].waiting;
+    const struct model_batch *batch = &model->batches[waiting[place]];
+    for (uint32_t i = 0; i < place; i++) {
+        const struct model_batch *before = &model->batches[waiting[i]];
+        if (batch->kind == SUBMIT_COMMANDS && before->kind == SUBMIT_COMMANDS)
+            return true;
+        if (signals(batch) && signals(before))
+            return true;
+    }
+    return false;
+}
+
 static bool settle_queue(struct model *model, uint32_t queue)
 {
+    uint32_t *waiting = model->queues[queue].waiting, *count = &model->queues[queue].count;
     bool any = false;
-    while (model->queues[queue].first < model->queues[queue].count) {
-        uint32_t index = model->queues[queue].waiting[model->queues[queue].first];
-        struct model_batch *batch = &model->batches[index];
-        if (!is_free(model, batch))
-            break;
-        model->queues[queue].first++;
+    for (uint32_t i = 0; i < *count;) {
+        struct model_batch *batch = &model->batches[waiting[i]];
+        if (!is_free(model, batch) || is_behind(model, queue, i)) {
+            i++;
+            continue;
+        }
+        memmove(&waiting[i], &waiting[i + 1], (--*count - i) * sizeof(waiting[0]));
         batch->resolved = any = true;
         if (batch->kind == SUBMIT_COMMANDS)
             execute_commands(model, batch);

@@ -27,7 +27,8 @@ struct model_batch {
     struct operation wait[CALL_OPERATIONS], signal[CALL_OPERATIONS];
     node host;        /* the host when the call began */
     uint32_t place;   /* among the batches of its call */
-    bool gives_fence; /* the last of a call that has a fence */
+    bool has_fence;   /* its call has one, */
+    bool gives_fence; /* and this is the last of it */
     bool resolved;
     node starts, ends; /* its work on acceleration structures, or its bindings */
     node fence;
@@ -54,7 +55,7 @@ struct model {
     node host;
     struct {
         node builds, all, signalled;
-        uint32_t waiting[MODEL_BATCHES], first, count; /* indices of batches */
+        uint32_t waiting[MODEL_BATCHES], count; /* indices of batches */
     } queues[MODEL_QUEUES + 1];
     struct model_semaphore semaphores[MODEL_SEMAPHORES];
     struct model_batch batches[MODEL_BATCHES];
