@@ -122,7 +122,7 @@ static void let_box_sleep(struct scene *scene)
 static void set_reference(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel)
 {
     VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.host;
-    instances[index].accelerationStructureReference = (uint64_t)accel;
+    instances[index].accelerationStructureReference = scene_reference(scene, accel);
 }
 
 static VkAccelerationStructureKHR built_blas(struct scene *scene)

@@ -24,7 +24,7 @@ static VkAccelerationStructureInstanceKHR *instance_at(struct scene *scene, uint
 
 static void refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel)
 {
-    instance_at(scene, index)->accelerationStructureReference = (uint64_t)accel;
+    instance_at(scene, index)->accelerationStructureReference = scene_reference(scene, accel);
 }
 
 /* A BLAS that was built before the call. */

@@ -89,8 +89,8 @@ MOVING_INSTANCES(instances_force_opaque, SRT,
 MOVING_INSTANCES(instances_of_no_structure, MATRIX,
                  data.matrixMotionInstance.accelerationStructureReference = 0x123456)
 MOVING_INSTANCES(instances_of_a_structure, MATRIX,
-                 data.matrixMotionInstance.accelerationStructureReference = (uint64_t)
-                     scene_accel_for(scene, INDEXED))
+                 data.matrixMotionInstance.accelerationStructureReference =
+                     scene_reference(scene, scene_accel_for(scene, INDEXED)))
 /* Of no structure, and of one. */
 MOVING_INSTANCES(flat_instance_of_nothing, MATRIX,
                  data.matrixMotionInstance.transformT1.matrix[0][0] = 0)
@@ -106,8 +106,8 @@ static void instance_without_memory(struct scene *scene)
     const struct test_buffer buffer = scene_create_buffer(scene, 65536, ACCEL_USAGE);
     moving_instances(scene);
     instance_at(scene, SRT)->data.srtMotionInstance.accelerationStructureReference =
-        (uint64_t)scene_accel_in(scene, &buffer, 0, 65536,
-                                 VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+        scene_reference(scene, scene_accel_in(scene, &buffer, 0, 65536,
+                                              VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
 }
 
 /* Behind the last that is built. */

@@ -8,7 +8,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include "levels.h"
@@ -38,30 +37,6 @@ struct run {
 static char current_name[256];
 
 static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
-
-/* ---- pages for bad pointers ---- */
-
-void *unreadable_page(void)
-{
-    static void *page;
-    if (page == NULL)
-        page = mmap(NULL, (size_t)sysconf(_SC_PAGESIZE), PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1,
-                    0);
-    if (page == MAP_FAILED)
-        abort();
-    return page;
-}
-
-void *bytes_before_unreadable_page(size_t size)
-{
-    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
-    const size_t readable = (size + page - 1) / page * page;
-    unsigned char *pages =
-        mmap(NULL, readable + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (pages == MAP_FAILED || mprotect(pages + readable, page, PROT_NONE) != 0)
-        abort();
-    return pages + readable - size;
-}
 
 /* ---- output ---- */
 
@@ -119,7 +94,7 @@ static void write_results(struct run *run, const struct play *play)
             write_result(run, play, id, run->report.outcome == OUTCOME_PASSED, "silent");
         } else {
             write_result(run, play, id, run->report.fired,
-                         play_expects(play, test_case->rules[i]) ? "fired" : "unseen");
+                         judge_expects(play, test_case->rules[i]) ? "fired" : "unseen");
             write_result(run, play, id, run->report.stayed_silent, "silent");
         }
     }

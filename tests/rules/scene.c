@@ -16,6 +16,16 @@ uint64_t scene_address(const struct scene *scene, const struct test_buffer *buff
                                           : buffer->address + offset;
 }
 
+uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR accel)
+{
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = accel};
+    return scene->command == COMMAND_HOST || accel == VK_NULL_HANDLE
+               ? (uint64_t)accel
+               : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->world->device, &info);
+}
+
 void scene_skip(struct scene *scene, const char *reason)
 {
     scene->skip = reason;
@@ -72,16 +82,16 @@ static void make_inputs(struct scene *scene)
     struct test_buffer *const buffers[] = {&scene->vertices, &scene->indices, &scene->transforms,
                                            &scene->boxes, &scene->instances};
     for (size_t i = 0; i < sizeof(buffers) / sizeof(buffers[0]); i++) {
-        *buffers[i] = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+        *buffers[i] = scene_input(scene, SCENE_BUFFER_SIZE, INPUT_USAGE, true);
         memset(buffers[i]->host, 0, SCENE_BUFFER_SIZE);
     }
     fill_vertices(scene);
     fill_transforms(scene);
     fill_boxes(scene);
     fill_instances(scene);
-    scene->indirect = scene_buffer(scene, sizeof(scene->ranges),
-                                   VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
-                                       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    scene->indirect = scene_input(
+        scene, sizeof(scene->ranges),
+        VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, false);
     for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
         scene->indirect_addresses[build] =
             scene->indirect.address + build * sizeof(scene->ranges[build]);
@@ -234,11 +244,13 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
                        "vkBuildAccelerationStructuresKHR");
         return;
     }
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, count, &scene->infos[first],
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, count, &scene->infos[first],
                                                  &scene->range_pointers[first]);
     scene->vk->CmdPipelineBarrier(
-        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
         VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene_end_before(scene, command_buffer);
 }
 
 void scene_build_source(struct scene *scene, uint32_t update)
@@ -332,7 +344,10 @@ struct scene *scene_open(struct world *world, enum build_command command)
     set_geometries(scene);
     set_builds(scene);
     const uint32_t family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
-    scene->command_buffer = scene_command_buffer(scene, family);
+    scene->command_buffer =
+        scene_allocate_command_buffer(scene, scene_pool(scene, family, 0),
+                                      world->records_secondary ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
+                                                               : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     scene_begin(scene, scene->command_buffer, 0);
     if (can_build(scene))
         scene_build_before(scene, UPDATE, 2); /* what the updates start from */
@@ -362,6 +377,7 @@ static void call_indirect(struct scene *scene)
         for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
             scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
     }
+    scene_inputs_stage(scene, scene->command_buffer);
     scene->vk->CmdBuildAccelerationStructuresIndirectKHR(
         scene->command_buffer, scene->info_count, scene->infos_argument,
         scene->indirect_addresses_argument, scene->indirect_strides_argument,
@@ -372,6 +388,7 @@ VkResult scene_call(struct scene *scene)
 {
     switch (scene->command) {
     case COMMAND_DEVICE:
+        scene_inputs_stage(scene, scene->command_buffer);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, scene->info_count,
                                                      scene->infos_argument, scene->ranges_argument);
         break;

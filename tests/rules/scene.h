@@ -8,6 +8,7 @@
 #define RULES_SCENE_H
 
 #include "rules.h"
+#include "scene_inputs.h"
 #include "scene_micromap.h"
 #include "world.h"
 
@@ -113,6 +114,7 @@ struct scene {
 
     /* What the builds use. */
     struct test_buffer vertices, indices, transforms, boxes, instances;
+    struct scene_inputs inputs;
     struct scene_micromaps micromaps;
     struct test_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
     VkDevice other_device; /* made by scene_enter_other_device */
@@ -149,7 +151,8 @@ uint32_t scene_add_build(struct scene *scene, uint32_t model);
 /* Gives a build a dst of the right size, and scratch that serves building and updating. */
 void scene_give_objects(struct scene *scene, uint32_t build);
 
-/* Carries out builds of the scene by a call of their own that comes before the scene's. */
+/* Carries out builds of the scene by a call of their own that comes before the scene's, with the
+ * inputs as they are now if those are staged. */
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
 
 /* What updates start from: on the host, where they are judged when they are called, their sources
@@ -164,6 +167,9 @@ VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, 
 
 /* The size of scratch that a build needs in its mode, as it stands. */
 VkDeviceSize scene_scratch_size(const struct scene *scene, uint32_t build);
+
+/* What an instance has that refers to a structure, likewise. */
+uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR accel);
 
 /* An address in a buffer, as the command of the scene wants it: of the device or the host. */
 uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,

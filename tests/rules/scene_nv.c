@@ -105,7 +105,7 @@ void scene_nv_give_large_scratch(struct scene *scene)
 static struct test_buffer copy_of(struct scene *scene, const struct test_buffer *input)
 {
     const struct test_buffer copy =
-        scene_buffer(scene, input->size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+        scene_input(scene, input->size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV, true);
     memcpy(copy.host, input->host, input->size);
     return copy;
 }
@@ -200,11 +200,13 @@ void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst)
         .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
                          VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
     };
-    scene->vk->CmdBuildAccelerationStructureNV(scene->command_buffer, &nv->info, nv->instance_data,
-                                               0, VK_FALSE, dst, VK_NULL_HANDLE, nv->scratch, 0);
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdBuildAccelerationStructureNV(command_buffer, &nv->info, nv->instance_data, 0,
+                                               VK_FALSE, dst, VK_NULL_HANDLE, nv->scratch, 0);
     scene->vk->CmdPipelineBarrier(
-        scene->command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
         VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene_end_before(scene, command_buffer);
 }
 
 void scene_nv_use_update(struct scene *scene)
@@ -218,6 +220,7 @@ void scene_nv_call(struct scene *scene)
 {
     const struct scene_nv *nv = &scene->nv;
 
+    scene_inputs_stage(scene, scene->command_buffer);
     scene->vk->CmdBuildAccelerationStructureNV(scene->command_buffer, nv->info_argument,
                                                nv->instance_data, nv->instance_offset, nv->update,
                                                nv->dst, nv->src, nv->scratch, nv->scratch_offset);

@@ -6,6 +6,7 @@
 
 #include "messages.h"
 #include "platform.h"
+#include "scene_inputs.h"
 
 /* Extensions with their features, beside those that every world has. */
 enum setup_enable {
@@ -80,6 +81,10 @@ struct world {
     VkQueueFamilyProperties families[WORLD_QUEUE_FAMILIES];
     uint32_t family_count;
     bool has_indirect, has_host; /* features that the driver offers */
+    /* Of the scenes to be opened. */
+    enum input_route inputs;
+    bool uses_two_queues;   /* of families 0 and 1: what comes before the call is for the other */
+    bool records_secondary; /* the command buffer of the call is a secondary one */
 };
 
 /* Returns NULL, or why the platform cannot have such a world. Anything that fails though it should

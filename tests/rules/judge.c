@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What programs that play cases have in common: worlds, mutations, and what is expected of
+ * messages. */
+#include "judge.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "levels.h"
+
+static const struct setup default_setup;
+
+const char *rule_id(enum rule rule, enum build_command command)
+{
+    const enum vuid vuid = rule_infos[rule].vuid[command];
+    return vuid == VUID_NONE ? NULL : vuid_texts[vuid].id;
+}
+
+void judge_say(struct report *report, const char *format, ...)
+{
+    const size_t length = strlen(report->text);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(report->text + length, sizeof(report->text) - length, format, arguments);
+    va_end(arguments);
+}
+
+/* ---- worlds ---- */
+
+static bool is_same_setup(const struct setup *a, const struct setup *b)
+{
+    const bool same_level = a->level == b->level || (a->level != NULL && b->level != NULL &&
+                                                     strcmp(a->level, b->level) == 0);
+    return same_level && a->configure == b->configure && a->enable == b->enable &&
+           a->disable == b->disable && a->route == b->route && a->api_version == b->api_version &&
+           a->by_environment == b->by_environment;
+}
+
+/* NULL, or why there is no such world here. */
+const char *judge_enter_world(const struct play *play, struct world *world,
+                              const struct setup *setup)
+{
+    struct setup wanted = *setup;
+    if (play->level != NULL)
+        wanted.level = play->level;
+    if (play->command == COMMAND_NV)
+        wanted.enable |= ENABLE_RAY_TRACING_NV;
+    if (world->device != VK_NULL_HANDLE && is_same_setup(&world->setup, &wanted))
+        return NULL;
+    world_close(world);
+    return world_open(world, play->platform, &wanted);
+}
+
+const char *judge_cannot_play(const struct play *play, const struct world *world)
+{
+    if (play->test_case->needs_null_driver && !play->platform->is_null)
+        return "needs the null driver";
+    if (play->command == COMMAND_INDIRECT && !world->has_indirect)
+        return "no accelerationStructureIndirectBuild";
+    if (play->command == COMMAND_HOST && !world->has_host)
+        return "no accelerationStructureHostCommands";
+    return NULL;
+}
+
+/* ---- mutations ---- */
+
+void judge_apply(struct scene *scene, const struct edit *edits)
+{
+    for (; edits != NULL && edits->size != 0; edits++) {
+        unsigned char *member = (unsigned char *)scene + edits->offset;
+        uint64_t value = 0;
+        memcpy(&value, member, edits->size);
+        value = edits->adds ? value + edits->value : edits->value;
+        memcpy(member, &value, edits->size);
+    }
+}
+
+/* ---- messages ---- */
+
+void judge_say_messages(const struct world *world, struct report *report)
+{
+    for (uint32_t i = 0; i < messages_kept(&world->messages) && i < 12; i++)
+        judge_say(report, "    got %s\n        %.400s\n", world->messages.items[i].id,
+                  world->messages.items[i].text);
+}
+
+static bool needs_execution(const struct test_case *test_case)
+{
+    const struct setup *setup = test_case->setup;
+    return setup != NULL && setup->level != NULL && strcmp(setup->level, "execution") == 0;
+}
+
+bool judge_expects(const struct play *play, enum rule rule)
+{
+    if (play->level == NULL)
+        return true;
+    const enum level level = level_named(play->level);
+    return level >= rule_infos[rule].level &&
+           (level >= LEVEL_EXECUTION || !needs_execution(play->test_case));
+}
+
+/* Puts one word of a text in another's place, where it is. */
+static void replace_word(char *text, size_t size, const char *word, const char *by)
+{
+    char *at = strstr(text, word);
+    if (at == NULL)
+        return;
+    char rest[256];
+    snprintf(rest, sizeof(rest), "%s", at + strlen(word));
+    snprintf(at, size - (size_t)(at - text), "%s%s", by, rest);
+}
+
+/* The path of a case as this play's messages spell it. */
+static const char *spell_path(const struct play *play, char *buffer, size_t size)
+{
+    if (play->test_case->path == NULL)
+        return NULL;
+    snprintf(buffer, size, "%s", play->test_case->path);
+    char *array = strstr(buffer, "pGeometries[");
+    if (play->geometry_pointers && array != NULL) {
+        const size_t left = size - (size_t)(array - buffer);
+        replace_word(array, left, "].", "]->");
+        replace_word(array, left, "pGeometries", "ppGeometries");
+    }
+    if (play->command != COMMAND_HOST)
+        replace_word(buffer, size, "hostAddress", "deviceAddress");
+    return buffer;
+}
+
+bool judge_messages(const struct play *play, const struct world *world, struct report *report)
+{
+    const struct test_case *test_case = play->test_case;
+    char buffer[256];
+    const char *path = spell_path(play, buffer, sizeof(buffer));
+    uint32_t expected = 0;
+    bool good = true;
+
+    for (uint32_t i = 0; i < test_case->rule_count; i++) {
+        const enum rule rule = test_case->rules[i];
+        const char *id = rule_id(rule, play->command);
+        if (!judge_expects(play, rule))
+            continue;
+        const uint32_t count = messages_count(&world->messages, id, NULL);
+        expected += count;
+        if (count == 0 || (i == 0 && test_case->count != 0 && count != test_case->count)) {
+            judge_say(report, "mutation: %u of %s (%s)\n", count, id, rule_infos[rule].name);
+            good = false;
+        } else if (path != NULL && messages_count(&world->messages, id, path) == 0) {
+            judge_say(report, "mutation: no message names %s\n", path);
+            good = false;
+        }
+    }
+    if (expected != world->messages.count) {
+        judge_say(report, "mutation: %u messages with unexpected ids\n",
+                  world->messages.count - expected);
+        good = false;
+    }
+    if (!good)
+        judge_say_messages(world, report);
+    return good;
+}
+
+const struct setup *judge_setup(const struct setup *setup)
+{
+    return setup != NULL ? setup : &default_setup;
+}
