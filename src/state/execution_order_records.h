@@ -52,7 +52,7 @@ struct order_queue {
     struct queue_clocks clocks;
     struct order_batch *held, **held_end;
     uint32_t held_bindings; /* of those */
-    uint64_t idle_serial; /* the host has seen it idle after the calls up to this one */
+    uint64_t idle_serial;   /* the host has seen it idle after the calls up to this one */
 };
 
 struct order_fence {

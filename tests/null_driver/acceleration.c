@@ -2,14 +2,16 @@
 /* KHR acceleration structures: handles, addresses, sizes. Builds and copies look at nothing. */
 #include "internal.h"
 
-static VkDeviceAddress buffer_address(uint64_t handle) {
+static VkDeviceAddress buffer_address(uint64_t handle)
+{
     const struct object *buffer = object_find(handle, TYPE_BUFFER);
     return buffer != NULL ? buffer->buffer.address : 0;
 }
 
 VkResult null_CreateAccelerationStructureKHR(
     VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure) {
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+{
     ENTER_OR_FAIL(CreateAccelerationStructureKHR);
     (void)pAllocator;
     struct object *as = object_create(OBJECT(device), TYPE_ACCELERATION_STRUCTURE, NULL);
@@ -26,7 +28,8 @@ VkResult null_CreateAccelerationStructureKHR(
 
 VkResult null_CreateAccelerationStructure2KHR(
     VkDevice device, const VkAccelerationStructureCreateInfo2KHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure) {
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+{
     ENTER_OR_FAIL(CreateAccelerationStructure2KHR);
     (void)pAllocator;
     struct object *as = object_create(OBJECT(device), TYPE_ACCELERATION_STRUCTURE, NULL);
@@ -39,7 +42,8 @@ VkResult null_CreateAccelerationStructure2KHR(
 
 void null_DestroyAccelerationStructureKHR(VkDevice device,
                                           VkAccelerationStructureKHR accelerationStructure,
-                                          const VkAllocationCallbacks *pAllocator) {
+                                          const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyAccelerationStructureKHR);
     (void)device;
     (void)pAllocator;
@@ -47,7 +51,8 @@ void null_DestroyAccelerationStructureKHR(VkDevice device,
 }
 
 VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
-    VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo) {
+    VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
+{
     ENTER(GetAccelerationStructureDeviceAddressKHR);
     (void)device;
     const struct object *as =
@@ -62,7 +67,8 @@ VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
 void null_GetAccelerationStructureBuildSizesKHR(
     VkDevice device, VkAccelerationStructureBuildTypeKHR buildType,
     const VkAccelerationStructureBuildGeometryInfoKHR *pBuildInfo,
-    const uint32_t *pMaxPrimitiveCounts, VkAccelerationStructureBuildSizesInfoKHR *pSizeInfo) {
+    const uint32_t *pMaxPrimitiveCounts, VkAccelerationStructureBuildSizesInfoKHR *pSizeInfo)
+{
     ENTER(GetAccelerationStructureBuildSizesKHR);
     (void)buildType;
     const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
@@ -76,7 +82,8 @@ void null_GetAccelerationStructureBuildSizesKHR(
 
 void null_GetDeviceAccelerationStructureCompatibilityKHR(
     VkDevice device, const VkAccelerationStructureVersionInfoKHR *pVersionInfo,
-    VkAccelerationStructureCompatibilityKHR *pCompatibility) {
+    VkAccelerationStructureCompatibilityKHR *pCompatibility)
+{
     ENTER(GetDeviceAccelerationStructureCompatibilityKHR);
     (void)device;
     (void)pVersionInfo;
@@ -88,7 +95,8 @@ void null_GetDeviceAccelerationStructureCompatibilityKHR(
 VkResult null_BuildAccelerationStructuresKHR(
     VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos) {
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
     ENTER_OR_FAIL(BuildAccelerationStructuresKHR);
     (void)infoCount;
     (void)pInfos;
@@ -98,7 +106,8 @@ VkResult null_BuildAccelerationStructuresKHR(
 
 #define HOST_COPY(name, info_type)                                                                 \
     VkResult null_##name(VkDevice device, VkDeferredOperationKHR deferredOperation,                \
-                         const info_type *pInfo) {                                                 \
+                         const info_type *pInfo)                                                   \
+    {                                                                                              \
         ENTER_OR_FAIL(name);                                                                       \
         (void)pInfo;                                                                               \
         return deferred_start(device, deferredOperation);                                          \
@@ -111,7 +120,8 @@ HOST_COPY(CopyMemoryToAccelerationStructureKHR, VkCopyMemoryToAccelerationStruct
 VkResult null_WriteAccelerationStructuresPropertiesKHR(
     VkDevice device, uint32_t accelerationStructureCount,
     const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    size_t dataSize, void *pData, size_t stride) {
+    size_t dataSize, void *pData, size_t stride)
+{
     ENTER_OR_FAIL(WriteAccelerationStructuresPropertiesKHR);
     (void)pAccelerationStructures;
     query_write(CONFIG(device), accelerationStructureCount, queryType, dataSize, pData, stride);

@@ -12,7 +12,8 @@ static struct {
 } freed[MAX_FREED]; /* the last ones, where addresses are recycled */
 static size_t freed_count;
 
-VkDeviceAddress address_allocate(const struct null_driver_config *config, VkDeviceSize size) {
+VkDeviceAddress address_allocate(const struct null_driver_config *config, VkDeviceSize size)
+{
     /* Absurd sizes are cut, so that they cannot use up the address space. */
     const VkDeviceSize most = (VkDeviceSize)1 << 40;
     const VkDeviceSize rounded = align_up(size < most ? size : most, PAGE);
@@ -34,7 +35,8 @@ VkDeviceAddress address_allocate(const struct null_driver_config *config, VkDevi
 }
 
 void address_release(const struct null_driver_config *config, VkDeviceAddress address,
-                     VkDeviceSize size) {
+                     VkDeviceSize size)
+{
     if (!config->recycle_addresses || address == 0)
         return;
     pthread_mutex_lock(&lock);

@@ -4,7 +4,8 @@
 
 #include <stdlib.h>
 
-static void release_buffer(struct object *buffer) {
+static void release_buffer(struct object *buffer)
+{
     while (buffer->buffer.bindings != NULL) {
         struct binding *binding = buffer->buffer.bindings;
         buffer->buffer.bindings = binding->next;
@@ -16,7 +17,8 @@ static void release_buffer(struct object *buffer) {
 
 /* Until it is bound, or for good where it is sparse; 0 where it gets one from memory alone. */
 static VkDeviceAddress first_address(const struct null_driver_config *config,
-                                     const VkBufferCreateInfo *info) {
+                                     const VkBufferCreateInfo *info)
+{
     const VkBufferOpaqueCaptureAddressCreateInfo *opaque =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO);
     const VkBufferDeviceAddressCreateInfoEXT *address =
@@ -33,7 +35,8 @@ static VkDeviceAddress first_address(const struct null_driver_config *config,
 }
 
 VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInfo,
-                           const VkAllocationCallbacks *pAllocator, VkBuffer *pBuffer) {
+                           const VkAllocationCallbacks *pAllocator, VkBuffer *pBuffer)
+{
     ENTER_OR_FAIL(CreateBuffer);
     (void)pAllocator;
     struct object *buffer = object_create(OBJECT(device), TYPE_BUFFER, release_buffer);
@@ -46,14 +49,16 @@ VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInf
     return VK_SUCCESS;
 }
 
-void null_DestroyBuffer(VkDevice device, VkBuffer buffer, const VkAllocationCallbacks *pAllocator) {
+void null_DestroyBuffer(VkDevice device, VkBuffer buffer, const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyBuffer);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(buffer), TYPE_BUFFER);
 }
 
-void buffer_bind(struct object *buffer, const struct binding *binding) {
+void buffer_bind(struct object *buffer, const struct binding *binding)
+{
     struct binding *copy = malloc(sizeof(*copy));
     if (copy == NULL)
         return;
@@ -62,18 +67,18 @@ void buffer_bind(struct object *buffer, const struct binding *binding) {
     buffer->buffer.bindings = copy;
 }
 
-unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size) {
+unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size)
+{
     const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
     const struct binding *binding = object != NULL ? object->buffer.bindings : NULL;
     for (; binding != NULL; binding = binding->next) {
         if (offset >= binding->offset && offset - binding->offset < binding->size)
             break;
         /* An older one counts only up to where a newer one begins. */
-        if (offset < binding->offset && *size > binding->offset - offset)
+        if (offset<binding->offset && * size> binding->offset - offset)
             *size = binding->offset - offset;
     }
-    struct object *memory =
-        binding != NULL ? object_find(binding->memory, TYPE_MEMORY) : NULL;
+    struct object *memory = binding != NULL ? object_find(binding->memory, TYPE_MEMORY) : NULL;
     if (memory == NULL)
         return NULL;
     const VkDeviceSize inside = offset - binding->offset;
@@ -82,7 +87,8 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
     return memory_bytes(memory, binding->memory_offset + inside, size);
 }
 
-static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
+static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
+{
     struct object *to = object_find(RAW(buffer), TYPE_BUFFER);
     const struct object *from = object_find(RAW(memory), TYPE_MEMORY);
     if (to == NULL || from == NULL || to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
@@ -93,7 +99,8 @@ static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset) {
 }
 
 VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory memory,
-                               VkDeviceSize memoryOffset) {
+                               VkDeviceSize memoryOffset)
+{
     ENTER_OR_FAIL(BindBufferMemory);
     (void)device;
     bind(buffer, memory, memoryOffset);
@@ -101,7 +108,8 @@ VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory 
 }
 
 VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
-                                const VkBindBufferMemoryInfo *pBindInfos) {
+                                const VkBindBufferMemoryInfo *pBindInfos)
+{
     ENTER_OR_FAIL(BindBufferMemory2);
     (void)device;
     for (uint32_t i = 0; i < bindInfoCount; i++) {
@@ -114,20 +122,21 @@ VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
     return VK_SUCCESS;
 }
 
-static VkDeviceAddress address_of(VkBuffer buffer) {
+static VkDeviceAddress address_of(VkBuffer buffer)
+{
     const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
     return object != NULL ? object->buffer.address : 0;
 }
 
-VkDeviceAddress null_GetBufferDeviceAddress(VkDevice device,
-                                            const VkBufferDeviceAddressInfo *pInfo) {
+VkDeviceAddress null_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+{
     ENTER(GetBufferDeviceAddress);
     (void)device;
     return address_of(pInfo->buffer);
 }
 
-uint64_t null_GetBufferOpaqueCaptureAddress(VkDevice device,
-                                            const VkBufferDeviceAddressInfo *pInfo) {
+uint64_t null_GetBufferOpaqueCaptureAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+{
     ENTER(GetBufferOpaqueCaptureAddress);
     (void)device;
     return address_of(pInfo->buffer);

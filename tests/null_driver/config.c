@@ -17,11 +17,13 @@ static const struct {
 #undef EXTENSION
 };
 
-const char *guard_extension_name(enum guard guard) {
+const char *guard_extension_name(enum guard guard)
+{
     return extensions[guard - FIRST_EXTENSION].name;
 }
 
-bool guard_is_offered(const struct null_driver_config *config, enum guard guard) {
+bool guard_is_offered(const struct null_driver_config *config, enum guard guard)
+{
     if (guard < NEVER)
         return VK_API_VERSION_MINOR(config->api_version) >= (uint32_t)guard;
     if (guard == NEVER)
@@ -33,13 +35,15 @@ bool guard_is_offered(const struct null_driver_config *config, enum guard guard)
     return true;
 }
 
-bool guard_is_known(const struct null_driver_config *config, enum guard guard) {
+bool guard_is_known(const struct null_driver_config *config, enum guard guard)
+{
     return guard_is_offered(config, guard) ||
            (guard > BEFORE_EXTENSIONS &&
             guard_is_offered(config, extensions[guard - FIRST_EXTENSION].promoted));
 }
 
-struct null_driver_config config_current(void) {
+struct null_driver_config config_current(void)
+{
     pthread_mutex_lock(&lock);
     if (!configured) {
         current = null_driver_default_config();
@@ -50,11 +54,13 @@ struct null_driver_config config_current(void) {
     return config;
 }
 
-static uint32_t at_most(uint32_t value, uint32_t limit) {
+static uint32_t at_most(uint32_t value, uint32_t limit)
+{
     return value < limit ? value : limit;
 }
 
-void null_driver_configure(const struct null_driver_config *config) {
+void null_driver_configure(const struct null_driver_config *config)
+{
     struct null_driver_config next = config != NULL ? *config : null_driver_default_config();
     next.physical_device_count =
         at_most(next.physical_device_count, NULL_DRIVER_MAX_PHYSICAL_DEVICES);
@@ -173,7 +179,8 @@ static const VkPhysicalDeviceLimits default_limits = {
 #define HOST (VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)
 #define LOCAL VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
 
-struct null_driver_config null_driver_default_config(void) {
+struct null_driver_config null_driver_default_config(void)
+{
     return (struct null_driver_config){
         .api_version = VK_API_VERSION_1_3,
         .physical_device_count = 2,

@@ -4,7 +4,8 @@
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all operations */
 
-VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation) {
+VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation)
+{
     struct object *object = object_find(RAW(operation), TYPE_DEFERRED_OPERATION);
     if (object == NULL)
         return VK_SUCCESS;
@@ -16,7 +17,8 @@ VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation) {
 }
 
 VkResult null_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCallbacks *pAllocator,
-                                         VkDeferredOperationKHR *pDeferredOperation) {
+                                         VkDeferredOperationKHR *pDeferredOperation)
+{
     ENTER_OR_FAIL(CreateDeferredOperationKHR);
     (void)pAllocator;
     struct object *operation = object_create(OBJECT(device), TYPE_DEFERRED_OPERATION, NULL);
@@ -27,14 +29,16 @@ VkResult null_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCall
 }
 
 void null_DestroyDeferredOperationKHR(VkDevice device, VkDeferredOperationKHR operation,
-                                      const VkAllocationCallbacks *pAllocator) {
+                                      const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyDeferredOperationKHR);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(operation), TYPE_DEFERRED_OPERATION);
 }
 
-static uint32_t joins_left(VkDeferredOperationKHR operation) {
+static uint32_t joins_left(VkDeferredOperationKHR operation)
+{
     const struct object *object = object_find(RAW(operation), TYPE_DEFERRED_OPERATION);
     pthread_mutex_lock(&lock);
     const uint32_t left = object != NULL ? object->deferred.joins_left : 0;
@@ -43,19 +47,22 @@ static uint32_t joins_left(VkDeferredOperationKHR operation) {
 }
 
 uint32_t null_GetDeferredOperationMaxConcurrencyKHR(VkDevice device,
-                                                    VkDeferredOperationKHR operation) {
+                                                    VkDeferredOperationKHR operation)
+{
     ENTER(GetDeferredOperationMaxConcurrencyKHR);
     (void)device;
     return joins_left(operation);
 }
 
-VkResult null_GetDeferredOperationResultKHR(VkDevice device, VkDeferredOperationKHR operation) {
+VkResult null_GetDeferredOperationResultKHR(VkDevice device, VkDeferredOperationKHR operation)
+{
     ENTER_OR_FAIL(GetDeferredOperationResultKHR);
     (void)device;
     return joins_left(operation) > 0 ? VK_NOT_READY : VK_SUCCESS;
 }
 
-VkResult null_DeferredOperationJoinKHR(VkDevice device, VkDeferredOperationKHR operation) {
+VkResult null_DeferredOperationJoinKHR(VkDevice device, VkDeferredOperationKHR operation)
+{
     ENTER_OR_FAIL(DeferredOperationJoinKHR);
     (void)device;
     struct object *object = object_find(RAW(operation), TYPE_DEFERRED_OPERATION);

@@ -5,7 +5,8 @@
 #include <string.h>
 
 /* Enables it; false where it is not offered. */
-static bool enable_extension(struct object *device, const char *name) {
+static bool enable_extension(struct object *device, const char *name)
+{
     const struct null_driver_config *config = device->config;
     for (enum guard guard = FIRST_EXTENSION; guard < GUARD_COUNT; guard++) {
         if (strcmp(guard_extension_name(guard), name) == 0) {
@@ -20,7 +21,8 @@ static bool enable_extension(struct object *device, const char *name) {
     return false;
 }
 
-static VkResult create_queues(struct object *device, const VkDeviceQueueCreateInfo *info) {
+static VkResult create_queues(struct object *device, const VkDeviceQueueCreateInfo *info)
+{
     const struct null_driver_config *config = device->config;
     if (info->queueFamilyIndex >= config->queue_family_count ||
         info->queueCount > config->queue_families[info->queueFamilyIndex].queueCount)
@@ -36,7 +38,8 @@ static VkResult create_queues(struct object *device, const VkDeviceQueueCreateIn
     return VK_SUCCESS;
 }
 
-static VkResult set_up(struct object *device, const VkDeviceCreateInfo *info) {
+static VkResult set_up(struct object *device, const VkDeviceCreateInfo *info)
+{
     for (uint32_t i = 0; i < info->enabledExtensionCount; i++) {
         if (!enable_extension(device, info->ppEnabledExtensionNames[i]))
             return VK_ERROR_EXTENSION_NOT_PRESENT;
@@ -52,7 +55,8 @@ static VkResult set_up(struct object *device, const VkDeviceCreateInfo *info) {
 }
 
 VkResult null_CreateDevice(VkPhysicalDevice physicalDevice, const VkDeviceCreateInfo *pCreateInfo,
-                           const VkAllocationCallbacks *pAllocator, VkDevice *pDevice) {
+                           const VkAllocationCallbacks *pAllocator, VkDevice *pDevice)
+{
     ENTER_OR_FAIL(CreateDevice);
     (void)pAllocator;
     struct object *device = object_create(OBJECT(physicalDevice), TYPE_DEVICE, NULL);
@@ -67,18 +71,21 @@ VkResult null_CreateDevice(VkPhysicalDevice physicalDevice, const VkDeviceCreate
     return VK_SUCCESS;
 }
 
-void null_DestroyDevice(VkDevice device, const VkAllocationCallbacks *pAllocator) {
+void null_DestroyDevice(VkDevice device, const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyDevice);
     (void)pAllocator;
     object_destroy_dispatchable(device, TYPE_DEVICE);
 }
 
-PFN_vkVoidFunction null_GetDeviceProcAddr(VkDevice device, const char *pName) {
+PFN_vkVoidFunction null_GetDeviceProcAddr(VkDevice device, const char *pName)
+{
     ENTER(GetDeviceProcAddr);
     return entry_find_device(OBJECT(device), pName);
 }
 
-static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info) {
+static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info)
+{
     struct object *queue;
     for (uint32_t i = 0; (queue = object_child(OBJECT(device), TYPE_QUEUE, i)) != NULL; i++) {
         if (queue->queue.family == info->queueFamilyIndex &&
@@ -89,21 +96,24 @@ static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info) {
 }
 
 void null_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex, uint32_t queueIndex,
-                         VkQueue *pQueue) {
+                         VkQueue *pQueue)
+{
     ENTER(GetDeviceQueue);
     const VkDeviceQueueInfo2 info = {.queueFamilyIndex = queueFamilyIndex,
                                      .queueIndex = queueIndex};
     *pQueue = find_queue(device, &info);
 }
 
-void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo, VkQueue *pQueue) {
+void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo, VkQueue *pQueue)
+{
     ENTER(GetDeviceQueue2);
     *pQueue = find_queue(device, pQueueInfo);
 }
 
 void null_GetDeviceGroupPeerMemoryFeatures(VkDevice device, uint32_t heapIndex,
                                            uint32_t localDeviceIndex, uint32_t remoteDeviceIndex,
-                                           VkPeerMemoryFeatureFlags *pPeerMemoryFeatures) {
+                                           VkPeerMemoryFeatureFlags *pPeerMemoryFeatures)
+{
     ENTER(GetDeviceGroupPeerMemoryFeatures);
     (void)device;
     (void)heapIndex;

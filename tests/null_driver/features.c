@@ -79,7 +79,8 @@ static const struct feature_row rows[] = {
 
 /* NULL where the structure is in no row. Of several rows, one that is known. */
 static const struct feature_row *find(const struct null_driver_config *config,
-                                      VkStructureType sType) {
+                                      VkStructureType sType)
+{
     const struct feature_row *found = NULL;
     for (size_t i = 0; i < COUNT_OF(rows); i++) {
         if (rows[i].sType == sType && (found == NULL || guard_is_known(config, rows[i].guard)))
@@ -89,7 +90,8 @@ static const struct feature_row *find(const struct null_driver_config *config,
 }
 
 static void go_home(const struct null_driver_config *config, VkStructureType *sType,
-                    uint32_t *offset) {
+                    uint32_t *offset)
+{
     const struct feature_row *row = find(config, *sType);
     if (row != NULL && row->home != *sType) {
         *offset = *offset - (uint32_t)FIRST_MEMBER + row->home_offset;
@@ -97,8 +99,8 @@ static void go_home(const struct null_driver_config *config, VkStructureType *sT
     }
 }
 
-bool feature_is_on(const struct null_driver_config *config, VkStructureType sType,
-                   uint32_t offset) {
+bool feature_is_on(const struct null_driver_config *config, VkStructureType sType, uint32_t offset)
+{
     bool on = true;
     go_home(config, &sType, &offset);
     for (uint32_t i = 0; i < config->feature_count; i++) {
@@ -111,7 +113,8 @@ bool feature_is_on(const struct null_driver_config *config, VkStructureType sTyp
     return on;
 }
 
-void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeatures2 *features) {
+void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeatures2 *features)
+{
     for (VkBaseOutStructure *out = (void *)features; out != NULL; out = out->pNext) {
         const struct feature_row *row = find(config, out->sType);
         if (row == NULL || !guard_is_known(config, row->guard))
@@ -122,7 +125,8 @@ void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeat
 }
 
 static bool members_are_on(const struct null_driver_config *config, const struct feature_row *row,
-                           const void *structure) {
+                           const void *structure)
+{
     const bool known = guard_is_known(config, row->guard);
     for (uint32_t at = FIRST_MEMBER; at < row->end; at += sizeof(VkBool32)) {
         const VkBool32 asked = *(const VkBool32 *)((const char *)structure + at);
@@ -133,7 +137,8 @@ static bool members_are_on(const struct null_driver_config *config, const struct
 }
 
 bool features_are_on(const struct null_driver_config *config, const void *pNext,
-                     const VkPhysicalDeviceFeatures *pEnabledFeatures) {
+                     const VkPhysicalDeviceFeatures *pEnabledFeatures)
+{
     const VkPhysicalDeviceFeatures2 core = {
         .sType = STYPE(FEATURES_2),
         .pNext = (void *)pNext,

@@ -2,11 +2,13 @@
 /* Formats: buffer features as configured, and images of every format there is. */
 #include "internal.h"
 
-static bool is_format(VkFormat format) {
+static bool is_format(VkFormat format)
+{
     return format > VK_FORMAT_UNDEFINED && format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
 }
 
-static VkFormatFeatureFlags2 image_features(VkFormat format) {
+static VkFormatFeatureFlags2 image_features(VkFormat format)
+{
     if (!is_format(format))
         return 0;
     const VkFormatFeatureFlags2 all = VK_FORMAT_FEATURE_2_SAMPLED_IMAGE_BIT |
@@ -18,7 +20,8 @@ static VkFormatFeatureFlags2 image_features(VkFormat format) {
 }
 
 static VkFormatProperties3 format_properties(const struct null_driver_config *config,
-                                             VkFormat format) {
+                                             VkFormat format)
+{
     VkFormatProperties3 properties = {
         .linearTilingFeatures = image_features(format),
         .optimalTilingFeatures = image_features(format),
@@ -32,7 +35,8 @@ static VkFormatProperties3 format_properties(const struct null_driver_config *co
 }
 
 /* The older structure holds the flags that fit it. */
-static VkFormatProperties first_32_bits(const VkFormatProperties3 *properties) {
+static VkFormatProperties first_32_bits(const VkFormatProperties3 *properties)
+{
     const VkFormatFeatureFlags2 mask = 0x7fffffff;
     return (VkFormatProperties){
         .linearTilingFeatures = (VkFormatFeatureFlags)(properties->linearTilingFeatures & mask),
@@ -42,14 +46,16 @@ static VkFormatProperties first_32_bits(const VkFormatProperties3 *properties) {
 }
 
 void null_GetPhysicalDeviceFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
-                                            VkFormatProperties *pFormatProperties) {
+                                            VkFormatProperties *pFormatProperties)
+{
     ENTER(GetPhysicalDeviceFormatProperties);
     const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
     *pFormatProperties = first_32_bits(&properties);
 }
 
 void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, VkFormat format,
-                                             VkFormatProperties2 *pFormatProperties) {
+                                             VkFormatProperties2 *pFormatProperties)
+{
     ENTER(GetPhysicalDeviceFormatProperties2);
     const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
     pFormatProperties->formatProperties = first_32_bits(&properties);
@@ -64,7 +70,8 @@ void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, Vk
 }
 
 static VkResult image_format(const struct null_driver_config *config, VkFormat format,
-                             VkImageFormatProperties *properties) {
+                             VkImageFormatProperties *properties)
+{
     const uint32_t side = config->properties.limits.maxImageDimension2D;
     *properties = (VkImageFormatProperties){0};
     if (!is_format(format))
@@ -83,7 +90,8 @@ VkResult
 null_GetPhysicalDeviceImageFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
                                             VkImageType type, VkImageTiling tiling,
                                             VkImageUsageFlags usage, VkImageCreateFlags flags,
-                                            VkImageFormatProperties *pImageFormatProperties) {
+                                            VkImageFormatProperties *pImageFormatProperties)
+{
     ENTER_OR_FAIL(GetPhysicalDeviceImageFormatProperties);
     (void)type;
     (void)tiling;
@@ -94,7 +102,8 @@ null_GetPhysicalDeviceImageFormatProperties(VkPhysicalDevice physicalDevice, VkF
 
 VkResult null_GetPhysicalDeviceImageFormatProperties2(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceImageFormatInfo2 *pImageFormatInfo,
-    VkImageFormatProperties2 *pImageFormatProperties) {
+    VkImageFormatProperties2 *pImageFormatProperties)
+{
     ENTER_OR_FAIL(GetPhysicalDeviceImageFormatProperties2);
     return image_format(CONFIG(physicalDevice), pImageFormatInfo->format,
                         &pImageFormatProperties->imageFormatProperties);
@@ -103,7 +112,8 @@ VkResult null_GetPhysicalDeviceImageFormatProperties2(
 void null_GetPhysicalDeviceSparseImageFormatProperties(
     VkPhysicalDevice physicalDevice, VkFormat format, VkImageType type,
     VkSampleCountFlagBits samples, VkImageUsageFlags usage, VkImageTiling tiling,
-    uint32_t *pPropertyCount, VkSparseImageFormatProperties *pProperties) {
+    uint32_t *pPropertyCount, VkSparseImageFormatProperties *pProperties)
+{
     ENTER(GetPhysicalDeviceSparseImageFormatProperties);
     (void)physicalDevice;
     (void)format;
@@ -117,7 +127,8 @@ void null_GetPhysicalDeviceSparseImageFormatProperties(
 
 void null_GetPhysicalDeviceSparseImageFormatProperties2(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceSparseImageFormatInfo2 *pFormatInfo,
-    uint32_t *pPropertyCount, VkSparseImageFormatProperties2 *pProperties) {
+    uint32_t *pPropertyCount, VkSparseImageFormatProperties2 *pProperties)
+{
     ENTER(GetPhysicalDeviceSparseImageFormatProperties2);
     (void)physicalDevice;
     (void)pFormatInfo;

@@ -3,7 +3,8 @@
 #include "internal.h"
 
 static VkMemoryRequirements requirements(const struct null_driver_config *config,
-                                         const VkImageCreateInfo *info) {
+                                         const VkImageCreateInfo *info)
+{
     const VkExtent3D *extent = &info->extent;
     /* 16 bytes a texel and twice the first level are enough for any format with all its levels. */
     const VkDeviceSize texels =
@@ -21,7 +22,8 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
 }
 
 VkResult null_CreateImage(VkDevice device, const VkImageCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkImage *pImage) {
+                          const VkAllocationCallbacks *pAllocator, VkImage *pImage)
+{
     ENTER_OR_FAIL(CreateImage);
     (void)pAllocator;
     struct object *image = object_create(OBJECT(device), TYPE_IMAGE, NULL);
@@ -32,27 +34,31 @@ VkResult null_CreateImage(VkDevice device, const VkImageCreateInfo *pCreateInfo,
     return VK_SUCCESS;
 }
 
-void null_DestroyImage(VkDevice device, VkImage image, const VkAllocationCallbacks *pAllocator) {
+void null_DestroyImage(VkDevice device, VkImage image, const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyImage);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(image), TYPE_IMAGE);
 }
 
-static VkMemoryRequirements requirements_of(VkImage image) {
+static VkMemoryRequirements requirements_of(VkImage image)
+{
     const struct object *object = object_find(RAW(image), TYPE_IMAGE);
     return object != NULL ? object->image : (VkMemoryRequirements){0};
 }
 
 void null_GetImageMemoryRequirements(VkDevice device, VkImage image,
-                                     VkMemoryRequirements *pMemoryRequirements) {
+                                     VkMemoryRequirements *pMemoryRequirements)
+{
     ENTER(GetImageMemoryRequirements);
     (void)device;
     *pMemoryRequirements = requirements_of(image);
 }
 
 void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequirementsInfo2 *pInfo,
-                                      VkMemoryRequirements2 *pMemoryRequirements) {
+                                      VkMemoryRequirements2 *pMemoryRequirements)
+{
     ENTER(GetImageMemoryRequirements2);
     (void)device;
     pMemoryRequirements->memoryRequirements = requirements_of(pInfo->image);
@@ -61,7 +67,8 @@ void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequir
 
 void null_GetDeviceImageMemoryRequirements(VkDevice device,
                                            const VkDeviceImageMemoryRequirements *pInfo,
-                                           VkMemoryRequirements2 *pMemoryRequirements) {
+                                           VkMemoryRequirements2 *pMemoryRequirements)
+{
     ENTER(GetDeviceImageMemoryRequirements);
     pMemoryRequirements->memoryRequirements = requirements(CONFIG(device), pInfo->pCreateInfo);
     requirements_fill_chain(pMemoryRequirements->pNext);
@@ -69,7 +76,8 @@ void null_GetDeviceImageMemoryRequirements(VkDevice device,
 
 void null_GetImageSparseMemoryRequirements(VkDevice device, VkImage image,
                                            uint32_t *pSparseMemoryRequirementCount,
-                                           VkSparseImageMemoryRequirements *pRequirements) {
+                                           VkSparseImageMemoryRequirements *pRequirements)
+{
     ENTER(GetImageSparseMemoryRequirements);
     (void)device;
     (void)image;
@@ -80,7 +88,8 @@ void null_GetImageSparseMemoryRequirements(VkDevice device, VkImage image,
 void null_GetImageSparseMemoryRequirements2(VkDevice device,
                                             const VkImageSparseMemoryRequirementsInfo2 *pInfo,
                                             uint32_t *pSparseMemoryRequirementCount,
-                                            VkSparseImageMemoryRequirements2 *pRequirements) {
+                                            VkSparseImageMemoryRequirements2 *pRequirements)
+{
     ENTER(GetImageSparseMemoryRequirements2);
     (void)device;
     (void)pInfo;
@@ -91,7 +100,8 @@ void null_GetImageSparseMemoryRequirements2(VkDevice device,
 void null_GetDeviceImageSparseMemoryRequirements(VkDevice device,
                                                  const VkDeviceImageMemoryRequirements *pInfo,
                                                  uint32_t *pSparseMemoryRequirementCount,
-                                                 VkSparseImageMemoryRequirements2 *pRequirements) {
+                                                 VkSparseImageMemoryRequirements2 *pRequirements)
+{
     ENTER(GetDeviceImageSparseMemoryRequirements);
     (void)device;
     (void)pInfo;
@@ -100,7 +110,8 @@ void null_GetDeviceImageSparseMemoryRequirements(VkDevice device,
 }
 
 VkResult null_BindImageMemory(VkDevice device, VkImage image, VkDeviceMemory memory,
-                              VkDeviceSize memoryOffset) {
+                              VkDeviceSize memoryOffset)
+{
     ENTER_OR_FAIL(BindImageMemory);
     (void)device;
     (void)image;
@@ -110,7 +121,8 @@ VkResult null_BindImageMemory(VkDevice device, VkImage image, VkDeviceMemory mem
 }
 
 VkResult null_BindImageMemory2(VkDevice device, uint32_t bindInfoCount,
-                               const VkBindImageMemoryInfo *pBindInfos) {
+                               const VkBindImageMemoryInfo *pBindInfos)
+{
     ENTER_OR_FAIL(BindImageMemory2);
     (void)device;
     (void)bindInfoCount;
@@ -120,7 +132,8 @@ VkResult null_BindImageMemory2(VkDevice device, uint32_t bindInfoCount,
 
 void null_GetImageSubresourceLayout(VkDevice device, VkImage image,
                                     const VkImageSubresource *pSubresource,
-                                    VkSubresourceLayout *pLayout) {
+                                    VkSubresourceLayout *pLayout)
+{
     ENTER(GetImageSubresourceLayout);
     (void)device;
     (void)pSubresource;
@@ -129,7 +142,8 @@ void null_GetImageSubresourceLayout(VkDevice device, VkImage image,
 
 void null_GetImageSubresourceLayout2(VkDevice device, VkImage image,
                                      const VkImageSubresource2 *pSubresource,
-                                     VkSubresourceLayout2 *pLayout) {
+                                     VkSubresourceLayout2 *pLayout)
+{
     ENTER(GetImageSubresourceLayout2);
     (void)device;
     (void)pSubresource;
@@ -138,7 +152,8 @@ void null_GetImageSubresourceLayout2(VkDevice device, VkImage image,
 
 void null_GetDeviceImageSubresourceLayout(VkDevice device,
                                           const VkDeviceImageSubresourceInfo *pInfo,
-                                          VkSubresourceLayout2 *pLayout) {
+                                          VkSubresourceLayout2 *pLayout)
+{
     ENTER(GetDeviceImageSubresourceLayout);
     const VkMemoryRequirements memory = requirements(CONFIG(device), pInfo->pCreateInfo);
     pLayout->subresourceLayout = (VkSubresourceLayout){.size = memory.size};

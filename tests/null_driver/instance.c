@@ -20,27 +20,32 @@ NULL_DRIVER_EXPORT __typeof__(*(PFN_vk_icdGetInstanceProcAddr)NULL) vk_icdGetIns
 NULL_DRIVER_EXPORT
 __typeof__(*(PFN_vk_icdGetPhysicalDeviceProcAddr)NULL) vk_icdGetPhysicalDeviceProcAddr;
 
-VkResult vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *pVersion) {
+VkResult vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *pVersion)
+{
     if (*pVersion > 5)
         *pVersion = 5;
     return VK_SUCCESS;
 }
 
-PFN_vkVoidFunction vk_icdGetInstanceProcAddr(VkInstance instance, const char *pName) {
+PFN_vkVoidFunction vk_icdGetInstanceProcAddr(VkInstance instance, const char *pName)
+{
     return null_GetInstanceProcAddr(instance, pName);
 }
 
-PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const char *pName) {
+PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const char *pName)
+{
     (void)instance;
     return entry_find_physical(pName);
 }
 
-PFN_vkVoidFunction null_GetInstanceProcAddr(VkInstance instance, const char *pName) {
+PFN_vkVoidFunction null_GetInstanceProcAddr(VkInstance instance, const char *pName)
+{
     (void)instance;
     return entry_find(pName);
 }
 
-VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size) {
+VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size)
+{
     if (to == NULL) {
         *count = available;
         return VK_SUCCESS;
@@ -52,14 +57,16 @@ VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t availab
     return all ? VK_SUCCESS : VK_INCOMPLETE;
 }
 
-VkResult null_EnumerateInstanceVersion(uint32_t *pApiVersion) {
+VkResult null_EnumerateInstanceVersion(uint32_t *pApiVersion)
+{
     ENTER_OR_FAIL(EnumerateInstanceVersion);
     *pApiVersion = config_current().api_version;
     return VK_SUCCESS;
 }
 
 VkResult null_EnumerateInstanceExtensionProperties(const char *pLayerName, uint32_t *pPropertyCount,
-                                                   VkExtensionProperties *pProperties) {
+                                                   VkExtensionProperties *pProperties)
+{
     ENTER_OR_FAIL(EnumerateInstanceExtensionProperties);
     (void)pLayerName;
     return enumerate(pPropertyCount, pProperties, instance_extensions,
@@ -67,14 +74,16 @@ VkResult null_EnumerateInstanceExtensionProperties(const char *pLayerName, uint3
 }
 
 VkResult null_EnumerateInstanceLayerProperties(uint32_t *pPropertyCount,
-                                               VkLayerProperties *pProperties) {
+                                               VkLayerProperties *pProperties)
+{
     ENTER_OR_FAIL(EnumerateInstanceLayerProperties);
     (void)pProperties;
     *pPropertyCount = 0;
     return VK_SUCCESS;
 }
 
-static bool extension_is_known(const char *name) {
+static bool extension_is_known(const char *name)
+{
     for (size_t i = 0; i < COUNT_OF(instance_extensions); i++) {
         if (strcmp(instance_extensions[i].extensionName, name) == 0)
             return true;
@@ -82,12 +91,14 @@ static bool extension_is_known(const char *name) {
     return false;
 }
 
-static void release_instance(struct object *instance) {
+static void release_instance(struct object *instance)
+{
     free(instance->instance_config);
 }
 
 VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
-                             const VkAllocationCallbacks *pAllocator, VkInstance *pInstance) {
+                             const VkAllocationCallbacks *pAllocator, VkInstance *pInstance)
+{
     ENTER_OR_FAIL(CreateInstance);
     (void)pAllocator;
     for (uint32_t i = 0; i < pCreateInfo->enabledExtensionCount; i++) {
@@ -115,14 +126,16 @@ VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
     return VK_SUCCESS;
 }
 
-void null_DestroyInstance(VkInstance instance, const VkAllocationCallbacks *pAllocator) {
+void null_DestroyInstance(VkInstance instance, const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyInstance);
     (void)pAllocator;
     object_destroy_dispatchable(instance, TYPE_INSTANCE);
 }
 
 static uint32_t physical_devices(VkInstance instance,
-                                 VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES]) {
+                                 VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES])
+{
     const uint32_t count = CONFIG(instance)->physical_device_count;
     for (uint32_t i = 0; i < count; i++) {
         devices[i] = (VkPhysicalDevice)object_child(OBJECT(instance), TYPE_PHYSICAL_DEVICE, i);
@@ -131,7 +144,8 @@ static uint32_t physical_devices(VkInstance instance,
 }
 
 VkResult null_EnumeratePhysicalDevices(VkInstance instance, uint32_t *pPhysicalDeviceCount,
-                                       VkPhysicalDevice *pPhysicalDevices) {
+                                       VkPhysicalDevice *pPhysicalDevices)
+{
     ENTER_OR_FAIL(EnumeratePhysicalDevices);
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     const uint32_t count = physical_devices(instance, devices);
@@ -139,7 +153,8 @@ VkResult null_EnumeratePhysicalDevices(VkInstance instance, uint32_t *pPhysicalD
 }
 
 VkResult null_EnumeratePhysicalDeviceGroups(VkInstance instance, uint32_t *pGroupCount,
-                                            VkPhysicalDeviceGroupProperties *pGroups) {
+                                            VkPhysicalDeviceGroupProperties *pGroups)
+{
     ENTER_OR_FAIL(EnumeratePhysicalDeviceGroups);
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     const uint32_t device_count = physical_devices(instance, devices);
@@ -166,7 +181,8 @@ VkResult null_EnumeratePhysicalDeviceGroups(VkInstance instance, uint32_t *pGrou
 VkResult null_CreateDebugUtilsMessengerEXT(VkInstance instance,
                                            const VkDebugUtilsMessengerCreateInfoEXT *pCreateInfo,
                                            const VkAllocationCallbacks *pAllocator,
-                                           VkDebugUtilsMessengerEXT *pMessenger) {
+                                           VkDebugUtilsMessengerEXT *pMessenger)
+{
     ENTER_OR_FAIL(CreateDebugUtilsMessengerEXT);
     (void)pCreateInfo;
     (void)pAllocator;
@@ -178,7 +194,8 @@ VkResult null_CreateDebugUtilsMessengerEXT(VkInstance instance,
 }
 
 void null_DestroyDebugUtilsMessengerEXT(VkInstance instance, VkDebugUtilsMessengerEXT messenger,
-                                        const VkAllocationCallbacks *pAllocator) {
+                                        const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyDebugUtilsMessengerEXT);
     (void)instance;
     (void)pAllocator;
@@ -188,7 +205,8 @@ void null_DestroyDebugUtilsMessengerEXT(VkInstance instance, VkDebugUtilsMesseng
 void null_SubmitDebugUtilsMessageEXT(VkInstance instance,
                                      VkDebugUtilsMessageSeverityFlagBitsEXT messageSeverity,
                                      VkDebugUtilsMessageTypeFlagsEXT messageTypes,
-                                     const VkDebugUtilsMessengerCallbackDataEXT *pCallbackData) {
+                                     const VkDebugUtilsMessengerCallbackDataEXT *pCallbackData)
+{
     ENTER(SubmitDebugUtilsMessageEXT);
     (void)instance;
     (void)messageSeverity;

@@ -177,16 +177,19 @@ void address_release(const struct null_driver_config *config, VkDeviceAddress ad
 
 /* ---- shared by several entry points */
 
-static inline VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment) {
+static inline VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment)
+{
     return (value + alignment - 1) / alignment * alignment;
 }
 
-static inline VkDeviceSize size_for(const struct null_driver_size *size, uint64_t primitives) {
+static inline VkDeviceSize size_for(const struct null_driver_size *size, uint64_t primitives)
+{
     return size->base + size->per_primitive * primitives;
 }
 
 /* A structure of an application's pNext chain, or NULL. */
-static inline const void *chain_find(const void *pNext, VkStructureType sType) {
+static inline const void *chain_find(const void *pNext, VkStructureType sType)
+{
     const VkBaseInStructure *in = pNext;
     while (in != NULL && in->sType != sType)
         in = in->pNext;

@@ -6,13 +6,15 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-static void release_memory(struct object *memory) {
+static void release_memory(struct object *memory)
+{
     if (memory->memory.host != NULL && !memory->memory.imported)
         munmap(memory->memory.host, memory->memory.size);
     address_release(memory->config, memory->memory.address, memory->memory.size);
 }
 
-static VkResult check(const struct null_driver_config *config, const VkMemoryAllocateInfo *info) {
+static VkResult check(const struct null_driver_config *config, const VkMemoryAllocateInfo *info)
+{
     const VkPhysicalDeviceMemoryProperties *memory = &config->memory;
     if (info->memoryTypeIndex >= memory->memoryTypeCount || info->allocationSize == 0)
         return VK_ERROR_OUT_OF_DEVICE_MEMORY;
@@ -22,7 +24,8 @@ static VkResult check(const struct null_driver_config *config, const VkMemoryAll
     return VK_SUCCESS;
 }
 
-static void import(struct object *memory, const VkMemoryAllocateInfo *info) {
+static void import(struct object *memory, const VkMemoryAllocateInfo *info)
+{
     const VkImportMemoryHostPointerInfoEXT *host =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_IMPORT_MEMORY_HOST_POINTER_INFO_EXT);
     if (host != NULL && host->pHostPointer != NULL) {
@@ -36,14 +39,16 @@ static void import(struct object *memory, const VkMemoryAllocateInfo *info) {
         close(fd->fd);
 }
 
-static VkDeviceAddress replayed_address(const VkMemoryAllocateInfo *info) {
+static VkDeviceAddress replayed_address(const VkMemoryAllocateInfo *info)
+{
     const VkMemoryOpaqueCaptureAddressAllocateInfo *replay =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_MEMORY_OPAQUE_CAPTURE_ADDRESS_ALLOCATE_INFO);
     return replay != NULL ? replay->opaqueCaptureAddress : 0;
 }
 
 VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAllocateInfo,
-                             const VkAllocationCallbacks *pAllocator, VkDeviceMemory *pMemory) {
+                             const VkAllocationCallbacks *pAllocator, VkDeviceMemory *pMemory)
+{
     ENTER_OR_FAIL(AllocateMemory);
     (void)pAllocator;
     const struct null_driver_config *config = CONFIG(device);
@@ -65,14 +70,16 @@ VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAlloc
 }
 
 void null_FreeMemory(VkDevice device, VkDeviceMemory memory,
-                     const VkAllocationCallbacks *pAllocator) {
+                     const VkAllocationCallbacks *pAllocator)
+{
     ENTER(FreeMemory);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(memory), TYPE_MEMORY);
 }
 
-unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size) {
+unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size)
+{
     static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of making them */
     if (offset >= memory->memory.size)
         return NULL;
@@ -90,7 +97,8 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
     return bytes != NULL ? bytes + offset : NULL;
 }
 
-static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData) {
+static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData)
+{
     struct object *memory = object_find(RAW(handle), TYPE_MEMORY);
     if (memory == NULL || !memory->memory.host_visible)
         return VK_ERROR_MEMORY_MAP_FAILED;
@@ -103,7 +111,8 @@ static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData) {
 }
 
 VkResult null_MapMemory(VkDevice device, VkDeviceMemory memory, VkDeviceSize offset,
-                        VkDeviceSize size, VkMemoryMapFlags flags, void **ppData) {
+                        VkDeviceSize size, VkMemoryMapFlags flags, void **ppData)
+{
     ENTER_OR_FAIL(MapMemory);
     (void)device;
     (void)size;
@@ -111,20 +120,23 @@ VkResult null_MapMemory(VkDevice device, VkDeviceMemory memory, VkDeviceSize off
     return map(memory, offset, ppData);
 }
 
-VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData) {
+VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
+{
     ENTER_OR_FAIL(MapMemory2);
     (void)device;
     return map(pMemoryMapInfo->memory, pMemoryMapInfo->offset, ppData);
 }
 
 /* What was written stays until the memory is freed. */
-void null_UnmapMemory(VkDevice device, VkDeviceMemory memory) {
+void null_UnmapMemory(VkDevice device, VkDeviceMemory memory)
+{
     ENTER(UnmapMemory);
     (void)device;
     (void)memory;
 }
 
-VkResult null_UnmapMemory2(VkDevice device, const VkMemoryUnmapInfo *pMemoryUnmapInfo) {
+VkResult null_UnmapMemory2(VkDevice device, const VkMemoryUnmapInfo *pMemoryUnmapInfo)
+{
     ENTER_OR_FAIL(UnmapMemory2);
     (void)device;
     (void)pMemoryUnmapInfo;
@@ -132,7 +144,8 @@ VkResult null_UnmapMemory2(VkDevice device, const VkMemoryUnmapInfo *pMemoryUnma
 }
 
 void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
-                                    VkDeviceSize *pCommittedMemoryInBytes) {
+                                    VkDeviceSize *pCommittedMemoryInBytes)
+{
     ENTER(GetDeviceMemoryCommitment);
     (void)device;
     const struct object *object = object_find(RAW(memory), TYPE_MEMORY);
@@ -141,14 +154,16 @@ void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
 
 uint64_t
 null_GetDeviceMemoryOpaqueCaptureAddress(VkDevice device,
-                                         const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo) {
+                                         const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo)
+{
     ENTER(GetDeviceMemoryOpaqueCaptureAddress);
     (void)device;
     const struct object *memory = object_find(RAW(pInfo->memory), TYPE_MEMORY);
     return memory != NULL ? memory->memory.address : 0;
 }
 
-VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd) {
+VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd)
+{
     ENTER_OR_FAIL(GetMemoryFdKHR);
     (void)device;
     if (object_find(RAW(pGetFdInfo->memory), TYPE_MEMORY) == NULL)
@@ -159,7 +174,8 @@ VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFd
 
 VkResult null_GetMemoryFdPropertiesKHR(VkDevice device,
                                        VkExternalMemoryHandleTypeFlagBits handleType, int fd,
-                                       VkMemoryFdPropertiesKHR *pMemoryFdProperties) {
+                                       VkMemoryFdPropertiesKHR *pMemoryFdProperties)
+{
     ENTER_OR_FAIL(GetMemoryFdPropertiesKHR);
     (void)handleType;
     (void)fd;
@@ -170,7 +186,8 @@ VkResult null_GetMemoryFdPropertiesKHR(VkDevice device,
 
 VkResult null_GetMemoryHostPointerPropertiesEXT(
     VkDevice device, VkExternalMemoryHandleTypeFlagBits handleType, const void *pHostPointer,
-    VkMemoryHostPointerPropertiesEXT *pMemoryHostPointerProperties) {
+    VkMemoryHostPointerPropertiesEXT *pMemoryHostPointerProperties)
+{
     ENTER_OR_FAIL(GetMemoryHostPointerPropertiesEXT);
     (void)handleType;
     (void)pHostPointer;

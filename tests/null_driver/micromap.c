@@ -3,7 +3,8 @@
 #include "internal.h"
 
 VkResult null_CreateMicromapEXT(VkDevice device, const VkMicromapCreateInfoEXT *pCreateInfo,
-                                const VkAllocationCallbacks *pAllocator, VkMicromapEXT *pMicromap) {
+                                const VkAllocationCallbacks *pAllocator, VkMicromapEXT *pMicromap)
+{
     ENTER_OR_FAIL(CreateMicromapEXT);
     (void)pCreateInfo;
     (void)pAllocator;
@@ -15,7 +16,8 @@ VkResult null_CreateMicromapEXT(VkDevice device, const VkMicromapCreateInfoEXT *
 }
 
 void null_DestroyMicromapEXT(VkDevice device, VkMicromapEXT micromap,
-                             const VkAllocationCallbacks *pAllocator) {
+                             const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyMicromapEXT);
     (void)device;
     (void)pAllocator;
@@ -24,7 +26,8 @@ void null_DestroyMicromapEXT(VkDevice device, VkMicromapEXT micromap,
 
 void null_GetMicromapBuildSizesEXT(VkDevice device, VkAccelerationStructureBuildTypeKHR buildType,
                                    const VkMicromapBuildInfoEXT *pBuildInfo,
-                                   VkMicromapBuildSizesInfoEXT *pSizeInfo) {
+                                   VkMicromapBuildSizesInfoEXT *pSizeInfo)
+{
     ENTER(GetMicromapBuildSizesEXT);
     (void)buildType;
     (void)pBuildInfo;
@@ -33,9 +36,10 @@ void null_GetMicromapBuildSizesEXT(VkDevice device, VkAccelerationStructureBuild
     pSizeInfo->discardable = VK_FALSE;
 }
 
-void null_GetDeviceMicromapCompatibilityEXT(
-    VkDevice device, const VkMicromapVersionInfoEXT *pVersionInfo,
-    VkAccelerationStructureCompatibilityKHR *pCompatibility) {
+void null_GetDeviceMicromapCompatibilityEXT(VkDevice device,
+                                            const VkMicromapVersionInfoEXT *pVersionInfo,
+                                            VkAccelerationStructureCompatibilityKHR *pCompatibility)
+{
     ENTER(GetDeviceMicromapCompatibilityEXT);
     (void)device;
     (void)pVersionInfo;
@@ -43,7 +47,8 @@ void null_GetDeviceMicromapCompatibilityEXT(
 }
 
 VkResult null_BuildMicromapsEXT(VkDevice device, VkDeferredOperationKHR deferredOperation,
-                                uint32_t infoCount, const VkMicromapBuildInfoEXT *pInfos) {
+                                uint32_t infoCount, const VkMicromapBuildInfoEXT *pInfos)
+{
     ENTER_OR_FAIL(BuildMicromapsEXT);
     (void)infoCount;
     (void)pInfos;
@@ -52,7 +57,8 @@ VkResult null_BuildMicromapsEXT(VkDevice device, VkDeferredOperationKHR deferred
 
 #define HOST_COPY(name, info_type)                                                                 \
     VkResult null_##name(VkDevice device, VkDeferredOperationKHR deferredOperation,                \
-                         const info_type *pInfo) {                                                 \
+                         const info_type *pInfo)                                                   \
+    {                                                                                              \
         ENTER_OR_FAIL(name);                                                                       \
         (void)pInfo;                                                                               \
         return deferred_start(device, deferredOperation);                                          \
@@ -64,7 +70,8 @@ HOST_COPY(CopyMemoryToMicromapEXT, VkCopyMemoryToMicromapInfoEXT)
 
 VkResult null_WriteMicromapsPropertiesEXT(VkDevice device, uint32_t micromapCount,
                                           const VkMicromapEXT *pMicromaps, VkQueryType queryType,
-                                          size_t dataSize, void *pData, size_t stride) {
+                                          size_t dataSize, void *pData, size_t stride)
+{
     ENTER_OR_FAIL(WriteMicromapsPropertiesEXT);
     (void)pMicromaps;
     query_write(CONFIG(device), micromapCount, queryType, dataSize, pData, stride);

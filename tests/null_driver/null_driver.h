@@ -118,14 +118,16 @@ struct null_driver_config {
 };
 
 static inline void null_driver_set_feature(struct null_driver_config *config, VkStructureType sType,
-                                           size_t offset, VkBool32 value) {
+                                           size_t offset, VkBool32 value)
+{
     if (config->feature_count < NULL_DRIVER_MAX_FEATURES) {
         config->features[config->feature_count++] =
             (struct null_driver_feature){sType, (uint32_t)offset, value};
     }
 }
 
-static inline void null_driver_hide_extension(struct null_driver_config *config, const char *name) {
+static inline void null_driver_hide_extension(struct null_driver_config *config, const char *name)
+{
     if (config->hidden_extension_count < NULL_DRIVER_MAX_EXTENSIONS) {
         config->hidden_extensions[config->hidden_extension_count++] = name;
     }
@@ -156,7 +158,8 @@ NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
 NULL_DRIVER_EXPORT void null_driver_reset(void);
 
 /* Returns what dlopen returned; NULL, with dlerror set, where something is missing. */
-static inline void *null_driver_load(const char *path, struct null_driver_api *api) {
+static inline void *null_driver_load(const char *path, struct null_driver_api *api)
+{
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     const struct {
         const char *name;

@@ -2,7 +2,8 @@
 /* NV acceleration structures: handles, memory and sizes. Builds look at nothing. */
 #include "internal.h"
 
-static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info) {
+static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info)
+{
     uint64_t primitives = info->instanceCount;
     for (uint32_t i = 0; info->pGeometries != NULL && i < info->geometryCount; i++) {
         const VkGeometryNV *geometry = &info->pGeometries[i];
@@ -20,7 +21,8 @@ static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info) {
 VkResult null_CreateAccelerationStructureNV(VkDevice device,
                                             const VkAccelerationStructureCreateInfoNV *pCreateInfo,
                                             const VkAllocationCallbacks *pAllocator,
-                                            VkAccelerationStructureNV *pAccelerationStructure) {
+                                            VkAccelerationStructureNV *pAccelerationStructure)
+{
     ENTER_OR_FAIL(CreateAccelerationStructureNV);
     (void)pAllocator;
     struct object *as = object_create(OBJECT(device), TYPE_ACCELERATION_STRUCTURE_NV, NULL);
@@ -34,7 +36,8 @@ VkResult null_CreateAccelerationStructureNV(VkDevice device,
 
 void null_DestroyAccelerationStructureNV(VkDevice device,
                                          VkAccelerationStructureNV accelerationStructure,
-                                         const VkAllocationCallbacks *pAllocator) {
+                                         const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyAccelerationStructureNV);
     (void)device;
     (void)pAllocator;
@@ -42,7 +45,8 @@ void null_DestroyAccelerationStructureNV(VkDevice device,
 }
 
 static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct object *as,
-                            VkAccelerationStructureMemoryRequirementsTypeNV type) {
+                            VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
     switch (type) {
     case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV:
         return size_for(&sizes->build_scratch, as->as_nv.primitives);
@@ -56,7 +60,8 @@ static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct 
 
 void null_GetAccelerationStructureMemoryRequirementsNV(
     VkDevice device, const VkAccelerationStructureMemoryRequirementsInfoNV *pInfo,
-    VkMemoryRequirements2KHR *pMemoryRequirements) {
+    VkMemoryRequirements2KHR *pMemoryRequirements)
+{
     ENTER(GetAccelerationStructureMemoryRequirementsNV);
     const struct null_driver_config *config = CONFIG(device);
     const struct object *as =
@@ -73,7 +78,8 @@ void null_GetAccelerationStructureMemoryRequirementsNV(
 
 VkResult
 null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
-                                       const VkBindAccelerationStructureMemoryInfoNV *pBindInfos) {
+                                       const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+{
     ENTER_OR_FAIL(BindAccelerationStructureMemoryNV);
     (void)device;
     for (uint32_t i = 0; i < bindInfoCount; i++) {
@@ -88,7 +94,8 @@ null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
 
 VkResult null_GetAccelerationStructureHandleNV(VkDevice device,
                                                VkAccelerationStructureNV accelerationStructure,
-                                               size_t dataSize, void *pData) {
+                                               size_t dataSize, void *pData)
+{
     ENTER_OR_FAIL(GetAccelerationStructureHandleNV);
     (void)device;
     const struct object *as =

@@ -19,15 +19,18 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all below, and th
 static uint32_t slot_count;
 static struct object *free_lists[TYPE_LAST_DISPATCHABLE + 1]; /* linked by next; 0: all others */
 
-static bool is_dispatchable(enum object_type type) {
+static bool is_dispatchable(enum object_type type)
+{
     return type != TYPE_NONE && type <= TYPE_LAST_DISPATCHABLE;
 }
 
-static uint64_t handle_of(const struct object *object) {
+static uint64_t handle_of(const struct object *object)
+{
     return ((uint64_t)object->generation << 40) | ((uint64_t)(object->index + 1) << 4);
 }
 
-static struct object *slot_new(void) {
+static struct object *slot_new(void)
+{
     const uint32_t chunk = slot_count / CHUNK_SIZE;
     if (chunk == MAX_CHUNKS)
         return NULL;
@@ -45,7 +48,8 @@ static struct object *slot_new(void) {
     return object;
 }
 
-static struct object *slot_take(enum object_type type) {
+static struct object *slot_take(enum object_type type)
+{
     struct object **list = &free_lists[is_dispatchable(type) ? type : TYPE_NONE];
     struct object *object = *list;
     if (object == NULL)
@@ -54,7 +58,8 @@ static struct object *slot_take(enum object_type type) {
     return object;
 }
 
-static void slot_give(struct object *object, enum object_type type, bool recycle) {
+static void slot_give(struct object *object, enum object_type type, bool recycle)
+{
     struct object **list = &free_lists[TYPE_NONE];
     if (is_dispatchable(type)) {
         if (!recycle)
@@ -67,7 +72,8 @@ static void slot_give(struct object *object, enum object_type type, bool recycle
     *list = object;
 }
 
-static void link_child(struct object *parent, struct object *object) {
+static void link_child(struct object *parent, struct object *object)
+{
     object->parent = parent;
     object->children = NULL;
     object->previous = NULL;
@@ -78,7 +84,8 @@ static void link_child(struct object *parent, struct object *object) {
         parent->children = object;
 }
 
-static void unlink_child(struct object *object) {
+static void unlink_child(struct object *object)
+{
     if (object->next != NULL)
         object->next->previous = object->previous;
     if (object->previous != NULL)
@@ -88,7 +95,8 @@ static void unlink_child(struct object *object) {
 }
 
 /* Everything below root goes, deepest first: not recursive, as a device may have a long list. */
-static void destroy_tree(struct object *root) {
+static void destroy_tree(struct object *root)
+{
     struct object *object = root;
     for (;;) {
         while (object->children != NULL)
@@ -111,7 +119,8 @@ static void destroy_tree(struct object *root) {
 }
 
 struct object *object_create(struct object *parent, enum object_type type,
-                             void (*release)(struct object *)) {
+                             void (*release)(struct object *))
+{
     pthread_mutex_lock(&lock);
     struct object *object = slot_take(type);
     if (object != NULL) {
@@ -133,7 +142,8 @@ struct object *object_create(struct object *parent, enum object_type type,
     return object;
 }
 
-struct object *object_find(uint64_t handle, enum object_type type) {
+struct object *object_find(uint64_t handle, enum object_type type)
+{
     const uint64_t index = ((handle >> 4) & 0xfffffffff) - 1; /* of 0: too big */
     if (index >= (uint64_t)MAX_CHUNKS * CHUNK_SIZE)
         return NULL;
@@ -146,7 +156,8 @@ struct object *object_find(uint64_t handle, enum object_type type) {
     return object->type == type ? object : NULL;
 }
 
-void object_destroy(uint64_t handle, enum object_type type) {
+void object_destroy(uint64_t handle, enum object_type type)
+{
     pthread_mutex_lock(&lock);
     struct object *object = object_find(handle, type);
     if (object != NULL)
@@ -154,7 +165,8 @@ void object_destroy(uint64_t handle, enum object_type type) {
     pthread_mutex_unlock(&lock);
 }
 
-void object_destroy_dispatchable(void *handle, enum object_type type) {
+void object_destroy_dispatchable(void *handle, enum object_type type)
+{
     struct object *object = handle;
     pthread_mutex_lock(&lock);
     if (object != NULL && object->type == type)
@@ -162,7 +174,8 @@ void object_destroy_dispatchable(void *handle, enum object_type type) {
     pthread_mutex_unlock(&lock);
 }
 
-void object_destroy_children(struct object *parent, enum object_type type) {
+void object_destroy_children(struct object *parent, enum object_type type)
+{
     pthread_mutex_lock(&lock);
     for (struct object *child = parent->children, *next; child != NULL; child = next) {
         next = child->next;
@@ -172,7 +185,8 @@ void object_destroy_children(struct object *parent, enum object_type type) {
     pthread_mutex_unlock(&lock);
 }
 
-struct object *object_child(struct object *parent, enum object_type type, uint32_t number) {
+struct object *object_child(struct object *parent, enum object_type type, uint32_t number)
+{
     struct object *found = NULL;
     pthread_mutex_lock(&lock);
     struct object *child = parent->children;

@@ -5,13 +5,15 @@
 #include <string.h>
 
 void null_GetPhysicalDeviceFeatures2(VkPhysicalDevice physicalDevice,
-                                     VkPhysicalDeviceFeatures2 *pFeatures) {
+                                     VkPhysicalDeviceFeatures2 *pFeatures)
+{
     ENTER(GetPhysicalDeviceFeatures2);
     features_fill(CONFIG(physicalDevice), pFeatures);
 }
 
 void null_GetPhysicalDeviceFeatures(VkPhysicalDevice physicalDevice,
-                                    VkPhysicalDeviceFeatures *pFeatures) {
+                                    VkPhysicalDeviceFeatures *pFeatures)
+{
     ENTER(GetPhysicalDeviceFeatures);
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
     features_fill(CONFIG(physicalDevice), &features);
@@ -19,14 +21,16 @@ void null_GetPhysicalDeviceFeatures(VkPhysicalDevice physicalDevice,
 }
 
 void null_GetPhysicalDeviceProperties2(VkPhysicalDevice physicalDevice,
-                                       VkPhysicalDeviceProperties2 *pProperties) {
+                                       VkPhysicalDeviceProperties2 *pProperties)
+{
     ENTER(GetPhysicalDeviceProperties2);
     properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
                     pProperties);
 }
 
 void null_GetPhysicalDeviceProperties(VkPhysicalDevice physicalDevice,
-                                      VkPhysicalDeviceProperties *pProperties) {
+                                      VkPhysicalDeviceProperties *pProperties)
+{
     ENTER(GetPhysicalDeviceProperties);
     VkPhysicalDeviceProperties2 properties = {.sType =
                                                   VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
@@ -36,27 +40,31 @@ void null_GetPhysicalDeviceProperties(VkPhysicalDevice physicalDevice,
 }
 
 void null_GetPhysicalDeviceMemoryProperties(VkPhysicalDevice physicalDevice,
-                                            VkPhysicalDeviceMemoryProperties *pMemoryProperties) {
+                                            VkPhysicalDeviceMemoryProperties *pMemoryProperties)
+{
     ENTER(GetPhysicalDeviceMemoryProperties);
     *pMemoryProperties = CONFIG(physicalDevice)->memory;
 }
 
 void null_GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physicalDevice,
-                                             VkPhysicalDeviceMemoryProperties2 *pMemoryProperties) {
+                                             VkPhysicalDeviceMemoryProperties2 *pMemoryProperties)
+{
     ENTER(GetPhysicalDeviceMemoryProperties2);
     pMemoryProperties->memoryProperties = CONFIG(physicalDevice)->memory;
 }
 
 void null_GetPhysicalDeviceQueueFamilyProperties(VkPhysicalDevice physicalDevice,
                                                  uint32_t *pQueueFamilyPropertyCount,
-                                                 VkQueueFamilyProperties *pQueueFamilyProperties) {
+                                                 VkQueueFamilyProperties *pQueueFamilyProperties)
+{
     ENTER(GetPhysicalDeviceQueueFamilyProperties);
     const struct null_driver_config *config = CONFIG(physicalDevice);
     enumerate(pQueueFamilyPropertyCount, pQueueFamilyProperties, config->queue_families,
               config->queue_family_count, sizeof(config->queue_families[0]));
 }
 
-static void fill_family_chain(const VkQueueFamilyProperties *family, VkBaseOutStructure *out) {
+static void fill_family_chain(const VkQueueFamilyProperties *family, VkBaseOutStructure *out)
+{
     for (; out != NULL; out = out->pNext) {
         if (out->sType == VK_STRUCTURE_TYPE_QUEUE_FAMILY_VIDEO_PROPERTIES_KHR) {
             ((VkQueueFamilyVideoPropertiesKHR *)out)->videoCodecOperations =
@@ -67,9 +75,10 @@ static void fill_family_chain(const VkQueueFamilyProperties *family, VkBaseOutSt
     }
 }
 
-void null_GetPhysicalDeviceQueueFamilyProperties2(
-    VkPhysicalDevice physicalDevice, uint32_t *pQueueFamilyPropertyCount,
-    VkQueueFamilyProperties2 *pQueueFamilyProperties) {
+void null_GetPhysicalDeviceQueueFamilyProperties2(VkPhysicalDevice physicalDevice,
+                                                  uint32_t *pQueueFamilyPropertyCount,
+                                                  VkQueueFamilyProperties2 *pQueueFamilyProperties)
+{
     ENTER(GetPhysicalDeviceQueueFamilyProperties2);
     const struct null_driver_config *config = CONFIG(physicalDevice);
     if (pQueueFamilyProperties == NULL || *pQueueFamilyPropertyCount > config->queue_family_count)
@@ -82,7 +91,8 @@ void null_GetPhysicalDeviceQueueFamilyProperties2(
     }
 }
 
-static void add_extension(VkExtensionProperties *extensions, uint32_t *count, const char *name) {
+static void add_extension(VkExtensionProperties *extensions, uint32_t *count, const char *name)
+{
     VkExtensionProperties *extension = &extensions[(*count)++];
     *extension = (VkExtensionProperties){.specVersion = 1};
     strncpy(extension->extensionName, name, sizeof(extension->extensionName) - 1);
@@ -91,7 +101,8 @@ static void add_extension(VkExtensionProperties *extensions, uint32_t *count, co
 /* Returns how many there are. */
 static uint32_t
 list_extensions(const struct null_driver_config *config,
-                VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS]) {
+                VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS])
+{
     uint32_t count = 0;
     for (enum guard guard = FIRST_EXTENSION; guard < GUARD_COUNT; guard++) {
         if (guard_is_offered(config, guard))
@@ -104,7 +115,8 @@ list_extensions(const struct null_driver_config *config,
 
 VkResult null_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice,
                                                  const char *pLayerName, uint32_t *pPropertyCount,
-                                                 VkExtensionProperties *pProperties) {
+                                                 VkExtensionProperties *pProperties)
+{
     ENTER_OR_FAIL(EnumerateDeviceExtensionProperties);
     (void)pLayerName;
     VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS];
@@ -114,7 +126,8 @@ VkResult null_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice
 
 VkResult null_EnumerateDeviceLayerProperties(VkPhysicalDevice physicalDevice,
                                              uint32_t *pPropertyCount,
-                                             VkLayerProperties *pProperties) {
+                                             VkLayerProperties *pProperties)
+{
     ENTER_OR_FAIL(EnumerateDeviceLayerProperties);
     (void)physicalDevice;
     (void)pProperties;
@@ -123,7 +136,8 @@ VkResult null_EnumerateDeviceLayerProperties(VkPhysicalDevice physicalDevice,
 }
 
 VkResult null_GetPhysicalDeviceToolProperties(VkPhysicalDevice physicalDevice, uint32_t *pToolCount,
-                                              VkPhysicalDeviceToolProperties *pToolProperties) {
+                                              VkPhysicalDeviceToolProperties *pToolProperties)
+{
     ENTER_OR_FAIL(GetPhysicalDeviceToolProperties);
     (void)physicalDevice;
     (void)pToolProperties;
@@ -133,7 +147,8 @@ VkResult null_GetPhysicalDeviceToolProperties(VkPhysicalDevice physicalDevice, u
 
 void null_GetPhysicalDeviceExternalBufferProperties(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalBufferInfo *pExternalBufferInfo,
-    VkExternalBufferProperties *pExternalBufferProperties) {
+    VkExternalBufferProperties *pExternalBufferProperties)
+{
     ENTER(GetPhysicalDeviceExternalBufferProperties);
     (void)physicalDevice;
     pExternalBufferProperties->externalMemoryProperties = (VkExternalMemoryProperties){
@@ -143,7 +158,8 @@ void null_GetPhysicalDeviceExternalBufferProperties(
 
 void null_GetPhysicalDeviceExternalFenceProperties(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalFenceInfo *pExternalFenceInfo,
-    VkExternalFenceProperties *pExternalFenceProperties) {
+    VkExternalFenceProperties *pExternalFenceProperties)
+{
     ENTER(GetPhysicalDeviceExternalFenceProperties);
     (void)physicalDevice;
     (void)pExternalFenceInfo;
@@ -155,7 +171,8 @@ void null_GetPhysicalDeviceExternalFenceProperties(
 void null_GetPhysicalDeviceExternalSemaphoreProperties(
     VkPhysicalDevice physicalDevice,
     const VkPhysicalDeviceExternalSemaphoreInfo *pExternalSemaphoreInfo,
-    VkExternalSemaphoreProperties *pExternalSemaphoreProperties) {
+    VkExternalSemaphoreProperties *pExternalSemaphoreProperties)
+{
     ENTER(GetPhysicalDeviceExternalSemaphoreProperties);
     (void)physicalDevice;
     (void)pExternalSemaphoreInfo;

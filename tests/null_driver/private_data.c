@@ -6,13 +6,15 @@
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all slots' values */
 
-static void release_slot(struct object *slot) {
+static void release_slot(struct object *slot)
+{
     free(slot->private_data.values);
 }
 
 VkResult null_CreatePrivateDataSlot(VkDevice device, const VkPrivateDataSlotCreateInfo *pCreateInfo,
                                     const VkAllocationCallbacks *pAllocator,
-                                    VkPrivateDataSlot *pPrivateDataSlot) {
+                                    VkPrivateDataSlot *pPrivateDataSlot)
+{
     ENTER_OR_FAIL(CreatePrivateDataSlot);
     (void)pCreateInfo;
     (void)pAllocator;
@@ -24,14 +26,16 @@ VkResult null_CreatePrivateDataSlot(VkDevice device, const VkPrivateDataSlotCrea
 }
 
 void null_DestroyPrivateDataSlot(VkDevice device, VkPrivateDataSlot privateDataSlot,
-                                 const VkAllocationCallbacks *pAllocator) {
+                                 const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyPrivateDataSlot);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
 }
 
-static struct private_value *find(const struct object *slot, VkObjectType type, uint64_t handle) {
+static struct private_value *find(const struct object *slot, VkObjectType type, uint64_t handle)
+{
     for (size_t i = 0; i < slot->private_data.count; i++) {
         struct private_value *value = &slot->private_data.values[i];
         if (value->type == type && value->handle == handle)
@@ -40,7 +44,8 @@ static struct private_value *find(const struct object *slot, VkObjectType type, 
     return NULL;
 }
 
-static VkResult set(struct object *slot, const struct private_value *new) {
+static VkResult set(struct object *slot, const struct private_value *new)
+{
     struct private_value *value = find(slot, new->type, new->handle);
     if (value == NULL) {
         struct private_value *values =
@@ -55,7 +60,8 @@ static VkResult set(struct object *slot, const struct private_value *new) {
 }
 
 VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
-                             VkPrivateDataSlot privateDataSlot, uint64_t data) {
+                             VkPrivateDataSlot privateDataSlot, uint64_t data)
+{
     ENTER_OR_FAIL(SetPrivateData);
     (void)device;
     struct object *slot = object_find(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
@@ -69,7 +75,8 @@ VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t 
 }
 
 void null_GetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
-                         VkPrivateDataSlot privateDataSlot, uint64_t *pData) {
+                         VkPrivateDataSlot privateDataSlot, uint64_t *pData)
+{
     ENTER(GetPrivateData);
     (void)device;
     const struct object *slot = object_find(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);

@@ -149,13 +149,15 @@ static const struct property_row rows[] = {
 /* clang-format on */
 
 static void fill(const struct null_driver_config *config, const struct property_row *row,
-                 VkBaseOutStructure *out) {
+                 VkBaseOutStructure *out)
+{
     const char *from =
         row->fixed != NULL ? (const char *)row->fixed : (const char *)config + row->offset;
     memcpy(out + 1, from + sizeof(*out), row->size - sizeof(*out));
 }
 
-static void fill_vulkan14(VkPhysicalDeviceVulkan14Properties *properties) {
+static void fill_vulkan14(VkPhysicalDeviceVulkan14Properties *properties)
+{
     const VkPhysicalDeviceVulkan14Properties asked = *properties;
     *properties = vulkan14;
     properties->sType = asked.sType;
@@ -165,7 +167,8 @@ static void fill_vulkan14(VkPhysicalDeviceVulkan14Properties *properties) {
 }
 
 void properties_fill(const struct null_driver_config *config, uint32_t index,
-                     VkPhysicalDeviceProperties2 *properties) {
+                     VkPhysicalDeviceProperties2 *properties)
+{
     properties->properties = config->properties;
     properties->properties.apiVersion = config->api_version;
     for (VkBaseOutStructure *out = properties->pNext; out != NULL; out = out->pNext) {

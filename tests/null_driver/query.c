@@ -2,7 +2,8 @@
 /* Query pools. What a query answers depends on its type alone. */
 #include "internal.h"
 
-uint64_t query_value(const struct null_driver_config *config, VkQueryType type) {
+uint64_t query_value(const struct null_driver_config *config, VkQueryType type)
+{
     switch ((int)type) {
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
@@ -18,13 +19,15 @@ uint64_t query_value(const struct null_driver_config *config, VkQueryType type) 
     }
 }
 
-static void write_value(void *to, size_t size, uint64_t value) {
+static void write_value(void *to, size_t size, uint64_t value)
+{
     const uint32_t low = (uint32_t)value;
     memcpy(to, size == sizeof(low) ? (const void *)&low : (const void *)&value, size);
 }
 
 void query_write(const struct null_driver_config *config, uint32_t count, VkQueryType type,
-                 size_t size, void *data, size_t stride) {
+                 size_t size, void *data, size_t stride)
+{
     const uint64_t value = query_value(config, type);
     if (data == NULL)
         return;
@@ -33,7 +36,8 @@ void query_write(const struct null_driver_config *config, uint32_t count, VkQuer
 }
 
 VkResult null_CreateQueryPool(VkDevice device, const VkQueryPoolCreateInfo *pCreateInfo,
-                              const VkAllocationCallbacks *pAllocator, VkQueryPool *pQueryPool) {
+                              const VkAllocationCallbacks *pAllocator, VkQueryPool *pQueryPool)
+{
     ENTER_OR_FAIL(CreateQueryPool);
     (void)pAllocator;
     struct object *pool = object_create(OBJECT(device), TYPE_QUERY_POOL, NULL);
@@ -45,7 +49,8 @@ VkResult null_CreateQueryPool(VkDevice device, const VkQueryPoolCreateInfo *pCre
 }
 
 void null_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
-                           const VkAllocationCallbacks *pAllocator) {
+                           const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyQueryPool);
     (void)device;
     (void)pAllocator;
@@ -55,7 +60,8 @@ void null_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
 /* All queries are available at once. */
 VkResult null_GetQueryPoolResults(VkDevice device, VkQueryPool queryPool, uint32_t firstQuery,
                                   uint32_t queryCount, size_t dataSize, void *pData,
-                                  VkDeviceSize stride, VkQueryResultFlags flags) {
+                                  VkDeviceSize stride, VkQueryResultFlags flags)
+{
     ENTER_OR_FAIL(GetQueryPoolResults);
     (void)firstQuery;
     const struct object *pool = object_find(RAW(queryPool), TYPE_QUERY_POOL);

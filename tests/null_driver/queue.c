@@ -3,7 +3,8 @@
 #include "internal.h"
 
 /* values may be shorter than semaphores, or missing: binary semaphores have none. */
-static void signal_semaphores(uint32_t count, const VkSemaphore *semaphores, const void *pNext) {
+static void signal_semaphores(uint32_t count, const VkSemaphore *semaphores, const void *pNext)
+{
     const VkTimelineSemaphoreSubmitInfo *timeline =
         chain_find(pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
     if (timeline == NULL || timeline->pSignalSemaphoreValues == NULL || semaphores == NULL)
@@ -12,7 +13,8 @@ static void signal_semaphores(uint32_t count, const VkSemaphore *semaphores, con
         sync_signal_semaphore(semaphores[i], timeline->pSignalSemaphoreValues[i]);
 }
 
-static VkResult finish(VkFence fence) {
+static VkResult finish(VkFence fence)
+{
     if (fence != VK_NULL_HANDLE)
         sync_signal_fence(fence);
     sync_wake();
@@ -20,7 +22,8 @@ static VkResult finish(VkFence fence) {
 }
 
 VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInfo *pSubmits,
-                          VkFence fence) {
+                          VkFence fence)
+{
     ENTER_OR_FAIL(QueueSubmit);
     (void)queue;
     if (device_is_lost())
@@ -35,7 +38,8 @@ VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInf
 }
 
 VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitInfo2 *pSubmits,
-                           VkFence fence) {
+                           VkFence fence)
+{
     ENTER_OR_FAIL(QueueSubmit2);
     (void)queue;
     if (device_is_lost())
@@ -51,7 +55,8 @@ VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitIn
     return finish(fence);
 }
 
-static void bind_sparse(const VkSparseBufferMemoryBindInfo *info) {
+static void bind_sparse(const VkSparseBufferMemoryBindInfo *info)
+{
     struct object *buffer = object_find(RAW(info->buffer), TYPE_BUFFER);
     for (uint32_t i = 0; buffer != NULL && i < info->bindCount; i++) {
         const VkSparseMemoryBind *bind = &info->pBinds[i];
@@ -63,7 +68,8 @@ static void bind_sparse(const VkSparseBufferMemoryBindInfo *info) {
 }
 
 VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
-                              const VkBindSparseInfo *pBindInfo, VkFence fence) {
+                              const VkBindSparseInfo *pBindInfo, VkFence fence)
+{
     ENTER_OR_FAIL(QueueBindSparse);
     (void)queue;
     if (device_is_lost())
@@ -77,13 +83,15 @@ VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
     return finish(fence);
 }
 
-VkResult null_QueueWaitIdle(VkQueue queue) {
+VkResult null_QueueWaitIdle(VkQueue queue)
+{
     ENTER_OR_FAIL(QueueWaitIdle);
     (void)queue;
     return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
 }
 
-VkResult null_DeviceWaitIdle(VkDevice device) {
+VkResult null_DeviceWaitIdle(VkDevice device)
+{
     ENTER_OR_FAIL(DeviceWaitIdle);
     (void)device;
     return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;

@@ -3,7 +3,8 @@
 #include "internal.h"
 
 uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
-                            VkMemoryPropertyFlags refused) {
+                            VkMemoryPropertyFlags refused)
+{
     uint32_t bits = 0;
     for (uint32_t i = 0; i < config->memory.memoryTypeCount; i++) {
         const VkMemoryPropertyFlags flags = config->memory.memoryTypes[i].propertyFlags;
@@ -13,7 +14,8 @@ uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPro
     return bits;
 }
 
-void requirements_fill_chain(void *pNext) {
+void requirements_fill_chain(void *pNext)
+{
     for (VkBaseOutStructure *out = pNext; out != NULL; out = out->pNext) {
         if (out->sType == VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS) {
             VkMemoryDedicatedRequirements *dedicated = (VkMemoryDedicatedRequirements *)out;
@@ -24,7 +26,8 @@ void requirements_fill_chain(void *pNext) {
 }
 
 static VkMemoryRequirements requirements(const struct null_driver_config *config, VkDeviceSize size,
-                                         VkBufferCreateFlags flags) {
+                                         VkBufferCreateFlags flags)
+{
     const VkMemoryPropertyFlags protected = VK_MEMORY_PROPERTY_PROTECTED_BIT;
     const VkMemoryPropertyFlags lazy = VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT;
     const VkDeviceSize alignment =
@@ -38,21 +41,24 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     };
 }
 
-static VkMemoryRequirements requirements_of(VkDevice device, VkBuffer buffer) {
+static VkMemoryRequirements requirements_of(VkDevice device, VkBuffer buffer)
+{
     const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
     return object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
                           : (VkMemoryRequirements){0};
 }
 
 void null_GetBufferMemoryRequirements(VkDevice device, VkBuffer buffer,
-                                      VkMemoryRequirements *pMemoryRequirements) {
+                                      VkMemoryRequirements *pMemoryRequirements)
+{
     ENTER(GetBufferMemoryRequirements);
     *pMemoryRequirements = requirements_of(device, buffer);
 }
 
 void null_GetBufferMemoryRequirements2(VkDevice device,
                                        const VkBufferMemoryRequirementsInfo2 *pInfo,
-                                       VkMemoryRequirements2 *pMemoryRequirements) {
+                                       VkMemoryRequirements2 *pMemoryRequirements)
+{
     ENTER(GetBufferMemoryRequirements2);
     pMemoryRequirements->memoryRequirements = requirements_of(device, pInfo->buffer);
     requirements_fill_chain(pMemoryRequirements->pNext);
@@ -60,7 +66,8 @@ void null_GetBufferMemoryRequirements2(VkDevice device,
 
 void null_GetDeviceBufferMemoryRequirements(VkDevice device,
                                             const VkDeviceBufferMemoryRequirements *pInfo,
-                                            VkMemoryRequirements2 *pMemoryRequirements) {
+                                            VkMemoryRequirements2 *pMemoryRequirements)
+{
     ENTER(GetDeviceBufferMemoryRequirements);
     pMemoryRequirements->memoryRequirements =
         requirements(CONFIG(device), pInfo->pCreateInfo->size, pInfo->pCreateInfo->flags);

@@ -4,7 +4,8 @@
 
 #define CREATE(name, handle_type, info_type, type)                                                 \
     VkResult null_Create##name(VkDevice device, const info_type *pCreateInfo,                      \
-                               const VkAllocationCallbacks *pAllocator, handle_type *pHandle) {    \
+                               const VkAllocationCallbacks *pAllocator, handle_type *pHandle)      \
+    {                                                                                              \
         ENTER_OR_FAIL(Create##name);                                                               \
         (void)pCreateInfo;                                                                         \
         (void)pAllocator;                                                                          \
@@ -17,7 +18,8 @@
 
 #define DESTROY(name, type)                                                                        \
     void null_Destroy##name(VkDevice device, Vk##name handle,                                      \
-                            const VkAllocationCallbacks *pAllocator) {                             \
+                            const VkAllocationCallbacks *pAllocator)                               \
+    {                                                                                              \
         ENTER(Destroy##name);                                                                      \
         (void)device;                                                                              \
         (void)pAllocator;                                                                          \
@@ -47,7 +49,8 @@ DESTROY(DescriptorPool, TYPE_DESCRIPTOR_POOL)
 DESTROY(Pipeline, TYPE_SIMPLE)
 
 void null_GetRenderAreaGranularity(VkDevice device, VkRenderPass renderPass,
-                                   VkExtent2D *pGranularity) {
+                                   VkExtent2D *pGranularity)
+{
     ENTER(GetRenderAreaGranularity);
     (void)device;
     (void)renderPass;
@@ -55,7 +58,8 @@ void null_GetRenderAreaGranularity(VkDevice device, VkRenderPass renderPass,
 }
 
 void null_GetRenderingAreaGranularity(VkDevice device, const VkRenderingAreaInfo *pInfo,
-                                      VkExtent2D *pGranularity) {
+                                      VkExtent2D *pGranularity)
+{
     ENTER(GetRenderingAreaGranularity);
     (void)device;
     (void)pInfo;
@@ -64,7 +68,8 @@ void null_GetRenderingAreaGranularity(VkDevice device, const VkRenderingAreaInfo
 
 /* ---- pipelines */
 
-static VkResult create_pipelines(VkDevice device, uint32_t count, VkPipeline *pipelines) {
+static VkResult create_pipelines(VkDevice device, uint32_t count, VkPipeline *pipelines)
+{
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < count; i++) {
         const struct object *object = object_create(OBJECT(device), TYPE_SIMPLE, NULL);
@@ -78,7 +83,8 @@ static VkResult create_pipelines(VkDevice device, uint32_t count, VkPipeline *pi
 #define PIPELINES(name, info_type)                                                                 \
     VkResult null_Create##name(VkDevice device, VkPipelineCache pipelineCache,                     \
                                uint32_t createInfoCount, const info_type *pCreateInfos,            \
-                               const VkAllocationCallbacks *pAllocator, VkPipeline *pPipelines) {  \
+                               const VkAllocationCallbacks *pAllocator, VkPipeline *pPipelines)    \
+    {                                                                                              \
         ENTER_OR_FAIL(Create##name);                                                               \
         (void)pipelineCache;                                                                       \
         (void)pCreateInfos;                                                                        \
@@ -95,7 +101,8 @@ VkResult null_CreateRayTracingPipelinesKHR(VkDevice device,
                                            VkPipelineCache pipelineCache, uint32_t createInfoCount,
                                            const VkRayTracingPipelineCreateInfoKHR *pCreateInfos,
                                            const VkAllocationCallbacks *pAllocator,
-                                           VkPipeline *pPipelines) {
+                                           VkPipeline *pPipelines)
+{
     ENTER_OR_FAIL(CreateRayTracingPipelinesKHR);
     (void)pipelineCache;
     (void)pCreateInfos;
@@ -106,7 +113,8 @@ VkResult null_CreateRayTracingPipelinesKHR(VkDevice device,
 
 VkResult null_GetRayTracingShaderGroupHandlesKHR(VkDevice device, VkPipeline pipeline,
                                                  uint32_t firstGroup, uint32_t groupCount,
-                                                 size_t dataSize, void *pData) {
+                                                 size_t dataSize, void *pData)
+{
     ENTER_OR_FAIL(GetRayTracingShaderGroupHandlesKHR);
     (void)device;
     (void)pipeline;
@@ -119,7 +127,8 @@ VkResult null_GetRayTracingShaderGroupHandlesKHR(VkDevice device, VkPipeline pip
 VkResult null_GetRayTracingCaptureReplayShaderGroupHandlesKHR(VkDevice device, VkPipeline pipeline,
                                                               uint32_t firstGroup,
                                                               uint32_t groupCount, size_t dataSize,
-                                                              void *pData) {
+                                                              void *pData)
+{
     ENTER_OR_FAIL(GetRayTracingCaptureReplayShaderGroupHandlesKHR);
     (void)device;
     (void)pipeline;
@@ -131,7 +140,8 @@ VkResult null_GetRayTracingCaptureReplayShaderGroupHandlesKHR(VkDevice device, V
 
 VkDeviceSize null_GetRayTracingShaderGroupStackSizeKHR(VkDevice device, VkPipeline pipeline,
                                                        uint32_t group,
-                                                       VkShaderGroupShaderKHR groupShader) {
+                                                       VkShaderGroupShaderKHR groupShader)
+{
     ENTER(GetRayTracingShaderGroupStackSizeKHR);
     (void)device;
     (void)pipeline;
@@ -141,7 +151,8 @@ VkDeviceSize null_GetRayTracingShaderGroupStackSizeKHR(VkDevice device, VkPipeli
 }
 
 VkResult null_GetPipelineCacheData(VkDevice device, VkPipelineCache pipelineCache,
-                                   size_t *pDataSize, void *pData) {
+                                   size_t *pDataSize, void *pData)
+{
     ENTER_OR_FAIL(GetPipelineCacheData);
     (void)device;
     (void)pipelineCache;
@@ -154,7 +165,8 @@ VkResult null_GetPipelineCacheData(VkDevice device, VkPipelineCache pipelineCach
 
 void null_GetDescriptorSetLayoutSupport(VkDevice device,
                                         const VkDescriptorSetLayoutCreateInfo *pCreateInfo,
-                                        VkDescriptorSetLayoutSupport *pSupport) {
+                                        VkDescriptorSetLayoutSupport *pSupport)
+{
     ENTER(GetDescriptorSetLayoutSupport);
     (void)device;
     (void)pCreateInfo;
@@ -162,7 +174,8 @@ void null_GetDescriptorSetLayoutSupport(VkDevice device,
 }
 
 VkResult null_ResetDescriptorPool(VkDevice device, VkDescriptorPool descriptorPool,
-                                  VkDescriptorPoolResetFlags flags) {
+                                  VkDescriptorPoolResetFlags flags)
+{
     ENTER_OR_FAIL(ResetDescriptorPool);
     (void)device;
     (void)flags;
@@ -172,14 +185,16 @@ VkResult null_ResetDescriptorPool(VkDevice device, VkDescriptorPool descriptorPo
     return VK_SUCCESS;
 }
 
-static void free_sets(uint32_t count, const VkDescriptorSet *sets) {
+static void free_sets(uint32_t count, const VkDescriptorSet *sets)
+{
     for (uint32_t i = 0; i < count; i++)
         object_destroy(RAW(sets[i]), TYPE_DESCRIPTOR_SET);
 }
 
 VkResult null_AllocateDescriptorSets(VkDevice device,
                                      const VkDescriptorSetAllocateInfo *pAllocateInfo,
-                                     VkDescriptorSet *pDescriptorSets) {
+                                     VkDescriptorSet *pDescriptorSets)
+{
     ENTER_OR_FAIL(AllocateDescriptorSets);
     (void)device;
     struct object *pool = object_find(RAW(pAllocateInfo->descriptorPool), TYPE_DESCRIPTOR_POOL);
@@ -198,7 +213,8 @@ VkResult null_AllocateDescriptorSets(VkDevice device,
 
 VkResult null_FreeDescriptorSets(VkDevice device, VkDescriptorPool descriptorPool,
                                  uint32_t descriptorSetCount,
-                                 const VkDescriptorSet *pDescriptorSets) {
+                                 const VkDescriptorSet *pDescriptorSets)
+{
     ENTER_OR_FAIL(FreeDescriptorSets);
     (void)device;
     (void)descriptorPool;

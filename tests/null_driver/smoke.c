@@ -6,7 +6,8 @@ PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName)
 
 struct null_driver_api driver;
 
-void make_instance(struct fixture *f) {
+void make_instance(struct fixture *f)
+{
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(NULL, "vkCreateInstance");
     const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
@@ -22,7 +23,8 @@ void make_instance(struct fixture *f) {
     CHECK(f->instance_table.EnumeratePhysicalDevices(f->instance, &count, f->physical));
 }
 
-VkResult make_device(struct fixture *f, const void *pNext) {
+VkResult make_device(struct fixture *f, const void *pNext)
+{
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_EXTENSION_NAME,
@@ -52,13 +54,15 @@ VkResult make_device(struct fixture *f, const void *pNext) {
     return VK_SUCCESS;
 }
 
-static void destroy(struct fixture *f) {
+static void destroy(struct fixture *f)
+{
     if (f->device != VK_NULL_HANDLE)
         f->device_table.DestroyDevice(f->device, NULL);
     f->instance_table.DestroyInstance(f->instance, NULL);
 }
 
-int set_up(void **state) {
+int set_up(void **state)
+{
     static struct fixture fixture;
     memset(&fixture, 0, sizeof(fixture));
     driver.reset();
@@ -68,7 +72,8 @@ int set_up(void **state) {
 }
 
 /* An instance and a device of the default configuration. */
-int set_up_device(void **state) {
+int set_up_device(void **state)
+{
     set_up(state);
     make_instance(*state);
     VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
@@ -83,12 +88,14 @@ int set_up_device(void **state) {
     return 0;
 }
 
-int tear_down(void **state) {
+int tear_down(void **state)
+{
     destroy(*state);
     return 0;
 }
 
-VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize size) {
+VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize size)
+{
     const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
                                      .flags = flags,
                                      .size = size,
@@ -100,7 +107,8 @@ VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize 
     return buffer;
 }
 
-VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size) {
+VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size)
+{
     const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
                                        .allocationSize = size,
                                        .memoryTypeIndex = type};
@@ -109,20 +117,23 @@ VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size) 
     return memory;
 }
 
-VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer) {
+VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer)
+{
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
     return f->device_table.GetBufferDeviceAddress(f->device, &info);
 }
 
-VkCommandPool make_pool(struct fixture *f) {
+VkCommandPool make_pool(struct fixture *f)
+{
     const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
     VkCommandPool pool;
     CHECK(f->device_table.CreateCommandPool(f->device, &info, NULL, &pool));
     return pool;
 }
 
-VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool) {
+VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool)
+{
     const VkCommandBufferAllocateInfo info = {.sType =
                                                   VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
                                               .commandPool = pool,

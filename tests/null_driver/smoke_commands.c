@@ -4,7 +4,8 @@
 
 #include <pthread.h>
 
-static void test_build_commands(void **state) {
+static void test_build_commands(void **state)
+{
     struct fixture *f = *state;
     const VkCommandPool pool = make_pool(f);
     const VkCommandBuffer commands = make_command_buffer(f, pool);
@@ -46,7 +47,8 @@ static void test_build_commands(void **state) {
 
 /* ---- what else may be around a build */
 
-static void test_scopes(void **state) {
+static void test_scopes(void **state)
+{
     struct fixture *f = *state;
     const VkuDeviceDispatchTable *t = &f->device_table;
     const VkCommandPool pool = make_pool(f);
@@ -94,7 +96,8 @@ static void test_scopes(void **state) {
     assert_int_equal(driver.calls("vkCmdEndVideoCodingKHR"), 1);
 }
 
-static void *record(void *data) {
+static void *record(void *data)
+{
     struct fixture *f = data;
     const VkCommandPool pool = make_pool(f);
     for (int i = 0; i < 200; i++) {
@@ -112,7 +115,8 @@ static void *record(void *data) {
     return NULL;
 }
 
-static void test_threads(void **state) {
+static void test_threads(void **state)
+{
     pthread_t threads[4];
     for (size_t i = 0; i < COUNT_OF(threads); i++)
         assert_int_equal(pthread_create(&threads[i], NULL, record, *state), 0);
@@ -123,7 +127,8 @@ static void test_threads(void **state) {
 
 /* ---- what a test asks the driver for */
 
-static void test_failures(void **state) {
+static void test_failures(void **state)
+{
     struct fixture *f = *state;
     const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     VkFence fence;
@@ -145,7 +150,8 @@ static void test_failures(void **state) {
     CHECK(f->device_table.GetFenceStatus(f->device, fence));
 }
 
-static void test_timeline(void **state) {
+static void test_timeline(void **state)
+{
     struct fixture *f = *state;
     const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
                                             .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE,
@@ -173,7 +179,8 @@ static void test_timeline(void **state) {
     assert_int_equal(f->device_table.WaitSemaphores(f->device, &wait, 1000), VK_TIMEOUT);
 }
 
-int run_command_tests(void) {
+int run_command_tests(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_build_commands, set_up_device, tear_down),
         cmocka_unit_test_setup_teardown(test_failures, set_up_device, tear_down),

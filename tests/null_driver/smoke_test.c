@@ -8,7 +8,8 @@
 
 /* ---- physical devices */
 
-static bool device_offers(struct fixture *f, const char *name) {
+static bool device_offers(struct fixture *f, const char *name)
+{
     static VkExtensionProperties extensions[256];
     uint32_t count = 256;
     CHECK(f->instance_table.EnumerateDeviceExtensionProperties(f->physical[0], NULL, &count,
@@ -20,7 +21,8 @@ static bool device_offers(struct fixture *f, const char *name) {
     return false;
 }
 
-static void test_configuration(void **state) {
+static void test_configuration(void **state)
+{
     struct fixture *f = *state;
     struct null_driver_config config = driver.default_config();
     config.api_version = VK_API_VERSION_1_2;
@@ -73,7 +75,8 @@ static void test_configuration(void **state) {
     assert_non_null(f->device_table.CreateAccelerationStructure2KHR);
 }
 
-static void test_versions(void **state) {
+static void test_versions(void **state)
+{
     struct fixture *f = *state;
     for (uint32_t minor = 0; minor <= 4; minor++) {
         struct null_driver_config config = driver.default_config();
@@ -94,7 +97,8 @@ static void test_versions(void **state) {
     f->device = VK_NULL_HANDLE;
 }
 
-static void test_formats(void **state) {
+static void test_formats(void **state)
+{
     struct fixture *f = *state;
     VkFormatProperties3 three = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
     VkFormatProperties2 properties = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
@@ -112,7 +116,8 @@ static void test_formats(void **state) {
     assert_int_equal(three.bufferFeatures, 0);
 }
 
-static void test_device_group(void **state) {
+static void test_device_group(void **state)
+{
     struct fixture *f = *state;
     VkPhysicalDeviceGroupProperties group = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_GROUP_PROPERTIES};
@@ -133,7 +138,8 @@ static void test_device_group(void **state) {
 
 /* ---- memory and addresses */
 
-static void test_addresses(void **state) {
+static void test_addresses(void **state)
+{
     struct fixture *f = *state;
     const VkBuffer unbound = make_buffer(f, 0, 4096), a = make_buffer(f, 0, 4096),
                    b = make_buffer(f, 0, 4096);
@@ -166,7 +172,8 @@ static void test_addresses(void **state) {
     assert_int_not_equal(make_buffer(f, 0, 4096), a);
 }
 
-static void test_recycling(void **state) {
+static void test_recycling(void **state)
+{
     struct fixture *f = *state;
     struct null_driver_config config = driver.default_config();
     config.recycle_handles = true;
@@ -195,7 +202,8 @@ static void test_recycling(void **state) {
     }
 }
 
-static void test_sparse(void **state) {
+static void test_sparse(void **state)
+{
     struct fixture *f = *state;
     const VkBuffer buffer = make_buffer(f, VK_BUFFER_CREATE_SPARSE_BINDING_BIT, 131072);
     const VkDeviceAddress address = address_of(f, buffer);
@@ -215,7 +223,8 @@ static void test_sparse(void **state) {
 
 /* ---- acceleration structures */
 
-static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, VkDeviceSize offset) {
+static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, VkDeviceSize offset)
+{
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
         .buffer = buffer,
@@ -227,14 +236,16 @@ static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, Vk
     return as;
 }
 
-static VkDeviceAddress as_address(struct fixture *f, VkAccelerationStructureKHR as) {
+static VkDeviceAddress as_address(struct fixture *f, VkAccelerationStructureKHR as)
+{
     const VkAccelerationStructureDeviceAddressInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
         .accelerationStructure = as};
     return f->device_table.GetAccelerationStructureDeviceAddressKHR(f->device, &info);
 }
 
-static void test_acceleration_structure(void **state) {
+static void test_acceleration_structure(void **state)
+{
     struct fixture *f = *state;
     const VkBuffer buffer = make_buffer(f, 0, 65536);
     const VkAccelerationStructureKHR as = make_as(f, buffer, 512); /* not bound yet */
@@ -262,7 +273,8 @@ static void test_acceleration_structure(void **state) {
     assert_int_equal(as_address(f, as), 0);
 }
 
-static void test_deferred(void **state) {
+static void test_deferred(void **state)
+{
     struct fixture *f = *state;
     VkDeferredOperationKHR operation;
     CHECK(f->device_table.CreateDeferredOperationKHR(f->device, NULL, &operation));
@@ -277,7 +289,8 @@ static void test_deferred(void **state) {
     CHECK(f->device_table.GetDeferredOperationResultKHR(f->device, operation));
 }
 
-static void test_nv(void **state) {
+static void test_nv(void **state)
+{
     struct fixture *f = *state;
     const VkAccelerationStructureCreateInfoNV info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
@@ -304,7 +317,8 @@ static void test_nv(void **state) {
     f->device_table.DestroyAccelerationStructureNV(f->device, as, NULL);
 }
 
-int main(void) {
+int main(void)
+{
     void *library = null_driver_load(NULL_DRIVER_LIBRARY, &driver);
     if (library == NULL) {
         print_error("%s\n", dlerror());

@@ -11,17 +11,20 @@ static pthread_cond_t changed;
 static pthread_once_t changed_once = PTHREAD_ONCE_INIT;
 static atomic_bool lost;
 
-bool device_is_lost(void) {
+bool device_is_lost(void)
+{
     return atomic_load(&lost);
 }
 
-void null_driver_set_device_lost(bool is_lost) {
+void null_driver_set_device_lost(bool is_lost)
+{
     atomic_store(&lost, is_lost);
     sync_wake();
 }
 
 /* Its clock has to be that of the timeouts. */
-static void make_changed(void) {
+static void make_changed(void)
+{
     pthread_condattr_t attributes;
     pthread_condattr_init(&attributes);
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
@@ -29,14 +32,16 @@ static void make_changed(void) {
     pthread_condattr_destroy(&attributes);
 }
 
-void sync_wake(void) {
+void sync_wake(void)
+{
     pthread_once(&changed_once, make_changed);
     pthread_mutex_lock(&lock);
     pthread_cond_broadcast(&changed);
     pthread_mutex_unlock(&lock);
 }
 
-static struct timespec deadline_of(uint64_t timeout) {
+static struct timespec deadline_of(uint64_t timeout)
+{
     const uint64_t second = 1000000000, most = 3600 * 24 * 365;
     struct timespec deadline;
     clock_gettime(CLOCK_MONOTONIC, &deadline);
@@ -51,7 +56,8 @@ static struct timespec deadline_of(uint64_t timeout) {
 }
 
 /* Waits until done(what), which is asked with the lock held. */
-static VkResult wait_until(bool (*done)(const void *what), const void *what, uint64_t timeout) {
+static VkResult wait_until(bool (*done)(const void *what), const void *what, uint64_t timeout)
+{
     const struct timespec deadline = deadline_of(timeout);
     pthread_once(&changed_once, make_changed);
     pthread_mutex_lock(&lock);
@@ -70,7 +76,8 @@ static VkResult wait_until(bool (*done)(const void *what), const void *what, uin
 /* ---- fences */
 
 VkResult null_CreateFence(VkDevice device, const VkFenceCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkFence *pFence) {
+                          const VkAllocationCallbacks *pAllocator, VkFence *pFence)
+{
     ENTER_OR_FAIL(CreateFence);
     (void)pAllocator;
     struct object *fence = object_create(OBJECT(device), TYPE_FENCE, NULL);
@@ -81,14 +88,16 @@ VkResult null_CreateFence(VkDevice device, const VkFenceCreateInfo *pCreateInfo,
     return VK_SUCCESS;
 }
 
-void null_DestroyFence(VkDevice device, VkFence fence, const VkAllocationCallbacks *pAllocator) {
+void null_DestroyFence(VkDevice device, VkFence fence, const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyFence);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(fence), TYPE_FENCE);
 }
 
-static void set_fence(VkFence fence, bool signaled) {
+static void set_fence(VkFence fence, bool signaled)
+{
     struct object *object = object_find(RAW(fence), TYPE_FENCE);
     pthread_mutex_lock(&lock);
     if (object != NULL)
@@ -96,11 +105,13 @@ static void set_fence(VkFence fence, bool signaled) {
     pthread_mutex_unlock(&lock);
 }
 
-void sync_signal_fence(VkFence fence) {
+void sync_signal_fence(VkFence fence)
+{
     set_fence(fence, true);
 }
 
-VkResult null_ResetFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences) {
+VkResult null_ResetFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences)
+{
     ENTER_OR_FAIL(ResetFences);
     (void)device;
     for (uint32_t i = 0; i < fenceCount; i++)
@@ -114,7 +125,8 @@ struct fence_wait {
     bool all;
 };
 
-static bool fences_done(const void *what) {
+static bool fences_done(const void *what)
+{
     const struct fence_wait *wait = what;
     uint32_t signaled = 0;
     for (uint32_t i = 0; i < wait->count; i++) {
@@ -125,14 +137,16 @@ static bool fences_done(const void *what) {
 }
 
 VkResult null_WaitForFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences,
-                            VkBool32 waitAll, uint64_t timeout) {
+                            VkBool32 waitAll, uint64_t timeout)
+{
     ENTER_OR_FAIL(WaitForFences);
     (void)device;
     const struct fence_wait wait = {fenceCount, pFences, waitAll};
     return wait_until(fences_done, &wait, timeout);
 }
 
-VkResult null_GetFenceStatus(VkDevice device, VkFence fence) {
+VkResult null_GetFenceStatus(VkDevice device, VkFence fence)
+{
     ENTER_OR_FAIL(GetFenceStatus);
     (void)device;
     const struct fence_wait wait = {1, &fence, true};
@@ -143,7 +157,8 @@ VkResult null_GetFenceStatus(VkDevice device, VkFence fence) {
 /* ---- semaphores: binary ones have no state, as nothing ever waits for them */
 
 VkResult null_CreateSemaphore(VkDevice device, const VkSemaphoreCreateInfo *pCreateInfo,
-                              const VkAllocationCallbacks *pAllocator, VkSemaphore *pSemaphore) {
+                              const VkAllocationCallbacks *pAllocator, VkSemaphore *pSemaphore)
+{
     ENTER_OR_FAIL(CreateSemaphore);
     (void)pAllocator;
     struct object *semaphore = object_create(OBJECT(device), TYPE_SEMAPHORE, NULL);
@@ -157,14 +172,16 @@ VkResult null_CreateSemaphore(VkDevice device, const VkSemaphoreCreateInfo *pCre
 }
 
 void null_DestroySemaphore(VkDevice device, VkSemaphore semaphore,
-                           const VkAllocationCallbacks *pAllocator) {
+                           const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroySemaphore);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(semaphore), TYPE_SEMAPHORE);
 }
 
-void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value) {
+void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
+{
     struct object *object = object_find(RAW(semaphore), TYPE_SEMAPHORE);
     pthread_mutex_lock(&lock);
     if (object != NULL && object->semaphore_value < value)
@@ -172,7 +189,8 @@ void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value) {
     pthread_mutex_unlock(&lock);
 }
 
-VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSignalInfo) {
+VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSignalInfo)
+{
     ENTER_OR_FAIL(SignalSemaphore);
     (void)device;
     sync_signal_semaphore(pSignalInfo->semaphore, pSignalInfo->value);
@@ -180,7 +198,8 @@ VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSig
     return VK_SUCCESS;
 }
 
-VkResult null_GetSemaphoreCounterValue(VkDevice device, VkSemaphore semaphore, uint64_t *pValue) {
+VkResult null_GetSemaphoreCounterValue(VkDevice device, VkSemaphore semaphore, uint64_t *pValue)
+{
     ENTER_OR_FAIL(GetSemaphoreCounterValue);
     (void)device;
     const struct object *object = object_find(RAW(semaphore), TYPE_SEMAPHORE);
@@ -192,7 +211,8 @@ VkResult null_GetSemaphoreCounterValue(VkDevice device, VkSemaphore semaphore, u
     return VK_SUCCESS;
 }
 
-static bool semaphores_done(const void *what) {
+static bool semaphores_done(const void *what)
+{
     const VkSemaphoreWaitInfo *wait = what;
     uint32_t reached = 0;
     for (uint32_t i = 0; i < wait->semaphoreCount; i++) {
@@ -203,7 +223,8 @@ static bool semaphores_done(const void *what) {
 }
 
 VkResult null_WaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo *pWaitInfo,
-                             uint64_t timeout) {
+                             uint64_t timeout)
+{
     ENTER_OR_FAIL(WaitSemaphores);
     (void)device;
     return wait_until(semaphores_done, pWaitInfo, timeout);
@@ -212,7 +233,8 @@ VkResult null_WaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo *pWaitIn
 /* ---- events, as the host sees them */
 
 VkResult null_CreateEvent(VkDevice device, const VkEventCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkEvent *pEvent) {
+                          const VkAllocationCallbacks *pAllocator, VkEvent *pEvent)
+{
     ENTER_OR_FAIL(CreateEvent);
     (void)pCreateInfo;
     (void)pAllocator;
@@ -223,34 +245,39 @@ VkResult null_CreateEvent(VkDevice device, const VkEventCreateInfo *pCreateInfo,
     return VK_SUCCESS;
 }
 
-void null_DestroyEvent(VkDevice device, VkEvent event, const VkAllocationCallbacks *pAllocator) {
+void null_DestroyEvent(VkDevice device, VkEvent event, const VkAllocationCallbacks *pAllocator)
+{
     ENTER(DestroyEvent);
     (void)device;
     (void)pAllocator;
     object_destroy(RAW(event), TYPE_EVENT);
 }
 
-static void set_event(VkEvent event, bool set) {
+static void set_event(VkEvent event, bool set)
+{
     struct object *object = object_find(RAW(event), TYPE_EVENT);
     if (object != NULL)
         atomic_store(&object->event_set, set);
 }
 
-VkResult null_SetEvent(VkDevice device, VkEvent event) {
+VkResult null_SetEvent(VkDevice device, VkEvent event)
+{
     ENTER_OR_FAIL(SetEvent);
     (void)device;
     set_event(event, true);
     return VK_SUCCESS;
 }
 
-VkResult null_ResetEvent(VkDevice device, VkEvent event) {
+VkResult null_ResetEvent(VkDevice device, VkEvent event)
+{
     ENTER_OR_FAIL(ResetEvent);
     (void)device;
     set_event(event, false);
     return VK_SUCCESS;
 }
 
-VkResult null_GetEventStatus(VkDevice device, VkEvent event) {
+VkResult null_GetEventStatus(VkDevice device, VkEvent event)
+{
     ENTER_OR_FAIL(GetEventStatus);
     (void)device;
     const struct object *object = object_find(RAW(event), TYPE_EVENT);

@@ -4,7 +4,8 @@
 
 VkResult null_GetPhysicalDeviceVideoCapabilitiesKHR(VkPhysicalDevice physicalDevice,
                                                     const VkVideoProfileInfoKHR *pVideoProfile,
-                                                    VkVideoCapabilitiesKHR *pCapabilities) {
+                                                    VkVideoCapabilitiesKHR *pCapabilities)
+{
     ENTER_OR_FAIL(GetPhysicalDeviceVideoCapabilitiesKHR);
     (void)physicalDevice;
     if (pVideoProfile->videoCodecOperation != VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR)
@@ -26,7 +27,8 @@ VkResult null_GetPhysicalDeviceVideoCapabilitiesKHR(VkPhysicalDevice physicalDev
 
 VkResult null_GetPhysicalDeviceVideoFormatPropertiesKHR(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceVideoFormatInfoKHR *pVideoFormatInfo,
-    uint32_t *pVideoFormatPropertyCount, VkVideoFormatPropertiesKHR *pVideoFormatProperties) {
+    uint32_t *pVideoFormatPropertyCount, VkVideoFormatPropertiesKHR *pVideoFormatProperties)
+{
     ENTER_OR_FAIL(GetPhysicalDeviceVideoFormatPropertiesKHR);
     (void)physicalDevice;
     if (pVideoFormatProperties != NULL && *pVideoFormatPropertyCount > 0) {
@@ -41,9 +43,11 @@ VkResult null_GetPhysicalDeviceVideoFormatPropertiesKHR(
     return short_of_room ? VK_INCOMPLETE : VK_SUCCESS;
 }
 
-VkResult null_GetVideoSessionMemoryRequirementsKHR(
-    VkDevice device, VkVideoSessionKHR videoSession, uint32_t *pMemoryRequirementsCount,
-    VkVideoSessionMemoryRequirementsKHR *pMemoryRequirements) {
+VkResult
+null_GetVideoSessionMemoryRequirementsKHR(VkDevice device, VkVideoSessionKHR videoSession,
+                                          uint32_t *pMemoryRequirementsCount,
+                                          VkVideoSessionMemoryRequirementsKHR *pMemoryRequirements)
+{
     ENTER_OR_FAIL(GetVideoSessionMemoryRequirementsKHR);
     (void)device;
     (void)videoSession;

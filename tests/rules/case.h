@@ -69,10 +69,10 @@ struct test_case {
     /* The twin, or the mutation of a silent case, breaks no rule that there is, but may lead to
      * what backend cpu can't build from: then the host's call fails. */
     bool may_fail_on_cpu;
-    bool keep_arrays; /* not to be repeated with ppGeometries */
-    bool forwards;    /* the callback lets the call pass; null driver only */
+    bool keep_arrays;   /* not to be repeated with ppGeometries */
+    bool forwards;      /* the callback lets the call pass; null driver only */
     bool below_content; /* what the data says is wrong, too, and the case isn't about that */
-    bool submits;     /* what is recorded is judged when it is submitted */
+    bool submits;       /* what is recorded is judged when it is submitted */
 
     /* What the layer lacks to pass; the case is counted as skipped until it does pass. */
     const char *gap;

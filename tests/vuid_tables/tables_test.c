@@ -14,14 +14,16 @@
 #include "registry.h"
 #include "rules.h"
 
-static bool row_has(const struct rule_info *row, enum vuid vuid) {
+static bool row_has(const struct rule_info *row, enum vuid vuid)
+{
     for (int command = 0; command < COMMAND_COUNT; command++)
         if (row->vuid[command] == vuid)
             return true;
     return false;
 }
 
-static void test_every_id_has_exactly_one_row(void **state) {
+static void test_every_id_has_exactly_one_row(void **state)
+{
     (void)state;
     for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
         enum rule rule = rule_of_vuid((enum vuid)vuid);
@@ -33,12 +35,14 @@ static void test_every_id_has_exactly_one_row(void **state) {
     }
 }
 
-static void test_no_id_is_no_row(void **state) {
+static void test_no_id_is_no_row(void **state)
+{
     (void)state;
     assert_int_equal(rule_of_vuid(VUID_NONE), RULE_COUNT);
 }
 
-static void test_every_row_is_whole(void **state) {
+static void test_every_row_is_whole(void **state)
+{
     (void)state;
     for (int rule = 0; rule < RULE_COUNT; rule++) {
         const struct rule_info *row = &rule_infos[rule];
@@ -55,20 +59,23 @@ static void test_every_row_is_whole(void **state) {
     }
 }
 
-static void test_rule_names_are_unique(void **state) {
+static void test_rule_names_are_unique(void **state)
+{
     (void)state;
     for (int a = 0; a < RULE_COUNT; a++)
         for (int b = a + 1; b < RULE_COUNT; b++)
             assert_string_not_equal(rule_infos[a].name, rule_infos[b].name);
 }
 
-static bool is_only_for_nv(const struct rule_info *row) {
+static bool is_only_for_nv(const struct rule_info *row)
+{
     return row->vuid[COMMAND_DEVICE] == VUID_NONE && row->vuid[COMMAND_NV] != VUID_NONE;
 }
 
 /* A row's id of a command is one of that command, or of a structure: then it is every command's, or
  * the NV command's alone. */
-static void test_columns_are_of_their_command(void **state) {
+static void test_columns_are_of_their_command(void **state)
+{
     (void)state;
     for (int rule = 0; rule < RULE_COUNT; rule++)
         for (int command = 0; command < COMMAND_COUNT; command++) {
@@ -87,12 +94,14 @@ static void test_columns_are_of_their_command(void **state) {
         }
 }
 
-static uint32_t message_id_number(enum vuid vuid) {
+static uint32_t message_id_number(enum vuid vuid)
+{
     return XXH32(vuid_texts[vuid].id, strlen(vuid_texts[vuid].id), 8);
 }
 
 /* The numbers are those that the Khronos layer has printed for these ids. */
-static void test_message_id_numbers_are_those_users_know(void **state) {
+static void test_message_id_numbers_are_those_users_know(void **state)
+{
     (void)state;
     assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_10126),
                      0xd46589c2);
@@ -103,14 +112,16 @@ static void test_message_id_numbers_are_those_users_know(void **state) {
         0xadd43ee5);
 }
 
-static void test_message_id_numbers_are_unique(void **state) {
+static void test_message_id_numbers_are_unique(void **state)
+{
     (void)state;
     for (int a = VUID_NONE + 1; a < VUID_COUNT; a++)
         for (int b = a + 1; b < VUID_COUNT; b++)
             assert_int_not_equal(message_id_number((enum vuid)a), message_id_number((enum vuid)b));
 }
 
-static void test_texts_are_plain(void **state) {
+static void test_texts_are_plain(void **state)
+{
     (void)state;
     bool same_registry = strcmp(registry_version, "1.4.363") == 0;
     for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
@@ -125,7 +136,8 @@ static void test_texts_are_plain(void **state) {
     }
 }
 
-static void test_retired_ids_have_a_successor(void **state) {
+static void test_retired_ids_have_a_successor(void **state)
+{
     (void)state;
     static const struct {
         const char *id;
@@ -149,7 +161,8 @@ static void test_retired_ids_have_a_successor(void **state) {
     assert_null(vuid_retired(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03403, 0));
 }
 
-static void test_a_retired_id_is_of_its_command_and_field(void **state) {
+static void test_a_retired_id_is_of_its_command_and_field(void **state)
+{
     (void)state;
 #define DIRECT "VUID-vkCmdBuildAccelerationStructuresKHR-"
     static const struct {
@@ -192,7 +205,8 @@ static void test_a_retired_id_is_of_its_command_and_field(void **state) {
     }
 }
 
-static void test_registry_knows_its_extensions(void **state) {
+static void test_registry_knows_its_extensions(void **state)
+{
     (void)state;
     for (size_t i = 0; i < registry_extension_count; i++) {
         assert_true(registry_knows_extension(registry_extensions[i]));
@@ -203,7 +217,8 @@ static void test_registry_knows_its_extensions(void **state) {
     assert_false(registry_knows_extension(""));
 }
 
-static void test_registry_knows_ray_tracing(void **state) {
+static void test_registry_knows_ray_tracing(void **state)
+{
     (void)state;
     assert_true(registry_is_ray_tracing("VK_KHR_acceleration_structure"));
     assert_true(registry_is_ray_tracing("VK_KHR_ray_query"));
@@ -212,7 +227,8 @@ static void test_registry_knows_ray_tracing(void **state) {
     assert_false(registry_is_ray_tracing("VK_KHR_device_address_commands"));
 }
 
-static void test_registry_knows_structures(void **state) {
+static void test_registry_knows_structures(void **state)
+{
     (void)state;
     const struct registry_structure *found =
         registry_find_structure(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
@@ -231,7 +247,8 @@ static void test_registry_knows_structures(void **state) {
     assert_null(registry_find_structure(VK_STRUCTURE_TYPE_MAX_ENUM));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_id_has_exactly_one_row),
         cmocka_unit_test(test_no_id_is_no_row),
