@@ -77,9 +77,9 @@ static void instance_of_another_device(struct scene *scene)
 /* The entries at their places, from an offset on. */
 static void use_pointers(struct scene *scene)
 {
-    const void **pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
+    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
     for (uint32_t i = 0; i < 8; i++)
-        pointers[i] = instance_at(scene, i);
+        pointers[i] = scene_address(scene, &scene->instances, i * sizeof(*instance_at(scene, i)));
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
     scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
 }

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The variants, and which cases they are for. */
+#include "variant.h"
+
+#include <string.h>
+
+const struct variant variants[] = {
+    {.name = "visible", .inputs = INPUTS_VISIBLE, .waiting = WAIT_DEVICE},
+    {.name = "visible+ppGeometries",
+     .inputs = INPUTS_VISIBLE,
+     .waiting = WAIT_QUEUE,
+     .geometry_pointers = true},
+    {.name = "uploaded", .inputs = INPUTS_UPLOADED, .waiting = WAIT_FENCE},
+    {.name = "copied", .inputs = INPUTS_COPIED, .waiting = WAIT_FENCE_STATUS},
+    {.name = "inline", .inputs = INPUTS_INLINE, .waiting = WAIT_QUEUE},
+    {.name = "made_worse",
+     .inputs = INPUTS_VISIBLE,
+     .change = CHANGE_FOR_THE_WORSE,
+     .waiting = WAIT_FENCE},
+    {.name = "made_better",
+     .inputs = INPUTS_VISIBLE,
+     .change = CHANGE_FOR_THE_BETTER,
+     .waiting = WAIT_FENCE},
+    {.name = "copied_and_made_worse",
+     .inputs = INPUTS_COPIED,
+     .change = CHANGE_FOR_THE_WORSE,
+     .waiting = WAIT_DEVICE},
+    {.name = "resubmitted",
+     .inputs = INPUTS_VISIBLE,
+     .change = CHANGE_AND_RESUBMIT,
+     .waiting = WAIT_QUEUE},
+    {.name = "secondary",
+     .inputs = INPUTS_COPIED,
+     .waiting = WAIT_FENCE_STATUS,
+     .in_secondary = true},
+    {.name = "secondary_resubmitted",
+     .inputs = INPUTS_COPIED,
+     .change = CHANGE_AND_RESUBMIT,
+     .waiting = WAIT_FENCE,
+     .in_secondary = true},
+    {.name = "two_queues",
+     .inputs = INPUTS_INLINE,
+     .waiting = WAIT_DEVICE,
+     .uses_two_queues = true},
+    {.name = "uploaded_by_another_queue",
+     .inputs = INPUTS_UPLOADED,
+     .waiting = WAIT_FENCE,
+     .uses_two_queues = true},
+    {.name = "pointers",
+     .inputs = INPUTS_VISIBLE,
+     .waiting = WAIT_FENCE,
+     .instance_pointers = true},
+    {.name = "copied_pointers",
+     .inputs = INPUTS_COPIED,
+     .waiting = WAIT_QUEUE,
+     .instance_pointers = true},
+    {.name = "indirect",
+     .command = COMMAND_INDIRECT,
+     .inputs = INPUTS_VISIBLE,
+     .waiting = WAIT_FENCE},
+    {.name = "indirect_copied",
+     .command = COMMAND_INDIRECT,
+     .inputs = INPUTS_COPIED,
+     .waiting = WAIT_DEVICE},
+    {.name = "indirect_resubmitted",
+     .command = COMMAND_INDIRECT,
+     .inputs = INPUTS_VISIBLE,
+     .change = CHANGE_AND_RESUBMIT,
+     .waiting = WAIT_QUEUE},
+    {.name = "nv", .command = COMMAND_NV, .inputs = INPUTS_VISIBLE, .waiting = WAIT_FENCE},
+    {.name = "nv_copied", .command = COMMAND_NV, .inputs = INPUTS_COPIED, .waiting = WAIT_DEVICE},
+    {.name = "nv_resubmitted",
+     .command = COMMAND_NV,
+     .inputs = INPUTS_VISIBLE,
+     .change = CHANGE_AND_RESUBMIT,
+     .waiting = WAIT_QUEUE},
+};
+const uint32_t variant_count = sizeof(variants) / sizeof(variants[0]);
+
+/* Cases that are for the host alone are for command buffers here. */
+bool variant_fits(const struct variant *variant, const struct platform *platform,
+                  const struct test_case *test_case)
+{
+    const enum command_mask command = variant->command == COMMAND_NV ? ON_NV : ON_HOST;
+    const bool changes = variant->change != CHANGE_NOTHING;
+    if ((variant->uses_two_queues && !platform->is_null) ||
+        (variant->instance_pointers && platform->is_null))
+        return false;
+    if ((test_case->commands & command) == 0 ||
+        (variant->instance_pointers && strstr(test_case->name, "instance") == NULL))
+        return false;
+    if (changes && (test_case->silent || test_case->edits != NULL))
+        return false; /* parameters are what is bad, or nothing is */
+    for (uint32_t i = 0; i < test_case->rule_count; i++)
+        if (rule_id(test_case->rules[i], variant->command) == NULL)
+            return false;
+    return !test_case->is_wild || platform->is_null || platform->is_cpu;
+}
