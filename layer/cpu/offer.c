@@ -38,6 +38,9 @@ static const VkExtensionProperties offered[] = {
     {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_SPEC_VERSION},
     {VK_NV_RAY_TRACING_EXTENSION_NAME, VK_NV_RAY_TRACING_SPEC_VERSION},
     {VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME, VK_NV_RAY_TRACING_MOTION_BLUR_SPEC_VERSION},
+    {VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+     VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_SPEC_VERSION},
+    {VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME, VK_AMDX_DENSE_GEOMETRY_FORMAT_SPEC_VERSION},
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
@@ -118,11 +121,24 @@ static const VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
     .rayTracingMotionBlur = VK_TRUE,
 };
 
+static const VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
+    .spheres = VK_TRUE,
+    .linearSweptSpheres = VK_TRUE,
+};
+
+static const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+    .denseGeometryFormat = VK_TRUE,
+};
+
 const struct cpu_features cpu_features[CPU_FEATURES] = {
     {(const VkBaseInStructure *)&structures,
      "accelerationStructureCaptureReplay or "
      "descriptorBindingAccelerationStructureUpdateAfterBind"},
     {(const VkBaseInStructure *)&motion, "rayTracingMotionBlurPipelineTraceRaysIndirect"},
+    {(const VkBaseInStructure *)&spheres, NULL},
+    {(const VkBaseInStructure *)&dense, NULL},
 };
 
 const struct cpu_features *cpu_find_features(VkStructureType type)
@@ -224,19 +240,21 @@ DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2KHR)
 /* ---- formats */
 
 /* The bits of VkFormatFeatureFlags are the lowest ones of VkFormatFeatureFlags2. */
-static VkFormatFeatureFlags2 exchange_vertices(VkFormatFeatureFlags2 features, VkFormat format)
+static VkFormatFeatureFlags2 exchange_inputs(VkFormatFeatureFlags2 features, VkFormat format)
 {
     features &= ~(VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR |
                   VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
     if (vertex_format_find(format))
         features |= VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR;
+    if (radius_format_size(format))
+        features |= VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV;
     return features;
 }
 
 static void answer_format(VkFormatProperties *properties, VkFormat format)
 {
     properties->bufferFeatures =
-        (VkFormatFeatureFlags)exchange_vertices(properties->bufferFeatures, format);
+        (VkFormatFeatureFlags)exchange_inputs(properties->bufferFeatures, format);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_GetPhysicalDeviceFormatProperties(
@@ -254,7 +272,7 @@ static void answer_format_chain(VkFormatProperties2 *properties, VkFormat format
     for (VkBaseOutStructure *out = properties->pNext; out; out = out->pNext) {
         VkFormatProperties3 *properties3 = (VkFormatProperties3 *)out;
         if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3)
-            properties3->bufferFeatures = exchange_vertices(properties3->bufferFeatures, format);
+            properties3->bufferFeatures = exchange_inputs(properties3->bufferFeatures, format);
     }
 }
 

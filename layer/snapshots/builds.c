@@ -22,6 +22,12 @@ static void keep_snapshot(const struct recorder *recorder, struct recorded_build
         recorder_lose(recorder);
 }
 
+static uint64_t bytes_left(const struct recorder *recorder, uint64_t address)
+{
+    struct buffer_target target;
+    return recorder_find(recorder, address, &target) ? target.size : 0;
+}
+
 static uint64_t copy(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
     const struct copied_memory *memory = context;
@@ -31,6 +37,8 @@ static uint64_t copy(void *context, uint64_t address, uint64_t size, const void 
     *bytes = NULL;
     if (memory->to_the_end)
         size = UINT64_MAX;
+    else if (size == UINT64_MAX)
+        size = bytes_left(memory->recorder, address);
     if (there && (memory->to_the_end || size <= there->size - (address - there->address)))
         return 0;
     if (recorder_copy(memory->recorder, address, size, &snapshot))
@@ -59,7 +67,7 @@ static void gather_instances(struct recorder *recorder, struct recorded_build *b
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
-    struct input_memory memory = {copy, &copied};
+    struct input_memory memory = {.find = copy, .context = &copied, .is_later = true};
     struct build_input input;
     if (build->is_indirect) {
         uint64_t count = build->parameters.info.geometryCount;
@@ -155,7 +163,8 @@ static bool copy_counts(const struct recorder *recorder, const uint32_t *counts,
     if (!readable(&recorder->command_buffer->readable, counts, count * sizeof(*counts)))
         return false;
     for (uint32_t i = 0; i < count; i++)
-        build->parameters.ranges[i].primitiveCount = counts[i];
+        if (!geometry_is_dense(&build->parameters.geometries[i]))
+            build->parameters.ranges[i].primitiveCount = counts[i];
     return true;
 }
 

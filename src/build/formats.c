@@ -152,3 +152,15 @@ const struct vertex_format *vertex_format_find(VkFormat format)
             return &formats[i];
     return NULL;
 }
+
+uint32_t radius_format_size(VkFormat format)
+{
+    switch (format) {
+    case VK_FORMAT_R32_SFLOAT:
+        return sizeof(float);
+    case VK_FORMAT_R16_SFLOAT:
+        return sizeof(uint16_t);
+    default:
+        return 0;
+    }
+}

@@ -17,6 +17,8 @@ struct vertex_format {
 /* NULL for a format that the builder doesn't take. */
 const struct vertex_format *vertex_format_find(VkFormat format);
 
+uint32_t radius_format_size(VkFormat format); /* 0: none that the builder takes */
+
 float float_from_half(uint16_t half); /* every half is a float; NaN stays NaN */
 
 #endif

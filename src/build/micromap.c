@@ -65,9 +65,16 @@ enum builder_result micromap_get_size(const struct micromap_input *input, uint64
     return measure(input, &triangles, size);
 }
 
-/* Of element `index` of the input; false where it can't be read, isn't of the type, or its data lie
- * outside. */
-static bool read_triangle(const struct micromap_input *input, uint32_t index,
+uint64_t micromap_triangle_count(const struct micromap_input *input)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < input->usage_count; i++)
+        count += input->usages[i].count;
+    return count;
+}
+
+/* Element `index` of the input; false where it can't be read or isn't of the type. */
+static bool find_triangle(const struct micromap_input *input, uint64_t index,
                           VkMicromapTriangleEXT *triangle, uint64_t *bytes)
 {
     uint64_t offset = input->stride * index;
@@ -76,7 +83,25 @@ static bool read_triangle(const struct micromap_input *input, uint32_t index,
         return false;
     memcpy(triangle, (const uint8_t *)input->triangles + offset, sizeof(*triangle));
     *bytes = data_bytes(input->type, triangle->format, triangle->subdivisionLevel);
-    return *bytes > 0 && triangle->dataOffset <= input->data_size &&
+    return *bytes > 0;
+}
+
+uint64_t micromap_data_extent(const struct micromap_input *input)
+{
+    VkMicromapTriangleEXT triangle;
+    uint64_t count = micromap_triangle_count(input), extent = 0, bytes;
+    for (uint64_t i = 0; i < count && find_triangle(input, i, &triangle, &bytes); i++)
+        if (extent < triangle.dataOffset + bytes)
+            extent = triangle.dataOffset + bytes;
+    return extent;
+}
+
+/* The same; false also where its data lie outside. */
+static bool read_triangle(const struct micromap_input *input, uint32_t index,
+                          VkMicromapTriangleEXT *triangle, uint64_t *bytes)
+{
+    return find_triangle(input, index, triangle, bytes) &&
+           triangle->dataOffset <= input->data_size &&
            *bytes <= input->data_size - triangle->dataOffset;
 }
 

@@ -28,6 +28,11 @@ enum builder_result micromap_get_size(const struct micromap_input *input, uint64
 enum builder_result micromap_build(const struct micromap_input *input, void *micromap,
                                    uint64_t size);
 
+/* How many triangles the usages count, and how much data those of the input name from `data` on, as
+ * far as they can be read. */
+uint64_t micromap_triangle_count(const struct micromap_input *input);
+uint64_t micromap_data_extent(const struct micromap_input *input);
+
 uint64_t micromap_size(const void *micromap); /* bytes that a clone takes */
 uint64_t micromap_compacted_size(const void *micromap);
 enum builder_result micromap_clone(const void *source, void *target, uint64_t target_size);

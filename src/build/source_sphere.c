@@ -8,9 +8,7 @@
 bool sphere_formats_are_known(const struct builder_spheres *spheres)
 {
     return vertex_format_find(spheres->vertex_format) &&
-           (spheres->radius_format == VK_FORMAT_R32_SFLOAT ||
-            spheres->radius_format == VK_FORMAT_R16_SFLOAT) &&
-           source_index_is_known(spheres->index_type);
+           radius_format_size(spheres->radius_format) && source_index_is_known(spheres->index_type);
 }
 
 /* How many of `size` bytes each may be read, from an offset and a first element on. */
@@ -74,7 +72,8 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
     uint64_t vertices =
         readable(spheres->vertices_size, offset, source->format->size, source->stride, first);
     uint64_t radii =
-        readable(spheres->radii_size, offset, own->is_half ? 2 : 4, own->radius_stride, first);
+        readable(spheres->radii_size, offset, radius_format_size(spheres->radius_format),
+                 own->radius_stride, first);
     source->index_limit = vertices < radii ? vertices : radii;
     if (source->index_limit == 0)
         first = 0; /* nothing is read, so no product may wrap */

@@ -267,7 +267,8 @@ static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t si
 
 void check_host_contents(struct walk *walk, const struct range_view *range)
 {
-    const struct input_memory memory = {find_in_host_memory, walk->context->readable};
+    const struct input_memory memory = {.find = find_in_host_memory,
+                                        .context = walk->context->readable};
     /* A driver can be asked for sizes whatever the data says. */
     uint32_t findings = walk->findings;
     if (range->range)

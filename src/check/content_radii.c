@@ -14,11 +14,6 @@ static bool is_swept(const struct content *content)
            VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
 }
 
-static uint32_t radius_size(VkFormat format)
-{
-    return format == VK_FORMAT_R16_SFLOAT ? sizeof(uint16_t) : sizeof(float);
-}
-
 /* Where there are indices, they tell how many vertices and radii are read. */
 static bool find_arrays(const struct content *content, const struct sphere_data *from,
                         struct builder_spheres *to)
@@ -42,7 +37,7 @@ static bool find_arrays(const struct content *content, const struct sphere_data 
         content_find_some(content, from->vertices, offset, count, to->vertex_stride,
                           vertex_format_find(to->vertex_format)->size, &to->vertices);
     to->radii_size = content_find_some(content, from->radii, offset, count, to->radius_stride,
-                                       radius_size(to->radius_format), &to->radii);
+                                       radius_format_size(to->radius_format), &to->radii);
     return to->vertices_size && to->radii_size;
 }
 

@@ -108,7 +108,7 @@ static VkResult copy_parameters(struct build_call *call,
         VkResult result = build_parameters_copy(cache, &infos[i], ranges[i], &call->builds[i]);
         if (result != VK_SUCCESS)
             return result;
-        if (call->builds[i].geometries && !ranges[i])
+        if (!ranges[i] && build_parameters_take_ranges(&call->builds[i]))
             return VK_ERROR_VALIDATION_FAILED;
     }
     return VK_SUCCESS;

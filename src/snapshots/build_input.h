@@ -3,7 +3,7 @@
 #ifndef ASSAY_SNAPSHOTS_BUILD_INPUT_H
 #define ASSAY_SNAPSHOTS_BUILD_INPUT_H
 
-#include "build/build.h"
+#include "build/micromap.h"
 #include "snapshots/build_parameters.h"
 #include "snapshots/memory.h"
 
@@ -11,16 +11,19 @@
  * among the tree's flags and changes nothing else: trees have one form. */
 enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags);
 
-/* Type, flags, formats and strides; no data. */
+/* Type, flags, formats and strides; no data. `chained`: NULL: nothing. */
 void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
-                          struct builder_geometry *described);
+                          const struct chained_input *chained, struct builder_geometry *described);
 
 /* The input with its data, as far as that can be read now; what can't be is left out of the sizes,
  * so that the builder finds it out of range. Resolver and threads are the caller's to fill in. */
 struct build_input {
     struct builder_input input;
     struct builder_geometry *geometries; /* owned */
+    struct builder_opacity *opacities;   /* owned; NULL: no geometry has any */
     struct input_memory memory;          /* of arrays of pointers */
+    bool is_micromap;                    /* then all that is built is: */
+    struct micromap_input micromap;
 };
 VkResult build_input_open(const struct build_parameters *build, const struct input_memory *memory,
                           struct build_input *input);

@@ -6,6 +6,11 @@
 
 #include "snapshots/build_input.h"
 
+bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+}
+
 /* ---- copies */
 
 /* Before memory is taken for them: a count may be wild. */
@@ -45,53 +50,19 @@ static bool copy_arrays(struct readable_cache *cache,
         if (!info->pGeometries && !readable(cache, from, sizeof(*from)))
             return false;
         copy->geometries[i] = *from;
-        copy->geometries[i].pNext = NULL;
         if (ranges)
             copy->ranges[i] = ranges[i];
     }
     return true;
 }
 
-/* Chains longer than this are cyclic, or nobody's. */
-enum { CHAIN_MAX = 64 };
-
-/* NULL: the chain has none. False where it can't be read. */
-static bool find_motion(struct readable_cache *cache, const void *chain,
-                        const VkAccelerationStructureGeometryMotionTrianglesDataNV **motion)
+/* Dense geometry says itself how many triangles it has, and ranges aren't given. */
+static void count_dense_triangles(struct build_parameters *copy)
 {
-    const VkBaseInStructure *s = chain;
-    *motion = NULL;
-    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
-        if (!readable(cache, s, sizeof(*s)))
-            return false;
-        if (s->sType != VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)
-            continue;
-        *motion = (const void *)s;
-        return readable(cache, *motion, sizeof(**motion));
-    }
-    return !s;
-}
-
-static VkResult copy_motion(struct readable_cache *cache, struct build_parameters *copy)
-{
-    if (!(copy->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
-        return VK_SUCCESS;
-    for (uint32_t i = 0; i < copy->info.geometryCount; i++) {
-        const VkAccelerationStructureGeometryMotionTrianglesDataNV *motion;
-        if (copy->geometries[i].geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            continue;
-        if (!find_motion(cache, copy->geometries[i].geometry.triangles.pNext, &motion))
-            return VK_ERROR_VALIDATION_FAILED;
-        if (!motion)
-            continue;
-        if (!copy->motion_vertices)
-            copy->motion_vertices =
-                calloc(copy->info.geometryCount, sizeof(*copy->motion_vertices));
-        if (!copy->motion_vertices)
-            return VK_ERROR_OUT_OF_HOST_MEMORY;
-        copy->motion_vertices[i] = motion->vertexData;
-    }
-    return VK_SUCCESS;
+    for (uint32_t i = 0; copy->chained && i < copy->info.geometryCount; i++)
+        if (geometry_is_dense(&copy->geometries[i]))
+            copy->ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){
+                .primitiveCount = copy->chained[i].dense.numTriangles};
 }
 
 VkResult build_parameters_copy(struct readable_cache *cache,
@@ -113,7 +84,10 @@ VkResult build_parameters_copy(struct readable_cache *cache,
     copy->info.ppGeometries = NULL;
     VkResult result = VK_ERROR_VALIDATION_FAILED;
     if (copy_arrays(cache, info, ranges, copy))
-        result = copy_motion(cache, copy);
+        result = chained_inputs_copy(cache, &copy->info, &copy->chained);
+    for (uint32_t i = 0; i < info->geometryCount; i++)
+        copy->geometries[i].pNext = NULL;
+    count_dense_triangles(copy);
     if (result != VK_SUCCESS)
         build_parameters_release(copy);
     return result;
@@ -121,9 +95,18 @@ VkResult build_parameters_copy(struct readable_cache *cache,
 
 void build_parameters_release(struct build_parameters *copy)
 {
+    chained_inputs_free(copy->chained, copy->info.geometryCount);
     free(copy->geometries);
-    free(copy->motion_vertices);
     *copy = (struct build_parameters){0};
+}
+
+bool build_parameters_take_ranges(const struct build_parameters *build)
+{
+    for (uint32_t i = 0; i < build->info.geometryCount; i++)
+        if (!geometry_is_dense(&build->geometries[i]) &&
+            (int)build->geometries[i].geometryType != VK_GEOMETRY_TYPE_MICROMAP_KHR)
+            return true;
+    return false;
 }
 
 /* ---- sizes */
@@ -140,11 +123,13 @@ static uint64_t find_nothing(void *context, uint64_t address, uint64_t size, con
 VkResult build_parameters_sizes(const struct build_parameters *build, const uint32_t *counts,
                                 struct builder_sizes *sizes)
 {
-    const struct input_memory nothing = {find_nothing, NULL};
+    const struct input_memory nothing = {.find = find_nothing};
     struct build_input input;
     *sizes = (struct builder_sizes){0};
     VkResult result = build_input_open(build, &nothing, &input);
-    if (result == VK_SUCCESS)
+    if (result == VK_SUCCESS && input.is_micromap)
+        micromap_get_size(&input.micromap, &sizes->structure);
+    else if (result == VK_SUCCESS)
         builder_get_sizes(&input.input, counts, sizes);
     build_input_close(&input);
     return result;
@@ -158,7 +143,9 @@ void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
     struct build_parameters build;
     if (build_parameters_copy(&cache, info, NULL, &build) != VK_SUCCESS)
         return;
-    if (readable(&cache, counts, sizeof(*counts) * (size_t)build.info.geometryCount))
-        build_parameters_sizes(&build, counts, sizes);
+    bool takes_counts = build_parameters_take_ranges(&build);
+    if (!takes_counts ||
+        readable(&cache, counts, sizeof(*counts) * (size_t)build.info.geometryCount))
+        build_parameters_sizes(&build, takes_counts ? counts : NULL, sizes);
     build_parameters_release(&build);
 }

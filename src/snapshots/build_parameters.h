@@ -6,6 +6,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "build/build.h"
+#include "snapshots/chained_input.h"
 #include "state/readable.h"
 
 /* pNext of info and geometries is NULL, for what chains say is in members of its own; ppGeometries
@@ -14,10 +15,15 @@ struct build_parameters {
     VkAccelerationStructureBuildGeometryInfoKHR info;
     VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
     VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry; in the same block */
-    /* Of VkAccelerationStructureGeometryMotionTrianglesDataNV, one a geometry, 0 where it doesn't
-     * move; owned. NULL: none moves. */
-    VkDeviceOrHostAddressConstKHR *motion_vertices;
+    struct chained_input *chained; /* one a geometry; owned; NULL: no geometry has any */
 };
+
+/* Whether any geometry needs a range, and sizes a count: not where there is none, or where each
+ * says itself how much it has. */
+bool build_parameters_take_ranges(const struct build_parameters *build);
+
+/* Such a geometry takes no range: its primitiveCount is what its chain says. */
+bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry);
 
 /* VK_ERROR_VALIDATION_FAILED where a parameter can't be read. `ranges` may be NULL: zeros, for the
  * caller to fill in. */

@@ -37,7 +37,7 @@ static uint64_t find(void *context, uint64_t address, uint64_t size, const void 
 
 struct input_memory host_memory_of(struct host_memory *host)
 {
-    return (struct input_memory){find, host};
+    return (struct input_memory){.find = find, .context = host};
 }
 
 /* The smallest page of the platforms. */

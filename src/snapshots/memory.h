@@ -14,6 +14,9 @@
 struct input_memory {
     uint64_t (*find)(void *context, uint64_t address, uint64_t size, const void **bytes);
     void *context;
+    /* Nothing can be read yet: what is asked for will be. Where data that can't be read tell how
+     * much that is, all is asked for. */
+    bool is_later;
 };
 
 /* The host's own memory: addresses are pointers. For one operation: what was found readable is

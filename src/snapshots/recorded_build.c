@@ -26,20 +26,34 @@ static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR 
         triangles->transformData.deviceAddress += range->transformOffset;
 }
 
+static void normalize_spheres(VkAccelerationStructureGeometryLinearSweptSpheresDataNV *spheres,
+                              const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    uint64_t offset = 0;
+    if (spheres->indexType == VK_INDEX_TYPE_NONE_KHR)
+        offset = range->primitiveOffset;
+    else
+        spheres->indexData.deviceAddress += range->primitiveOffset;
+    spheres->vertexData.deviceAddress += offset + range->firstVertex * spheres->vertexStride;
+    spheres->radiusData.deviceAddress += offset + range->firstVertex * spheres->radiusStride;
+}
+
 void recorded_build_normalize(struct recorded_build *build)
 {
     for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
         VkAccelerationStructureGeometryKHR *geometry = &build->parameters.geometries[i];
         VkAccelerationStructureBuildRangeInfoKHR *range = &build->parameters.ranges[i];
+        struct chained_input *chained =
+            build->parameters.chained ? &build->parameters.chained[i] : NULL;
         if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            normalize_triangles(
-                &geometry->geometry.triangles,
-                build->parameters.motion_vertices ? &build->parameters.motion_vertices[i] : NULL,
-                range);
+            normalize_triangles(&geometry->geometry.triangles,
+                                chained ? &chained->motion_vertices : NULL, range);
         if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
             geometry->geometry.aabbs.data.deviceAddress += range->primitiveOffset;
         if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
             geometry->geometry.instances.data.deviceAddress += range->primitiveOffset;
+        if (chained && chained->spheres.sType)
+            normalize_spheres(&chained->spheres, range);
         *range =
             (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = range->primitiveCount};
     }
@@ -54,6 +68,10 @@ void recorded_build_read_ranges(const struct recorded_build *build,
         const void *bytes;
         uint64_t address = build->indirect_address + i * build->indirect_stride;
         ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){0};
+        if (geometry_is_dense(&build->parameters.geometries[i])) {
+            ranges[i] = *most;
+            continue;
+        }
         if (memory->find(memory->context, address, sizeof(ranges[i]), &bytes) < sizeof(ranges[i]))
             continue;
         memcpy(&ranges[i], bytes, sizeof(ranges[i]));
@@ -171,7 +189,7 @@ static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const
 
 struct input_memory snapshot_memory_of(struct snapshot_memory *memory)
 {
-    return (struct input_memory){find_bytes, memory};
+    return (struct input_memory){.find = find_bytes, .context = memory};
 }
 
 void recorded_build_free(struct recorded_build *build)

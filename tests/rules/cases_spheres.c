@@ -64,9 +64,9 @@ static void spheres_off_the_page(struct scene *scene)
 static void spheres_in_freed_memory(struct scene *scene)
 {
     const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
-    scene_destroy(scene, (uint64_t)buffer.memory);
     scene_add_spheres(scene);
     scene->spheres.radiusData.deviceAddress = buffer.address;
+    scene_destroy(scene, (uint64_t)buffer.memory);
 }
 
 static void spheres_without_usage(struct scene *scene)

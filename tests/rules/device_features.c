@@ -50,8 +50,17 @@ static void add_extension(struct features *features, const char *name)
     features->extensions[features->extension_count++] = name;
 }
 
-static void list_extensions(struct features *features, const struct setup *setup)
+/* What extensions depend on, and backend cpu does without. */
+static bool is_needed(const struct world *world, const char *extension)
 {
+    return !world->platform->is_cpu ||
+           (strcmp(extension, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME) != 0 &&
+            strcmp(extension, VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME) != 0);
+}
+
+static void list_extensions(struct features *features, const struct world *world)
+{
+    const struct setup *setup = &world->setup;
     features->extension_count = 0;
     add_extension(features, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     add_extension(features, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
@@ -64,7 +73,8 @@ static void list_extensions(struct features *features, const struct setup *setup
          i++)
         add_extension(features, extensions_of_1_1[i]);
     for (size_t i = 0; i < sizeof(extensions_of_setup) / sizeof(*extensions_of_setup); i++)
-        if ((setup->enable & extensions_of_setup[i].enable) != 0)
+        if ((setup->enable & extensions_of_setup[i].enable) != 0 &&
+            is_needed(world, extensions_of_setup[i].extension))
             add_extension(features, extensions_of_setup[i].extension);
 }
 
@@ -163,7 +173,7 @@ void features_fill(struct features *features, const struct world *world,
     const void **head = &create_info->pNext;
 
     memset(features, 0, sizeof(*features));
-    list_extensions(features, setup);
+    list_extensions(features, world);
     create_info->enabledExtensionCount = features->extension_count;
     create_info->ppEnabledExtensionNames = features->extensions;
 
@@ -229,7 +239,7 @@ const char *features_missing(const struct world *world)
 
     if (missing != NULL)
         return missing;
-    list_extensions(&wanted, &world->setup);
+    list_extensions(&wanted, world);
     world->vki.EnumerateDeviceExtensionProperties(world->physical_device, NULL, &count, NULL);
     offered = calloc(count + 1, sizeof(*offered));
     if (offered == NULL)

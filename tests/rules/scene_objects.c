@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "dense_blocks.h"
 #include "scene.h"
 
 /* ---- ownership ---- */
@@ -210,6 +211,7 @@ struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 u
     struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &buffer, &memory, 0);
+    dense_blocks_write(buffer.host, SCENE_BUFFER_SIZE / DENSE_BLOCK);
     return buffer;
 }
 

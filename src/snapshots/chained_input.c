@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading the chains of geometries. Most geometries have none, and cost a look. */
+#include "snapshots/chained_input.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Chains longer than this are cyclic, or nobody's. */
+enum { CHAIN_MAX = 64 };
+
+/* The first structure of a type, all of whose `size` bytes can be read; NULL: the chain has none.
+ * False where it can't be read. */
+static bool find(struct readable_cache *cache, const void *chain, VkStructureType type, size_t size,
+                 const void **found)
+{
+    const VkBaseInStructure *s = chain;
+    *found = NULL;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
+        if (!readable(cache, s, sizeof(*s)))
+            return false;
+        if (s->sType != type)
+            continue;
+        *found = s;
+        return readable(cache, s, size);
+    }
+    return !s;
+}
+
+/* ---- what each type of geometry may have; true with nothing where it hasn't got it */
+
+static bool copy_motion(struct readable_cache *cache,
+                        const VkAccelerationStructureGeometryKHR *geometry,
+                        struct chained_input *copy)
+{
+    const VkAccelerationStructureGeometryMotionTrianglesDataNV *motion;
+    if (!find(cache, geometry->geometry.triangles.pNext,
+              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+              sizeof(*motion), (const void **)&motion))
+        return false;
+    if (motion)
+        copy->motion_vertices = motion->vertexData;
+    return true;
+}
+
+static bool copy_opacity(struct readable_cache *cache, const void *chain,
+                         struct chained_input *copy)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *ext;
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *khr;
+    if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+              sizeof(*ext), (const void **)&ext) ||
+        !find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
+              sizeof(*khr), (const void **)&khr))
+        return false;
+    copy->has_opacity = ext || khr;
+#define MEMBERS(s)                                                                                 \
+    .sType = (s)->sType, .indexType = (s)->indexType, .indexStride = (s)->indexStride,             \
+    .baseTriangle = (s)->baseTriangle, .micromap = (VkMicromapEXT)(s)->micromap
+    if (khr)
+        copy->opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
+            MEMBERS(khr), .indexBuffer.deviceAddress = khr->indexBuffer};
+    else if (ext)
+        copy->opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
+            MEMBERS(ext), .indexBuffer = ext->indexBuffer};
+#undef MEMBERS
+    return true;
+}
+
+static bool copy_spheres(struct readable_cache *cache, const void *chain,
+                         struct chained_input *copy)
+{
+    const VkAccelerationStructureGeometrySpheresDataNV *s;
+    if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
+              sizeof(*s), (const void **)&s))
+        return false;
+    if (s)
+        copy->spheres = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
+            .sType = s->sType,
+            .vertexFormat = s->vertexFormat,
+            .vertexData = s->vertexData,
+            .vertexStride = s->vertexStride,
+            .radiusFormat = s->radiusFormat,
+            .radiusData = s->radiusData,
+            .radiusStride = s->radiusStride,
+            .indexType = s->indexType,
+            .indexData = s->indexData,
+            .indexStride = s->indexStride,
+        };
+    return true;
+}
+
+static bool copy_swept_spheres(struct readable_cache *cache, const void *chain,
+                               struct chained_input *copy)
+{
+    const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s;
+    if (!find(cache, chain,
+              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
+              sizeof(*s), (const void **)&s))
+        return false;
+    if (s)
+        copy->spheres = *s;
+    copy->spheres.pNext = NULL;
+    return true;
+}
+
+static bool copy_dense(struct readable_cache *cache, const void *chain, struct chained_input *copy)
+{
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *s;
+    if (!find(cache, chain,
+              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
+              sizeof(*s), (const void **)&s))
+        return false;
+    if (!s)
+        return true;
+    copy->dense = *s;
+    copy->dense.pNext = NULL;
+    return copy_opacity(cache, s->pNext, copy);
+}
+
+/* ---- micromaps */
+
+_Static_assert(sizeof(VkMicromapUsageEXT) == sizeof(VkMicromapUsageKHR), "laid out alike");
+
+VkResult micromap_usages_copy(struct readable_cache *cache, uint32_t count, const void *usages,
+                              const void *pointers, struct micromap_parameters *copy)
+{
+    const size_t size = sizeof(*copy->usages);
+    if (!count)
+        return VK_SUCCESS;
+    if (usages ? !readable(cache, usages, size * count)
+               : !readable(cache, pointers, sizeof(void *) * (size_t)count))
+        return VK_ERROR_VALIDATION_FAILED;
+    copy->usages = malloc(size * count);
+    if (!copy->usages)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    copy->usage_count = count;
+    for (uint32_t i = 0; i < count; i++) {
+        const void *usage =
+            usages ? (const char *)usages + size * i : ((const void *const *)pointers)[i];
+        if (!usages && !readable(cache, usage, size))
+            return VK_ERROR_VALIDATION_FAILED;
+        memcpy(&copy->usages[i], usage, size);
+    }
+    return VK_SUCCESS;
+}
+
+static VkResult copy_micromap(struct readable_cache *cache, const void *chain,
+                              struct chained_input *copy)
+{
+    const VkAccelerationStructureGeometryMicromapDataKHR *s;
+    if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
+              sizeof(*s), (const void **)&s))
+        return VK_ERROR_VALIDATION_FAILED;
+    if (!s)
+        return VK_SUCCESS;
+    copy->micromap = (struct micromap_parameters){
+        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+        .data.deviceAddress = s->data,
+        .triangles.deviceAddress = s->triangleArray,
+        .stride = s->triangleArrayStride,
+    };
+    return micromap_usages_copy(cache, s->usageCountsCount, s->pUsageCounts, s->ppUsageCounts,
+                                &copy->micromap);
+}
+
+/* ---- geometries */
+
+static bool has_any(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    switch ((int)geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        return geometry->geometry.triangles.pNext;
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+        return geometry->pNext;
+    default:
+        return false;
+    }
+}
+
+static VkResult copy_of_geometry(struct readable_cache *cache,
+                                 const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                 const VkAccelerationStructureGeometryKHR *geometry,
+                                 struct chained_input *copy)
+{
+    bool has_motion = info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, is_read = true;
+    switch ((int)geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        is_read = (!has_motion || copy_motion(cache, geometry, copy)) &&
+                  copy_opacity(cache, geometry->geometry.triangles.pNext, copy);
+        break;
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+        is_read = copy_spheres(cache, geometry->pNext, copy);
+        break;
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        is_read = copy_swept_spheres(cache, geometry->pNext, copy);
+        break;
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        is_read = copy_dense(cache, geometry->pNext, copy);
+        break;
+    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+        return copy_micromap(cache, geometry->pNext, copy);
+    default:
+        break;
+    }
+    return is_read ? VK_SUCCESS : VK_ERROR_VALIDATION_FAILED;
+}
+
+VkResult chained_inputs_copy(struct readable_cache *cache,
+                             const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                             struct chained_input **chained)
+{
+    VkResult result = VK_SUCCESS;
+    *chained = NULL;
+    for (uint32_t i = 0; i < info->geometryCount && result == VK_SUCCESS; i++) {
+        if (!has_any(&info->pGeometries[i]))
+            continue;
+        if (!*chained)
+            *chained = calloc(info->geometryCount, sizeof(**chained));
+        result = *chained ? copy_of_geometry(cache, info, &info->pGeometries[i], &(*chained)[i])
+                          : VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    if (result == VK_SUCCESS)
+        return result;
+    chained_inputs_free(*chained, info->geometryCount);
+    *chained = NULL;
+    return result;
+}
+
+void chained_inputs_free(struct chained_input *chained, uint32_t count)
+{
+    for (uint32_t i = 0; chained && i < count; i++)
+        free(chained[i].micromap.usages);
+    free(chained);
+}
