@@ -34,14 +34,18 @@ struct device_buffer device_buffer_create(struct device_stage *stage, VkDeviceSi
     const VkuDeviceDispatchTable *vk = &stage->stage.vk;
     VkDevice device = stage->stage.device;
     struct device_buffer buffer = {0};
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
+    const VkBufferUsageFlags2CreateInfo usage = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
         .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
                  VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                 VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX,
     };
+    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                     .pNext = &usage,
+                                     .size = size,
+                                     .usage = (VkBufferUsageFlags)usage.usage};
     GET(vk->CreateBuffer(device, &info, NULL, &buffer.handle));
     VkMemoryRequirements requirements;
     vk->GetBufferMemoryRequirements(device, buffer.handle, &requirements);

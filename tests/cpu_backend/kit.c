@@ -124,9 +124,22 @@ VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+                                             VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME};
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+        .denseGeometryFormat = VK_TRUE,
+    };
+    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
+        .pNext = &dense,
+        .spheres = VK_TRUE,
+        .linearSweptSpheres = VK_TRUE,
+    };
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+        .pNext = &spheres,
         .rayTracingMotionBlur = VK_TRUE,
     };
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
@@ -137,6 +150,8 @@ VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
         .accelerationStructureHostCommands = VK_TRUE,
     };
     VkDevice device;
-    assert_int_equal(kit_create_device(kit, &structures, extensions, 4, &device, vk), VK_SUCCESS);
+    assert_int_equal(kit_create_device(kit, &structures, extensions,
+                                       sizeof(extensions) / sizeof(extensions[0]), &device, vk),
+                     VK_SUCCESS);
     return device;
 }

@@ -37,17 +37,31 @@ static int close_kit(void **state)
 
 /* ---- extensions */
 
+static const char *const offered[] = {
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+    VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+};
+
+enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
+
+static bool is_offered(const char *name)
+{
+    for (size_t i = 0; i < OFFERED; i++)
+        if (strcmp(name, offered[i]) == 0)
+            return true;
+    return false;
+}
+
 static void test_extensions(void **state)
 {
     (void)state;
-    for (size_t i = 0; i < registry_ray_tracing_count; i++) {
-        const char *name = registry_ray_tracing[i];
-        const bool is_offered = strcmp(name, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) == 0 ||
-                                strcmp(name, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME) == 0 ||
-                                strcmp(name, VK_NV_RAY_TRACING_EXTENSION_NAME) == 0 ||
-                                strcmp(name, VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME) == 0;
-        assert_int_equal(kit_count_extension(&kit, name), is_offered);
-    }
+    for (size_t i = 0; i < registry_ray_tracing_count; i++)
+        assert_int_equal(kit_count_extension(&kit, registry_ray_tracing[i]),
+                         is_offered(registry_ray_tracing[i]));
     for (uint32_t i = 0; i < kit.extension_count; i++)
         assert_int_equal(kit_count_extension(&kit, kit.extensions[i].extensionName), 1);
 }
@@ -65,7 +79,7 @@ static void test_other_extensions(void **state)
         assert_string_equal(kit.extensions[at].extensionName, theirs->extensionName);
         assert_int_equal(kit.extensions[at++].specVersion, theirs->specVersion);
     }
-    assert_int_equal(at + 4, kit.extension_count);
+    assert_int_equal(at + OFFERED, kit.extension_count);
     if (platform.is_null)
         assert_int_equal(kit_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME), 1);
     kit_close(&other);
@@ -112,9 +126,15 @@ static void test_features(void **state)
     (void)state;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+        .pNext = &query};
+    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
+        .pNext = &dense};
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .pNext = &query,
+        .pNext = &spheres,
         .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
     struct {
         VkStructureType sType;
@@ -139,6 +159,9 @@ static void test_features(void **state)
     assert_false(query.rayQuery);
     assert_true(motion.rayTracingMotionBlur);
     assert_false(motion.rayTracingMotionBlurPipelineTraceRaysIndirect);
+    assert_true(spheres.spheres);
+    assert_true(spheres.linearSweptSpheres);
+    assert_true(dense.denseGeometryFormat);
     assert_int_equal(unknown.unknown, 77);
     assert_ptr_equal(core.pNext, &structures);
     assert_ptr_equal(structures.pNext, &unknown);
@@ -202,8 +225,9 @@ static void test_formats(void **state)
         kit.vk.GetPhysicalDeviceFormatProperties2(kit.physical, format, &second);
         assert_int_equal(second.formatProperties.bufferFeatures, first.bufferFeatures);
         assert_int_equal((third.bufferFeatures & VERTICES) != 0, is_vertex);
-        assert_false(third.bufferFeatures &
-                     VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
+        const bool is_radius =
+            third.bufferFeatures & VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV;
+        assert_int_equal(is_radius, radius_format_size(format) != 0);
     }
 }
 
