@@ -1,29 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Probing memory through process_vm_readv. */
-#define _GNU_SOURCE /* process_vm_readv */
+/* Probing memory through system calls. */
+#define _GNU_SOURCE /* process_vm_readv, syscall */
 #include "state/readable.h"
 
 #include <errno.h>
 #include <string.h>
+#include <sys/syscall.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 /* The smallest page of the platforms; larger ones are probed in parts. */
-enum { PAGE_SHIFT = 12, PROBED_PAGES = 64 };
+enum { PAGE_SHIFT = 12, NO_HOW = -1, SIGNALS_SIZE = 8 };
 
-/* Reads a byte of each of `pages` pages from `first` on, and returns how many of them, up to the
- * first that can't be read, can be. */
-static unsigned probe(uintptr_t first, unsigned pages)
+/* The kernel copies a set of signals from the page that ends there, before it refuses to do
+ * anything with it. It is the cheapest call that reads, a tenth of process_vm_readv, and reads
+ * memory of devices, too. */
+static bool is_readable_page(uintptr_t end)
 {
-    char bytes[PROBED_PAGES];
-    struct iovec local = {.iov_base = bytes, .iov_len = pages};
-    struct iovec remote[PROBED_PAGES];
-    for (unsigned i = 0; i < pages; i++)
-        remote[i] = (struct iovec){.iov_base = (void *)((first + i) << PAGE_SHIFT), .iov_len = 1};
-    ssize_t count = process_vm_readv(getpid(), &local, 1, remote, pages, 0);
-    if (count >= 0)
-        return (unsigned)count;
-    return errno == EFAULT ? 0 : pages;
+    return syscall(SYS_rt_sigprocmask, NO_HOW, end - SIGNALS_SIZE, NULL, SIGNALS_SIZE) == 0 ||
+           errno != EFAULT;
 }
 
 /* The end of a known range that holds `address`, or 0. */
@@ -47,25 +42,15 @@ static unsigned range_to_grow(struct readable_cache *cache, uintptr_t address)
     return oldest;
 }
 
-/* How many pages to probe behind a range: as many as it has, so that a long array costs few calls
- * and a short one few pages. */
-static unsigned pages_to_probe(const struct readable_cache *cache, unsigned range)
-{
-    uintptr_t known = (cache->ranges[range].end - cache->ranges[range].begin) >> PAGE_SHIFT;
-    if (!known)
-        return 1;
-    return known < PROBED_PAGES ? (unsigned)known : PROBED_PAGES;
-}
-
-/* Probes the page of `address` and, where that goes on with a known range, those behind it. Returns
- * the end of what can be read, or 0. */
+/* Probes the page of `address`. Returns the end of what can be read, or 0. */
 static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
 {
-    uintptr_t page = address >> PAGE_SHIFT;
-    unsigned range = range_to_grow(cache, page << PAGE_SHIFT);
-    unsigned count = probe(page, pages_to_probe(cache, range));
-    cache->ranges[range].end = (page + count) << PAGE_SHIFT;
-    return count ? cache->ranges[range].end : 0;
+    const uintptr_t size = (uintptr_t)1 << PAGE_SHIFT;
+    uintptr_t page = address & ~(size - 1);
+    if (!is_readable_page(page + size))
+        return 0;
+    unsigned range = range_to_grow(cache, page);
+    return cache->ranges[range].end = page + size;
 }
 
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)

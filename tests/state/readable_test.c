@@ -177,7 +177,7 @@ static void test_the_oldest_range_is_forgotten(void **state)
     unmap_pages(pages);
 }
 
-/* An array that is walked to the end of its mapping, whatever is read ahead. */
+/* An array that is walked to the end of its mapping. */
 static void test_an_array_is_walked_to_its_end(void **state)
 {
     (void)state;
