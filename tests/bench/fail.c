@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The benchmark's way out when it can't go on. */
+#define _GNU_SOURCE /* program_invocation_short_name */
 #include "fail.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +15,7 @@ void bench_fail(const char *format, ...)
     fflush(stdout);
     va_list arguments;
     va_start(arguments, format);
-    fputs("record: ", stderr);
+    fprintf(stderr, "%s: ", program_invocation_short_name);
     vfprintf(stderr, format, arguments);
     fputc('\n', stderr);
     va_end(arguments);

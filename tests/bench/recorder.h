@@ -18,8 +18,24 @@ void recorder_close(struct recorder *recorder);
  * `times` times. */
 void recorder_run(const struct recorder *recorder, const struct scene *scene, uint32_t times);
 
+/* The same with `count` builds from `first` on. */
+void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
+                       uint32_t count, uint32_t times);
+
+/* CPU time that this thread has used, nanoseconds. */
+double thread_time(void);
 /* CPU time of this thread for recorder_run, nanoseconds. */
 double recorder_time(const struct recorder *recorder, const struct scene *scene, uint32_t times);
+
+/* What a submission of the scene's builds takes, CPU time of this thread in nanoseconds, to the end
+ * of the wait for it: the first time, and once more. They are recorded before. */
+struct submit_times {
+    double first, again;
+};
+struct submit_times recorder_submit(const struct recorder *recorder, const struct scene *scene);
+
+/* Fills the inputs of a scene with zeros, so that its builds can be executed. */
+void recorder_clear_inputs(const struct recorder *recorder, const struct scene *scene);
 
 /* Bytes that stay allocated while all builds of the scene are recorded in one fresh command buffer,
  * in calls of builds_per_call. Negative where the C library doesn't tell. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A scene of BLAS, each with one indexed geometry of twelve triangles, and the arrays of a call
- * that builds them. Nothing is ever executed, so the buffers stay empty. */
+ * that builds them. What isn't executed needs no data: see recorder_clear_inputs. */
 #ifndef BENCH_SCENE_H
 #define BENCH_SCENE_H
 

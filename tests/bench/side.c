@@ -25,13 +25,41 @@ static void select_lavapipe(void)
     globfree(&found);
 }
 
+void layers_select_all(const char *folder)
+{
+    char path[4096];
+    snprintf(path, sizeof(path), "%s%s%s", BENCH_LAYER_FOLDER, folder ? ":" : "",
+             folder ? folder : "");
+    unsetenv("VK_LAYER_PATH");
+    setenv("VK_ADD_LAYER_PATH", path, 1);
+}
+
+bool layer_find(const char *name, VkLayerProperties *found)
+{
+    PFN_vkEnumerateInstanceLayerProperties enumerate =
+        (PFN_vkEnumerateInstanceLayerProperties)vkGetInstanceProcAddr(
+            VK_NULL_HANDLE, "vkEnumerateInstanceLayerProperties");
+    uint32_t count = 0;
+    bench_check(enumerate(&count, NULL), "vkEnumerateInstanceLayerProperties");
+    VkLayerProperties *layers = bench_alloc(count, sizeof(*layers));
+    bench_check(enumerate(&count, layers), "vkEnumerateInstanceLayerProperties");
+    bool is_found = false;
+    for (uint32_t i = 0; i < count && !is_found; i++) {
+        is_found = strcmp(layers[i].layerName, name) == 0;
+        *found = layers[i];
+    }
+    free(layers);
+    return is_found;
+}
+
 void driver_select(const char *name)
 {
     if (strcmp(name, "lavapipe") == 0)
         select_lavapipe();
     else
         setenv("VK_DRIVER_FILES", BENCH_NULL_DRIVER_MANIFEST, 1);
-    setenv("VK_LAYER_PATH", BENCH_LAYER_FOLDER, 0);
+    if (!getenv("VK_ADD_LAYER_PATH"))
+        setenv("VK_LAYER_PATH", BENCH_LAYER_FOLDER, 0);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");
@@ -45,8 +73,8 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL count_finding(
 {
     (void)severity;
     (void)types;
-    uint32_t *findings = user;
-    if (++*findings == 1)
+    struct side_findings *findings = user;
+    if (findings->is_open && ++findings->count == 1)
         fprintf(stderr, "%s\n", data->pMessage);
     return VK_FALSE;
 }
@@ -82,8 +110,7 @@ static void open_instance(struct side *side, const char *layer, const char *leve
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
     VkResult result = create(&create_info, NULL, &side->instance);
     if (result == VK_ERROR_LAYER_NOT_PRESENT)
-        bench_fail("the loader finds no layer %s in VK_LAYER_PATH (%s)", layer,
-                   getenv("VK_LAYER_PATH"));
+        bench_fail("the loader finds no layer %s", layer);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
         bench_fail("the loader cannot use the driver %s", getenv("VK_DRIVER_FILES"));
     bench_check(result, "vkCreateInstance");
@@ -132,11 +159,11 @@ static void choose_device(struct side *side)
                    getenv("VK_DRIVER_FILES"));
 }
 
-/* The figures mean nothing where the layer isn't on the one side, or is on the other. */
-static void require_layer(const struct side *side, bool wanted)
+/* The figures mean nothing where a layer isn't on its side, or is on another. */
+static void require_layer(const struct side *side, const char *layer)
 {
     uint32_t count = 0;
-    bool found = false;
+    bool found = false, wanted = side->layer && strcmp(side->layer, layer) == 0;
     bench_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, NULL),
                 "vkEnumerateDeviceLayerProperties");
     VkLayerProperties *enabled = bench_alloc(count, sizeof(*enabled));
@@ -144,10 +171,10 @@ static void require_layer(const struct side *side, bool wanted)
         side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, enabled),
         "vkEnumerateDeviceLayerProperties");
     for (uint32_t i = 0; i < count; i++)
-        found = found || strcmp(enabled[i].layerName, BENCH_LAYER) == 0;
+        found = found || strcmp(enabled[i].layerName, layer) == 0;
     free(enabled);
     if (found != wanted)
-        bench_fail("the layer is %s", wanted ? "not enabled" : "enabled on the side without it");
+        bench_fail("%s is %s", layer, wanted ? "not enabled" : "enabled on a side without it");
 }
 
 static uint32_t find_compute_family(const struct side *side)
@@ -196,16 +223,18 @@ static void open_device(struct side *side)
 
 void side_open(struct side *side, const char *layer, const char *level)
 {
-    *side = (struct side){.findings = bench_alloc(1, sizeof(uint32_t))};
+    *side = (struct side){.layer = layer, .findings = bench_alloc(1, sizeof(*side->findings))};
     open_instance(side, layer, level);
     choose_device(side);
-    require_layer(side, layer != NULL);
+    require_layer(side, BENCH_LAYER);
+    require_layer(side, BENCH_PEER);
     side->queue_family = find_compute_family(side);
     side->limits.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &side->limits};
     side->instance_calls.GetPhysicalDeviceProperties2(side->physical, &properties);
     open_device(side);
+    side->findings->is_open = true; /* the tables ask for what there is not, and layers say so */
 }
 
 void side_close(struct side *side)
@@ -213,8 +242,8 @@ void side_close(struct side *side)
     side->calls.DestroyDevice(side->device, NULL);
     side->instance_calls.DestroyDebugUtilsMessengerEXT(side->instance, side->messenger, NULL);
     side->instance_calls.DestroyInstance(side->instance, NULL);
-    if (*side->findings)
-        bench_fail("the layer reports %u findings: the recorded builds should have none",
-                   *side->findings);
+    if (side->findings->count)
+        bench_fail("%s reports %u findings: the recorded builds should have none", side->layer,
+                   side->findings->count);
     free(side->findings);
 }

@@ -4,12 +4,21 @@
 #ifndef BENCH_SIDE_H
 #define BENCH_SIDE_H
 
+#include <stdbool.h>
 #include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
 #define BENCH_LAYER "VK_LAYER_ASSAY_validation"
+#define BENCH_PEER "VK_LAYER_KHRONOS_validation"
+
+/* Messages of the layer once the device is there: there should be none. */
+struct side_findings {
+    bool is_open;
+    uint32_t count;
+};
 
 struct side {
+    const char *layer; /* or NULL */
     VkInstance instance;
     VkuInstanceDispatchTable instance_calls;
     VkDebugUtilsMessengerEXT messenger;
@@ -18,14 +27,21 @@ struct side {
     VkDevice device;
     VkuDeviceDispatchTable calls;
     uint32_t queue_family;
-    uint32_t *findings; /* messages of the layer: there should be none */
+    struct side_findings *findings;
 };
 
 /* Makes the loader see only the driver "null" or "lavapipe", and layers only of this build tree, or
  * of VK_LAYER_PATH where the caller has set it. */
 void driver_select(const char *name);
 
-/* `layer` may be NULL; `level` is the layer's setting of that name, or NULL for its default. */
+/* Lets the loader find layers where it looks by itself, too, and in `folder`, unless that is NULL.
+ * Call it before driver_select. */
+void layers_select_all(const char *folder);
+/* What the loader says of a layer; false: it finds none of that name. */
+bool layer_find(const char *name, VkLayerProperties *found);
+
+/* `layer` is one of the names above, or NULL; `level` is a setting of BENCH_LAYER, or NULL for its
+ * default. */
 void side_open(struct side *side, const char *layer, const char *level);
 void side_close(struct side *side);
 

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Printing the comparison, and holding it to the bars. */
+#include "peer_report.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+
+#include "fail.h"
+
+static const double most_overhead = 250; /* nanoseconds a build, from BAR_FROM builds a call up */
+static const double least_lead = 25;     /* over the peer */
+static const double most_growth = 1.3; /* of the overhead a build, from GROWTH_FROM to GROWTH_TO */
+static const double least_speedup = 1.7; /* of two threads over one */
+static const double least_kept = 0.95;   /* of what two threads reach by four: nothing is lost */
+enum { BAR_FROM = 100, GROWTH_FROM = 1000, GROWTH_TO = 100000 };
+
+const char *contender_name(enum contender contender)
+{
+    static const char *const names[CONTENDERS] = {"no layer",  "parameters", "state",
+                                                  "execution", "content",    "Khronos"};
+    return names[contender];
+}
+
+void peer_report_open(struct peer_report *report, const char *csv_path)
+{
+    *report = (struct peer_report){.with_bars = true, .at_reference = NAN};
+    setvbuf(stdout, NULL, _IOLBF, 0); /* figures come slowly */
+    if (!csv_path)
+        return;
+    report->csv = fopen(csv_path, "w");
+    if (!report->csv)
+        bench_fail("%s: %s", csv_path, strerror(errno));
+    fprintf(report->csv, "figure,scene,threads,builds,layer,ns_a_build,added_ns_a_build\n");
+}
+
+static void write_csv(struct peer_report *report, const char *figure, const char *scene,
+                      uint32_t threads, uint32_t builds, const struct figures *figures)
+{
+    for (int c = 0; report->csv && c < CONTENDERS; c++)
+        if (!isnan(figures->of[c]))
+            fprintf(report->csv, "%s,%s,%u,%u,%s,%.1f,%.1f\n", figure, scene, threads, builds,
+                    contender_name((enum contender)c), figures->of[c],
+                    figures->of[c] - figures->of[NO_LAYER]);
+}
+
+static void hold(struct peer_report *report, const char *what, double value, bool met)
+{
+    if (!report->with_bars)
+        return;
+    if (isnan(value)) {
+        report->unmeasured++;
+        return;
+    }
+    report->bars++;
+    report->missed += !met;
+    if (!met)
+        printf("  MISSED: %s", what);
+}
+
+static void print_cells(const double values[CONTENDERS])
+{
+    for (int c = 0; c < CONTENDERS; c++) {
+        if (isnan(values[c]))
+            printf("  %10s", "-");
+        else
+            printf("  %10.1f", values[c]);
+    }
+}
+
+static void print_heads(const char *first)
+{
+    printf("%10s", first);
+    for (int c = 0; c < CONTENDERS; c++)
+        printf("  %10s", contender_name((enum contender)c));
+}
+
+/* ---- recording */
+
+void peer_report_scene(struct peer_report *report, const char *scene)
+{
+    report->at_reference = NAN;
+    printf("\nRecording, %s: CPU ns a build that each adds\n\n", scene);
+    print_heads("builds");
+    printf("  %19s\n", "Khronos / execution");
+}
+
+void peer_report_recording(struct peer_report *report, const char *scene, uint32_t builds,
+                           const struct figures *figures)
+{
+    double added[CONTENDERS] = {figures->of[NO_LAYER]};
+    for (int c = NO_LAYER + 1; c < CONTENDERS; c++)
+        added[c] = figures->of[c] - figures->of[NO_LAYER];
+    double lead = added[PEER] / added[EXECUTION];
+    printf("%10u", builds);
+    print_cells(added);
+    printf(isnan(lead) ? "  %19s" : "  %.0s%19.1f", "-", lead);
+
+    if (builds >= BAR_FROM)
+        hold(report, "at most 250 ns", added[EXECUTION], added[EXECUTION] <= most_overhead);
+    if (builds < GROWTH_TO)
+        hold(report, "a lead of 25 at least", lead, lead >= least_lead);
+    if (builds == GROWTH_FROM)
+        report->at_reference = added[EXECUTION];
+    double growth = added[EXECUTION] / report->at_reference;
+    if (builds == GROWTH_TO)
+        hold(report, "at most 1.3 times that of 1000", growth, growth <= most_growth);
+    putchar('\n');
+    write_csv(report, "record", scene, 1, builds, figures);
+}
+
+/* ---- submissions */
+
+void peer_report_submissions(void)
+{
+    printf("\nSubmitting, and waiting: CPU ns a build of the thread that does\n\n");
+    print_heads("builds");
+    putchar('\n');
+}
+
+void peer_report_submission(struct peer_report *report, uint32_t builds,
+                            const struct figures *first, const struct figures *again)
+{
+    printf("%10u", builds);
+    print_cells(first->of);
+    printf("  the first time\n%10s", "");
+    print_cells(again->of);
+    printf("  once more\n");
+    write_csv(report, "submit first", "in order", 1, builds, first);
+    write_csv(report, "submit again", "in order", 1, builds, again);
+}
+
+/* ---- threads */
+
+/* What threads reach together, over what fewer do; NAN where not even recording without a layer
+ * gets that far, so that nothing can be said of layers. */
+static double speedup(const struct figures *fewer, const struct figures *more, enum contender of,
+                      double least)
+{
+    double without = fewer->of[NO_LAYER] / more->of[NO_LAYER];
+    return without < least ? NAN : fewer->of[of] / more->of[of];
+}
+
+void peer_report_threads(struct peer_report *report, uint32_t builds,
+                         const struct figures figures[THREAD_COUNTS])
+{
+    printf("\nThreads that record side by side: times the builds a second of one thread\n\n");
+    print_heads("threads");
+    putchar('\n');
+    for (uint32_t i = 0; i < THREAD_COUNTS; i++) {
+        double speedups[CONTENDERS];
+        for (int c = 0; c < CONTENDERS; c++)
+            speedups[c] = figures[0].of[c] / figures[i].of[c];
+        printf("%10u", 1u << i);
+        for (int c = 0; c < CONTENDERS; c++)
+            printf(isnan(speedups[c]) ? "  %10s" : "  %.0s%10.2f", "-", speedups[c]);
+        double two = speedup(&figures[0], &figures[1], EXECUTION, least_speedup);
+        double four = speedup(&figures[1], &figures[2], EXECUTION, least_kept);
+        if (i == 1)
+            hold(report, "at least 1.7", two, two >= least_speedup);
+        if (i == 2)
+            hold(report, "no less than two threads", four, four >= least_kept);
+        putchar('\n');
+        write_csv(report, "threads", "in order", 1u << i, builds, &figures[i]);
+    }
+}
+
+bool peer_report_close(struct peer_report *report)
+{
+    if (report->csv && fclose(report->csv) != 0)
+        bench_fail("the CSV file could not be written: %s", strerror(errno));
+    if (report->with_bars)
+        printf("\nbars: %u of %u met, %u could not be measured here\n",
+               report->bars - report->missed, report->bars, report->unmeasured);
+    return report->missed == 0;
+}
