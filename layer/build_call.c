@@ -22,6 +22,7 @@ void build_call_set_command_buffer(struct build_call *call, VkCommandBuffer hand
     call->origin.command_buffer = handle;
     call->origin.build_index = call->view.command_buffer.build_index;
     call->origin.labels = call->command_buffer ? &call->command_buffer->labels : NULL;
+    call->recent_sizes = call->command_buffer ? &call->command_buffer->sizes : NULL;
     if (call->command_buffer && device->level >= LEVEL_EXECUTION)
         call->journal = call->command_buffer->journal;
 }

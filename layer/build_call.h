@@ -12,7 +12,7 @@ struct build_call {
     struct call_origin origin;
     struct call_view view;
     struct journal *journal; /* that the call's builds are noted in, or NULL */
-    struct recent_sizes recent_sizes;
+    struct recent_sizes *recent_sizes; /* or NULL */
     struct journal_mark mark; /* before the call's entries */
     bool skip;                /* a callback asked to skip the call */
 };

@@ -39,10 +39,12 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
     VkAccelerationStructureBuildTypeKHR build_type =
         call->view.command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
                                            : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
-    if (recent_sizes_find(&call->recent_sizes, info, counts, build_type, sizes))
+    struct recent_sizes *recent = call->recent_sizes;
+    if (recent && recent_sizes_find(recent, info, counts, build_type, sizes))
         return;
     find_sizes_of_device(call->device, info, counts, build_type, sizes);
-    recent_sizes_set(&call->recent_sizes, info, counts, build_type, sizes);
+    if (recent)
+        recent_sizes_set(recent, info, counts, build_type, sizes);
 }
 
 static enum tristate vertex_format_supported(void *user, VkFormat format)
@@ -84,7 +86,7 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
                       enum input_role role, const struct address_facts *facts)
 {
     struct build_call *call = user;
-    if (facts->status != ADDRESS_IN_BUFFER)
+    if (facts->status != ADDRESS_IN_BUFFER || journal_noted_lately(call->journal, facts->buffer_id))
         return;
     struct journal_input input = {
         .buffer_id = facts->buffer_id,
@@ -293,6 +295,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
         return VK_ERROR_VALIDATION_FAILED_EXT;
     }
     struct build_call call = build_call_start(state, COMMAND_HOST);
+    struct recent_sizes recent_sizes = {0};
+    call.recent_sizes = &recent_sizes;
     call.view.device_argument = device;
     call.view.deferred = host_work_operation_facts(state, deferredOperation);
     call.view.info_count = infoCount;

@@ -2,6 +2,8 @@
 /* The registry of instances and devices. */
 #include "layer.h"
 
+#include <stdatomic.h>
+
 #include "state/readable.h"
 #include "state/reader_lock.h"
 
@@ -10,6 +12,15 @@
  * undone (loaders free an instance twice if a layer fails then). */
 static struct reader_lock registry_lock = READER_LOCK_INITIALIZER;
 static struct layer_link *instances, *devices;
+
+/* Changes when a device is withdrawn. While it stays, what a thread found last is there: most
+ * commands come in long runs for one device, and need no lock. */
+static _Atomic uint64_t devices_epoch = 1;
+static _Thread_local struct found_device {
+    const void *key;
+    struct layer_device *device;
+    uint64_t epoch;
+} last_found;
 
 /* Handles that the loader made for one instance or device begin with the same pointer. */
 static const void *dispatch_key(const void *dispatchable)
@@ -62,7 +73,15 @@ struct layer_instance *layer_find_instance(const void *dispatchable)
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
-    return find(&devices, dispatch_key(dispatchable));
+    const void *key = dispatch_key(dispatchable);
+    uint64_t epoch = atomic_load_explicit(&devices_epoch, memory_order_acquire);
+    struct found_device *last = &last_found;
+    if (last->epoch == epoch && last->key == key)
+        return last->device;
+    struct layer_device *device = find(&devices, key);
+    if (device)
+        *last = (struct found_device){.key = key, .device = device, .epoch = epoch};
+    return device;
 }
 
 struct layer_device *layer_find_device_safely(const void *dispatchable)
@@ -96,6 +115,7 @@ void layer_add_device(struct layer_device *device)
 void layer_remove_device(struct layer_device *device)
 {
     take_out(&devices, &device->link);
+    atomic_fetch_add_explicit(&devices_epoch, 1, memory_order_release);
 }
 
 bool layer_other_device_has_operation(const struct layer_device *device,

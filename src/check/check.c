@@ -25,19 +25,24 @@ void check_select(enum build_command command, enum level level, const bool muted
     }
 }
 
+static void see_input(struct check_context *context, const struct geometry_view *geometry,
+                      enum input_role role, const struct address_facts *facts)
+{
+    if (facts->status == ADDRESS_IN_BUFFER)
+        context->see_input(context->user, geometry->build, geometry->index, role, facts);
+}
+
 static void see_inputs(struct check_context *context, const struct geometry_view *geometry)
 {
-    const struct build_view *build = geometry->build;
     VkGeometryTypeKHR type = geometry->geometry->geometryType;
     enum input_role data_role = type == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS : INPUT_INSTANCES;
-    context->see_input(context->user, build, geometry->index, INPUT_VERTEX, &geometry->vertex);
-    context->see_input(context->user, build, geometry->index, INPUT_INDEX, &geometry->index_data);
-    context->see_input(context->user, build, geometry->index, INPUT_TRANSFORM,
-                       &geometry->transform);
-    context->see_input(context->user, build, geometry->index, data_role, &geometry->data);
+    see_input(context, geometry, INPUT_VERTEX, &geometry->vertex);
+    see_input(context, geometry, INPUT_INDEX, &geometry->index_data);
+    see_input(context, geometry, INPUT_TRANSFORM, &geometry->transform);
+    see_input(context, geometry, data_role, &geometry->data);
     for (uint32_t i = 0; geometry->chained && i < geometry->chained->count; i++)
-        context->see_input(context->user, build, geometry->index, geometry->chained->items[i].role,
-                           &geometry->chained->items[i].facts);
+        see_input(context, geometry, geometry->chained->items[i].role,
+                  &geometry->chained->items[i].facts);
 }
 
 /* One geometry of a build, at each level. */

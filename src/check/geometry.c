@@ -108,67 +108,71 @@ static bool is_a_data_stype(VkStructureType type)
 }
 
 static bool member_is_filled(const struct geometry_view *geometry, struct finding *finding,
-                             VkGeometryTypeKHR type, VkStructureType expected, const char *field)
+                             VkStructureType expected, const char *field)
 {
     VkStructureType found = data_stype(geometry);
-    if (!is_of_type(geometry, type) || found == expected || !is_a_data_stype(found))
-        return true;
-    return violated(finding, field, "is what geometryType {} selects, but the union holds a {}",
-                    geometry_type(type), structure_type(found));
+    return found == expected || !is_a_data_stype(found) ||
+           violated(finding, field, "is what geometryType {} selects, but the union holds a {}",
+                    geometry_type(geometry->geometry->geometryType), structure_type(found));
 }
 
 static bool member_has_its_stype(const struct geometry_view *geometry, struct finding *finding,
-                                 VkGeometryTypeKHR type, VkStructureType expected,
-                                 const char *field)
+                                 VkStructureType expected, const char *field)
 {
     VkStructureType found = data_stype(geometry);
-    return !is_of_type(geometry, type) || found == expected || is_a_data_stype(found) ||
+    return found == expected || is_a_data_stype(found) ||
            violated(finding, field, "{} is not {}", structure_type(found),
                     structure_type(expected));
 }
 
 bool triangles_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
 {
-    return member_is_filled(geometry, finding, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_TRIANGLES_KHR) ||
+           member_is_filled(geometry, finding,
                             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
                             "geometry.triangles");
 }
 
 bool triangles_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
 {
-    return member_has_its_stype(
-        geometry, finding, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        "geometry.triangles.sType");
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_TRIANGLES_KHR) ||
+           member_has_its_stype(
+               geometry, finding,
+               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+               "geometry.triangles.sType");
 }
 
 bool aabbs_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
 {
-    return member_is_filled(geometry, finding, VK_GEOMETRY_TYPE_AABBS_KHR,
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_AABBS_KHR) ||
+           member_is_filled(geometry, finding,
                             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
                             "geometry.aabbs");
 }
 
 bool aabbs_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
 {
-    return member_has_its_stype(geometry, finding, VK_GEOMETRY_TYPE_AABBS_KHR,
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_AABBS_KHR) ||
+           member_has_its_stype(geometry, finding,
                                 VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
                                 "geometry.aabbs.sType");
 }
 
 bool instances_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
 {
-    return member_is_filled(geometry, finding, VK_GEOMETRY_TYPE_INSTANCES_KHR,
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           member_is_filled(geometry, finding,
                             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
                             "geometry.instances");
 }
 
 bool instances_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
 {
-    return member_has_its_stype(
-        geometry, finding, VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-        "geometry.instances.sType");
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           member_has_its_stype(
+               geometry, finding,
+               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+               "geometry.instances.sType");
 }
 
 static bool has_no_chain(const struct geometry_view *geometry, struct finding *finding,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Hashing for equal handles, radix sort and sweep with an active set for shared memory: linear in
- * the ranges, plus the pairs found. */
+/* Radix sort and sweep with an active set for shared memory: linear in the ranges, plus the pairs
+ * found. */
 #include "check/sweep.h"
 
 #include <stdlib.h>
@@ -14,6 +14,7 @@ void sweep_empty(struct sweep *sweep)
         struct range_list *list = &sweep->roles[role];
         list->count = 0;
         list->sorted_by_bytes = true;
+        list->apart = true;
         list->ascending_handles = true;
     }
     sweep->noted_count = 0;
@@ -42,8 +43,7 @@ void sweep_release(struct sweep *sweep)
     free(sweep->space);
 }
 
-/* Room for what a search needs, of whatever content; NULL without memory. */
-static void *space_for(struct sweep *sweep, size_t size)
+void *sweep_space(struct sweep *sweep, size_t size)
 {
     if (size > sweep->space_size) {
         free(sweep->space);
@@ -77,151 +77,15 @@ void sweep_add(struct sweep *sweep, const struct used_range *range)
     }
     if (list->count) {
         const struct used_range *last = &list->items[list->count - 1];
-        if (range_compare(last, range) > 0)
-            list->sorted_by_bytes = false;
+        bool same_memory = last->span.memory == range->span.memory;
+        if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
+            list->sorted_by_bytes = list->apart = false;
+        if (same_memory && last->span.end > range->span.begin)
+            list->apart = false;
         if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
             list->ascending_handles = false;
     }
     list->items[list->count++] = *range;
-}
-
-/* Equal handles. */
-
-/* A set of structures; a slot has 1 + the index of one, or 0. */
-struct structure_set {
-    const struct used_range *structures;
-    uint32_t *slots;
-    unsigned bits; /* of a slot's number */
-};
-
-/* Room for twice as many as are added; false without memory. */
-static bool make_set(struct sweep *sweep, const struct range_list *list, struct structure_set *set)
-{
-    *set = (struct structure_set){.structures = list->items, .bits = 5};
-    while ((size_t)1 << set->bits < (size_t)list->count * 2)
-        set->bits++;
-    size_t size = sizeof(*set->slots) << set->bits;
-    set->slots = space_for(sweep, size);
-    if (set->slots)
-        memset(set->slots, 0, size);
-    return set->slots != NULL;
-}
-
-/* The slot that a structure has or would have. Handles are spread as in state/handle_table.c. */
-static uint32_t *slot_of(const struct structure_set *set, VkAccelerationStructureKHR handle)
-{
-    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
-    size_t slot = (size_t)(hash >> (64 - set->bits)), mask = ((size_t)1 << set->bits) - 1;
-    while (set->slots[slot] && set->structures[set->slots[slot] - 1].handle != handle)
-        slot = (slot + 1) & mask;
-    return &set->slots[slot];
-}
-
-/* Adds all dst; returns whether two builds have one in common. */
-static bool add_dsts(struct structure_set *set, const struct range_list *dst)
-{
-    for (uint32_t i = 0; i < dst->count; i++) {
-        if (!dst->items[i].handle)
-            continue;
-        uint32_t *slot = slot_of(set, dst->items[i].handle);
-        if (!*slot)
-            *slot = i + 1;
-        else if (dst->items[*slot - 1].build != dst->items[i].build)
-            return true;
-    }
-    return false;
-}
-
-/* Whether a src is the dst of another build, where no two builds have a dst in common. */
-static bool has_foreign_dst(const struct structure_set *set, const struct range_list *src)
-{
-    for (uint32_t i = 0; i < src->count; i++) {
-        const struct used_range *range = &src->items[i];
-        uint32_t slot = range->handle ? *slot_of(set, range->handle) : 0;
-        if (slot && set->structures[slot - 1].build != range->build)
-            return true;
-    }
-    return false;
-}
-
-/* False also where there is no memory to tell. */
-static bool has_equal_handles(struct sweep *sweep)
-{
-    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC];
-    struct structure_set set;
-    if (dst->ascending_handles && !src->count)
-        return false;
-    return make_set(sweep, dst, &set) && (add_dsts(&set, dst) || has_foreign_dst(&set, src));
-}
-
-static int compare_numbers(uint64_t a, uint64_t b)
-{
-    return (a > b) - (a < b);
-}
-
-static int order_by_handle(const void *a, const void *b)
-{
-    const struct used_range *x = *(const struct used_range *const *)a;
-    const struct used_range *y = *(const struct used_range *const *)b;
-    int order = compare_numbers((uint64_t)(uintptr_t)x->handle, (uint64_t)(uintptr_t)y->handle);
-    return order ? order : compare_numbers(x->build, y->build);
-}
-
-/* Pointers to the structures of a list by handle, of those in pieces to one piece; NULL without
- * memory. */
-static const struct used_range **by_handle(const struct range_list *list, uint32_t *count)
-{
-    const struct used_range **sorted = malloc((list->count + 1) * sizeof(*sorted));
-    if (!sorted)
-        return NULL;
-    for (uint32_t i = 0; i < list->count; i++)
-        sorted[i] = &list->items[i];
-    if (!list->ascending_handles)
-        qsort(sorted, list->count, sizeof(*sorted), order_by_handle);
-    *count = 0;
-    for (uint32_t i = 0; i < list->count; i++)
-        if (sorted[i]->handle && (!*count || order_by_handle(&sorted[*count - 1], &sorted[i]) != 0))
-            sorted[(*count)++] = sorted[i];
-    return sorted;
-}
-
-static void visit_equal_dsts(const struct used_range **dsts, uint32_t count, pair_visitor visit,
-                             void *user)
-{
-    for (uint32_t i = 0; i < count; i++)
-        for (uint32_t j = i + 1; j < count && dsts[j]->handle == dsts[i]->handle; j++)
-            if (!visit(user, dsts[i], dsts[j], NULL))
-                return;
-}
-
-static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
-                             const struct used_range **srcs, uint32_t src_count, pair_visitor visit,
-                             void *user)
-{
-    uint32_t first = 0;
-    for (uint32_t s = 0; s < src_count; s++) {
-        uint64_t handle = (uint64_t)(uintptr_t)srcs[s]->handle;
-        while (first < dst_count && (uint64_t)(uintptr_t)dsts[first]->handle < handle)
-            first++;
-        for (uint32_t d = first; d < dst_count && dsts[d]->handle == srcs[s]->handle; d++)
-            if (dsts[d]->build != srcs[s]->build && !visit(user, dsts[d], srcs[s], NULL))
-                return;
-    }
-}
-
-void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user)
-{
-    if (sweep->out_of_memory || !has_equal_handles(sweep))
-        return;
-    uint32_t dst_count, src_count;
-    const struct used_range **dsts = by_handle(&sweep->roles[ROLE_DST], &dst_count);
-    const struct used_range **srcs = by_handle(&sweep->roles[ROLE_SRC], &src_count);
-    if (dsts && srcs) {
-        visit_equal_dsts(dsts, dst_count, visit, user);
-        visit_equal_srcs(dsts, dst_count, srcs, src_count, visit, user);
-    }
-    free(dsts);
-    free(srcs);
 }
 
 /* Shared memory. */
@@ -342,7 +206,7 @@ static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT]
     }
     struct range_key *keys = NULL;
     size_t keys_size = (size_t)longest * 2 * sizeof(*keys);
-    if (total && !(keys = space_for(sweep, keys_size + (size_t)total * sizeof(uint32_t))))
+    if (total && !(keys = sweep_space(sweep, keys_size + (size_t)total * sizeof(uint32_t))))
         return false;
 
     uint32_t *order = (uint32_t *)((char *)keys + keys_size);
@@ -368,10 +232,34 @@ static struct range_queue *first_of(struct range_queue queues[ROLE_COUNT])
     return first;
 }
 
+/* Whether all of a list comes before all of another; both are apart. */
+static bool is_before(const struct range_list *a, const struct range_list *b)
+{
+    const struct used_range *last = &a->items[a->count - 1], *first = &b->items[0];
+    return last->span.memory == first->span.memory ? last->span.end <= first->span.begin
+                                                   : range_compare(last, first) < 0;
+}
+
+/* Whether it shows at a glance that no two ranges share memory: each role has a place of its own,
+ * and is in order there. */
+static bool all_are_apart(const struct sweep *sweep)
+{
+    for (int a = 0; a < ROLE_COUNT; a++) {
+        const struct range_list *list = &sweep->roles[a];
+        if (!list->apart)
+            return false;
+        for (int b = 0; b < a && list->count; b++)
+            if (sweep->roles[b].count && !is_before(list, &sweep->roles[b]) &&
+                !is_before(&sweep->roles[b], list))
+                return false;
+    }
+    return true;
+}
+
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {
     struct range_queue queues[ROLE_COUNT], *queue;
-    if (sweep->out_of_memory || !queue_all(sweep, queues))
+    if (sweep->out_of_memory || all_are_apart(sweep) || !queue_all(sweep, queues))
         return;
     struct active_sets sets = {0};
     memset(sets.wanted, true, sizeof(sets.wanted));

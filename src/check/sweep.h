@@ -12,11 +12,12 @@
 enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
 
 /* The ranges of one role, in the order of their builds. Whether they are also in the order of their
- * bytes, and of their handles, is noted as they come, so that a call in order is not sorted. */
+ * bytes, with none in another, and of their handles, is noted as they come, so that a call in order
+ * is neither sorted nor swept. */
 struct range_list {
     struct used_range *items, inline_items[SWEEP_INLINE_RANGES];
     uint32_t count, capacity;
-    bool sorted_by_bytes, ascending_handles;
+    bool sorted_by_bytes, apart, ascending_handles; /* apart: and sorted */
 };
 
 struct sweep {
@@ -31,6 +32,9 @@ struct sweep {
 void sweep_init(struct sweep *sweep);
 void sweep_empty(struct sweep *sweep); /* keeps its memory */
 void sweep_release(struct sweep *sweep);
+
+/* Room for what a search needs, of whatever content; NULL without memory. */
+void *sweep_space(struct sweep *sweep, size_t size);
 
 void sweep_add(struct sweep *sweep, const struct used_range *range);
 void sweep_note(struct sweep *sweep, const struct noted_range *noted);

@@ -25,21 +25,45 @@ void walk_hand_on(struct walk *walk, enum rule rule, const struct location *loca
         walk->wants[rule] = false;
 }
 
-/* Asks one predicate, if its row is of the level and wanted. */
-#define ASK(name, row_level, view)                                                                 \
+static void hand_on(struct walk *walk, enum rule rule, struct location location,
+                    const struct finding *finding)
+{
+    walk_hand_on(walk, rule, &location, finding);
+}
+
+/* Asks one predicate, if its row is of the level and wanted. `location` is made of a finding only.
+ */
+#define ASK(name, row_level, view, location)                                                       \
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(view, &finding))           \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        hand_on(walk, RULE_##name, location, &finding);
+
+/* Defines a walk of the rows of a subject, which are those that ASK_subject asks, once for each of
+ * the two levels: the compiler leaves out the rows of the other. */
+#define WALK(subject)                                                                              \
+    void walk_##subject(struct walk *walk, const struct subject##_view *subject, enum level level) \
+    {                                                                                              \
+        if (level == LEVEL_PARAMETERS)                                                             \
+            ask_##subject(walk, subject, LEVEL_PARAMETERS);                                        \
+        else                                                                                       \
+            ask_##subject(walk, subject, LEVEL_STATE);                                             \
+    }
+#define ASK_ROWS static inline __attribute__((always_inline)) void
+
+static struct location location_of_call(const struct call_view *call)
+{
+    return (struct location){.command = call->command, .subject = SUBJECT_CALL};
+}
 
 #include "check/ask_nobody.h"
 #undef ASK_call
-#define ASK_call(name, level) ASK(name, level, call)
+#define ASK_call(name, level) ASK(name, level, call, location_of_call(call))
 
-void walk_call(struct walk *walk, const struct call_view *call, enum level level)
+ASK_ROWS ask_call(struct walk *walk, const struct call_view *call, enum level level)
 {
-    const struct location location = {.command = call->command, .subject = SUBJECT_CALL};
     struct finding finding;
 #include "rules.def"
 }
+WALK(call)
 
 static struct location location_of_build(const struct build_view *build)
 {
@@ -49,14 +73,14 @@ static struct location location_of_build(const struct build_view *build)
 
 #include "check/ask_nobody.h"
 #undef ASK_build
-#define ASK_build(name, level) ASK(name, level, build)
+#define ASK_build(name, level) ASK(name, level, build, location_of_build(build))
 
-void walk_build(struct walk *walk, const struct build_view *build, enum level level)
+ASK_ROWS ask_build(struct walk *walk, const struct build_view *build, enum level level)
 {
-    const struct location location = location_of_build(build);
     struct finding finding;
 #include "rules.def"
 }
+WALK(build)
 
 struct location walk_location(const struct geometry_view *geometry, enum subject subject)
 {
@@ -69,37 +93,44 @@ struct location walk_location(const struct geometry_view *geometry, enum subject
 
 #include "check/ask_nobody.h"
 #undef ASK_geometry
-#define ASK_geometry(name, level) ASK(name, level, geometry)
+#define ASK_geometry(name, level)                                                                  \
+    ASK(name, level, geometry, walk_location(geometry, SUBJECT_GEOMETRY))
 
-void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level)
+ASK_ROWS ask_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level)
 {
-    const struct location location = walk_location(geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
+WALK(geometry)
 
 #include "check/ask_nobody.h"
 #undef ASK_range
-#define ASK_range(name, level) ASK(name, level, range)
+#define ASK_range(name, level)                                                                     \
+    ASK(name, level, range, walk_location(range->geometry, SUBJECT_RANGE))
 
-void walk_range(struct walk *walk, const struct range_view *range, enum level level)
+ASK_ROWS ask_range(struct walk *walk, const struct range_view *range, enum level level)
 {
-    const struct location location = walk_location(range->geometry, SUBJECT_RANGE);
     struct finding finding;
 #include "rules.def"
+}
+WALK(range)
+
+static struct location location_of_element(const struct indirect_view *indirect)
+{
+    return (struct location){
+        .command = COMMAND_INDIRECT, .subject = SUBJECT_ELEMENT, .build = indirect->build->index};
 }
 
 #include "check/ask_nobody.h"
 #undef ASK_indirect
-#define ASK_indirect(name, level) ASK(name, level, indirect)
+#define ASK_indirect(name, level) ASK(name, level, indirect, location_of_element(indirect))
 
-void walk_indirect(struct walk *walk, const struct indirect_view *indirect, enum level level)
+ASK_ROWS ask_indirect(struct walk *walk, const struct indirect_view *indirect, enum level level)
 {
-    const struct location location = {
-        .command = COMMAND_INDIRECT, .subject = SUBJECT_ELEMENT, .build = indirect->build->index};
     struct finding finding;
 #include "rules.def"
 }
+WALK(indirect)
 
 /* Pairs are met once, whatever their rows' levels. */
 #include "check/ask_nobody.h"
@@ -120,73 +151,80 @@ void walk_pair(struct walk *walk, const struct pair_view *pair)
 
 #include "check/ask_nobody.h"
 #undef ASK_motion_build
-#define ASK_motion_build(name, level) ASK(name, level, motion_build)
+#define ASK_motion_build(name, level)                                                              \
+    ASK(name, level, motion_build, location_of_build(motion_build->build))
 
-void walk_motion_build(struct walk *walk, const struct motion_build_view *motion_build,
-                       enum level level)
+ASK_ROWS ask_motion_build(struct walk *walk, const struct motion_build_view *motion_build,
+                          enum level level)
 {
-    const struct location location = location_of_build(motion_build->build);
     struct finding finding;
 #include "rules.def"
 }
+WALK(motion_build)
 
 #include "check/ask_nobody.h"
 #undef ASK_motion_triangles
-#define ASK_motion_triangles(name, level) ASK(name, level, motion_triangles)
+#define ASK_motion_triangles(name, level)                                                          \
+    ASK(name, level, motion_triangles, walk_location(motion_triangles->geometry, SUBJECT_GEOMETRY))
 
-void walk_motion_triangles(struct walk *walk, const struct motion_triangles_view *motion_triangles,
-                           enum level level)
+ASK_ROWS ask_motion_triangles(struct walk *walk,
+                              const struct motion_triangles_view *motion_triangles,
+                              enum level level)
 {
-    const struct location location = walk_location(motion_triangles->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
+WALK(motion_triangles)
 
 #include "check/ask_nobody.h"
 #undef ASK_spheres
-#define ASK_spheres(name, level) ASK(name, level, spheres)
+#define ASK_spheres(name, level)                                                                   \
+    ASK(name, level, spheres, walk_location(spheres->data.geometry, SUBJECT_GEOMETRY))
 
-void walk_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level)
+ASK_ROWS ask_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level)
 {
-    const struct location location = walk_location(spheres->data.geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
+WALK(spheres)
 
 #include "check/ask_nobody.h"
 #undef ASK_swept_spheres
-#define ASK_swept_spheres(name, level) ASK(name, level, swept_spheres)
+#define ASK_swept_spheres(name, level)                                                             \
+    ASK(name, level, swept_spheres, walk_location(swept_spheres->data.geometry, SUBJECT_GEOMETRY))
 
-void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
-                        enum level level)
+ASK_ROWS ask_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
+                           enum level level)
 {
-    const struct location location = walk_location(swept_spheres->data.geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
+WALK(swept_spheres)
 
 #include "check/ask_nobody.h"
 #undef ASK_dense_build
-#define ASK_dense_build(name, level) ASK(name, level, dense_build)
+#define ASK_dense_build(name, level)                                                               \
+    ASK(name, level, dense_build, location_of_build(dense_build->build))
 
-void walk_dense_build(struct walk *walk, const struct dense_build_view *dense_build,
-                      enum level level)
+ASK_ROWS ask_dense_build(struct walk *walk, const struct dense_build_view *dense_build,
+                         enum level level)
 {
-    const struct location location = location_of_build(dense_build->build);
     struct finding finding;
 #include "rules.def"
 }
+WALK(dense_build)
 
 #include "check/ask_nobody.h"
 #undef ASK_dense
-#define ASK_dense(name, level) ASK(name, level, dense)
+#define ASK_dense(name, level)                                                                     \
+    ASK(name, level, dense, walk_location(dense->geometry, SUBJECT_GEOMETRY))
 
-void walk_dense(struct walk *walk, const struct dense_view *dense, enum level level)
+ASK_ROWS ask_dense(struct walk *walk, const struct dense_view *dense, enum level level)
 {
-    const struct location location = walk_location(dense->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
 #include "rules.def"
 }
+WALK(dense)
 
 /* Updates are judged once, where their source is known. */
 #define ASK_HERE(name, view)                                                                       \

@@ -222,6 +222,18 @@ void address_map_fetch(const struct address_map *map, struct address_position po
     __builtin_prefetch(record + CACHE_LINE - 1);
 }
 
+void *address_map_only(const struct address_map *map, struct address_position position,
+                       uint64_t address)
+{
+    if (!position.entry)
+        return NULL;
+    const struct address_chunk *chunk = map->chunks[position.chunk];
+    const struct address_entry *entry = &chunk->entries[position.entry - 1];
+    uint64_t before = position.entry > 1 ? entry[-1].reach : 0;
+    bool is_only = before <= address && chunk->reach_before <= address && entry->end > address;
+    return is_only ? entry->record : NULL;
+}
+
 /* In the chunks before its own every range begins before the address. */
 void address_map_visit(const struct address_map *map, struct address_position position,
                        uint64_t address, void (*visit)(void *record, void *context), void *context)

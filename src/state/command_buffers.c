@@ -2,6 +2,7 @@
 /* The table of command pools and command buffers. */
 #include "state/command_buffers.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 
 #include "state/handle_table.h"
@@ -11,7 +12,24 @@ struct command_buffers {
     struct reader_lock lock; /* guards the tables, the lists of the pools, and incomplete */
     struct handle_table pools, buffers;
     bool incomplete; /* a record was lost for lack of memory */
+    _Atomic uint64_t epoch;
 };
+
+/* An epoch is a time in which no command buffer of its table goes; no two tables ever have the same
+ * one. While it lasts, what a thread found last is there: commands come in long runs for one
+ * command buffer, and need no lock. */
+static _Atomic uint64_t last_epoch;
+static _Thread_local struct found_command_buffer {
+    uint64_t epoch;
+    VkCommandBuffer handle;
+    struct command_buffer *record;
+} last_found;
+
+static void begin_epoch(struct command_buffers *command_buffers)
+{
+    uint64_t epoch = atomic_fetch_add_explicit(&last_epoch, 1, memory_order_relaxed) + 1;
+    atomic_store_explicit(&command_buffers->epoch, epoch, memory_order_release);
+}
 
 VkResult command_buffers_create(struct command_buffers **command_buffers)
 {
@@ -19,6 +37,7 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
     if (!*command_buffers)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     reader_lock_init(&(*command_buffers)->lock);
+    begin_epoch(*command_buffers);
     return VK_SUCCESS;
 }
 
@@ -63,6 +82,8 @@ static struct command_pool *take_out_pool(struct command_buffers *command_buffer
 {
     struct command_pool *pool =
         handle_table_remove(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
+    if (pool && pool->first)
+        begin_epoch(command_buffers);
     for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
         handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)b->handle);
     return pool;
@@ -137,6 +158,7 @@ static void remove_command_buffer(struct command_buffers *command_buffers, VkCom
         handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
     if (!old)
         return;
+    begin_epoch(command_buffers);
     unlink_from_pool(old);
     free_command_buffer(old);
 }
@@ -181,10 +203,16 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
 struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
                                             VkCommandBuffer handle)
 {
+    uint64_t epoch = atomic_load_explicit(&command_buffers->epoch, memory_order_acquire);
+    struct found_command_buffer *last = &last_found;
+    if (last->epoch == epoch && last->handle == handle)
+        return last->record;
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
     struct command_buffer *found =
         handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
     reader_lock_leave(&command_buffers->lock, stripe);
+    if (found)
+        *last = (struct found_command_buffer){epoch, handle, found};
     return found;
 }
 

@@ -15,6 +15,7 @@
 #include "state/journal.h"
 #include "state/object_names.h"
 #include "state/readable.h"
+#include "state/size_cache.h"
 #include "state/validity.h"
 
 struct command_buffers;
@@ -47,6 +48,7 @@ struct command_buffer {
                      */
     struct label_stack labels;
     struct readable_cache readable; /* pages found readable since recording began */
+    struct recent_sizes sizes;      /* of the build that was recorded last */
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers);

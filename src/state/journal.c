@@ -160,14 +160,13 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
 /* A lost input is one mistake that goes unseen, nothing more. */
 void journal_add_input(struct journal *journal, const struct journal_input *input)
 {
-    uint64_t *recent = &journal->recent_inputs[input->buffer_id % JOURNAL_RECENT_INPUTS];
-    if (*recent == input->buffer_id)
+    if (journal_noted_lately(journal, input->buffer_id))
         return;
     struct journal_input_chunk *chunk =
         (struct journal_input_chunk *)room(&journal->inputs, sizeof(*chunk));
     if (!chunk)
         return;
-    *recent = input->buffer_id;
+    journal->recent_inputs[input->buffer_id % JOURNAL_RECENT_INPUTS] = input->buffer_id;
     chunk->items[chunk->head.count++] = *input;
 }
 
@@ -184,6 +183,8 @@ struct journal_mark journal_mark(const struct journal *journal)
 
 void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 {
+    if (!journal->entries.first && !journal->inputs.first)
+        return;
     struct journal_cursor cursor = journal_start_after(journal, mark);
     for (struct journal_entry *entry; (entry = journal_next(&cursor));)
         release_entry(entry);

@@ -175,6 +175,11 @@ uint32_t journal_note_labels(struct journal *journal, const struct label_stack *
 /* Those of the build at a position; NULL: none. */
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
 
+/* Whether a use of that buffer need not be noted. */
+static inline bool journal_noted_lately(const struct journal *journal, uint64_t buffer_id)
+{
+    return journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS] == buffer_id;
+}
 /* Notes that a build uses a buffer, unless it was noted lately. */
 void journal_add_input(struct journal *journal, const struct journal_input *input);
 

@@ -216,7 +216,11 @@ static void describe_address(const struct resources *resources, VkDeviceAddress 
     if (!address)
         return;
     facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
-    if (!resources->incomplete)
+    void *only =
+        resources->incomplete ? NULL : address_map_only(&resources->addresses, position, address);
+    if (only)
+        add_buffer_facts(only, facts);
+    else if (!resources->incomplete)
         address_map_visit(&resources->addresses, position, address, add_buffer_facts, facts);
     if (facts->status == ADDRESS_NOWHERE && resources->replays_addresses)
         facts->status = ADDRESS_UNKNOWN;

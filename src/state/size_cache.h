@@ -40,8 +40,8 @@ struct small_shape {
     } first;
 };
 
-/* The sizes of the build before: the builds of a call are often alike. Zero-initialized is empty.
- * Spares such builds the hash and the lock of the cache. */
+/* The sizes of the build before on the same device: builds that follow each other are often alike.
+ * Zero-initialized is empty. Spares such builds the hash and the lock of the cache. */
 struct recent_sizes {
     struct small_shape shape;
     struct size_facts sizes;
