@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Lets the driver build an input in memory of the layer's own, and trace rays through it. */
+#ifndef ASSAY_LAYER_COMPARE_TRACER_H
+#define ASSAY_LAYER_COMPARE_TRACER_H
+
+#include "compare/input.h"
+#include "compare/memory.h"
+#include "compare/trace_data.h"
+
+/* The pipeline that traces, one a device. From any thread. */
+struct tracer;
+VkResult tracer_create(const struct compare_device *device, struct tracer **tracer);
+void tracer_destroy(struct tracer *tracer); /* NULL: nothing */
+
+/* Of a BLAS: it is built from the first input; if there is another, then updated from that one.
+ * Rays meet it in a TLAS of one instance whose transform is the identity. */
+struct tracer_job {
+    VkQueue queue;
+    uint32_t queue_family;
+    uint32_t input_count; /* 1 or 2 */
+    struct compare_input inputs[2];
+    uint32_t ray_count;
+    const struct compare_ray *rays;
+    struct compare_answer *answers;
+};
+
+/* Submits to the queue and waits. */
+VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job);
+
+#endif

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whether a ray meets a fan (rays.h) exactly once, whatever float arithmetic a driver has: its
+ * triangles show the ray the same side, none is seen edge-on, and the ray stays clear of the
+ * boundary of them all. */
+#ifndef ASSAY_COMPARE_FAN_H
+#define ASSAY_COMPARE_FAN_H
+
+#include "compare/rays.h"
+
+bool fan_is_met_once(const struct reference *reference, const struct rays *rays, uint32_t ray);
+
+#endif

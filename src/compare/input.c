@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A build's input, moved to memory of the layer's own. Only base addresses change: offsets, first
+ * vertices, strides and counts stay, since drivers err there. */
+#include "compare/input.h"
+
+#include <string.h>
+
+#include "build/formats.h"
+#include "build/source.h"
+
+/* What a build reads of an array: `size` bytes, `offset` bytes from its address. */
+struct extent {
+    uint64_t offset, size;
+};
+
+enum { EXTENTS = 3 /* of a geometry: vertices or boxes, indices, transform */ };
+
+/* A driver that adds an offset twice, or reads on to a whole vector, still reads zeros. */
+enum { PADDING = 4096 };
+
+static uint64_t elements(uint64_t count, uint64_t stride, uint64_t size)
+{
+    uint64_t bytes;
+    if (count == 0)
+        return 0;
+    return __builtin_mul_overflow(count - 1, stride, &bytes) || bytes > COMPARE_INPUT_MAX
+               ? COMPARE_INPUT_MAX
+               : bytes + size;
+}
+
+static uint64_t vertex_size(VkFormat format)
+{
+    const struct vertex_format *known = vertex_format_find(format);
+    return known ? known->size : 0;
+}
+
+static void find_triangles(const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                           const VkAccelerationStructureBuildRangeInfoKHR *range,
+                           struct extent extents[EXTENTS])
+{
+    uint64_t corners = (uint64_t)range->primitiveCount * 3;
+    uint32_t skipped =
+        range->firstVertex < triangles->maxVertex ? range->firstVertex : triangles->maxVertex;
+    uint64_t vertices = (uint64_t)triangles->maxVertex - skipped + 1;
+    uint64_t stride = triangles->vertexStride;
+    uint64_t before = range->firstVertex * stride;
+    if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR) {
+        vertices = corners < vertices ? corners : vertices;
+        before += range->primitiveOffset;
+    } else {
+        extents[1] = (struct extent){range->primitiveOffset,
+                                     corners * source_index_bytes(triangles->indexType)};
+    }
+    extents[0] =
+        (struct extent){before, elements(vertices, stride, vertex_size(triangles->vertexFormat))};
+    if (triangles->transformData.deviceAddress)
+        extents[2] = (struct extent){range->transformOffset, sizeof(VkTransformMatrixKHR)};
+}
+
+/* The arrays of a geometry, as addresses that can be changed. */
+static void find_arrays(VkAccelerationStructureGeometryKHR *geometry,
+                        const VkAccelerationStructureBuildRangeInfoKHR *range,
+                        uint64_t *addresses[EXTENTS], struct extent extents[EXTENTS])
+{
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry->geometry.triangles;
+    memset(extents, 0, EXTENTS * sizeof(*extents));
+    memset(addresses, 0, EXTENTS * sizeof(*addresses));
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
+        addresses[0] = &triangles->vertexData.deviceAddress;
+        addresses[1] = &triangles->indexData.deviceAddress;
+        addresses[2] = &triangles->transformData.deviceAddress;
+        if (range->primitiveCount > 0)
+            find_triangles(triangles, range, extents);
+    } else if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR) {
+        addresses[0] = &geometry->geometry.aabbs.data.deviceAddress;
+        extents[0] = (struct extent){
+            range->primitiveOffset, elements(range->primitiveCount, geometry->geometry.aabbs.stride,
+                                             sizeof(VkAabbPositionsKHR))};
+    }
+}
+
+/* Bytes that an array takes, from a multiple of the alignment on. */
+static uint64_t room(uint64_t address, const struct extent *extent)
+{
+    uint64_t size = address % COMPARE_ALIGNMENT + 2 * extent->offset + 2 * extent->size + PADDING;
+    return (size + COMPARE_ALIGNMENT - 1) / COMPARE_ALIGNMENT * COMPARE_ALIGNMENT;
+}
+
+uint64_t compare_input_size(const struct compare_input *input)
+{
+    const struct build_parameters *build = input->parameters;
+    uint64_t size = COMPARE_ALIGNMENT;
+    for (uint32_t i = 0; i < build->info.geometryCount; i++) {
+        VkAccelerationStructureGeometryKHR geometry = build->geometries[i];
+        uint64_t *addresses[EXTENTS];
+        struct extent extents[EXTENTS];
+        find_arrays(&geometry, &build->ranges[i], addresses, extents);
+        for (int j = 0; j < EXTENTS; j++) {
+            const void *bytes;
+            if (extents[j].size == 0)
+                continue;
+            if (extents[j].size > COMPARE_INPUT_MAX || extents[j].offset > COMPARE_INPUT_MAX ||
+                input->memory->find(input->memory->context, *addresses[j] + extents[j].offset,
+                                    extents[j].size, &bytes) < extents[j].size)
+                return UINT64_MAX;
+            size += room(*addresses[j], &extents[j]);
+            if (size > COMPARE_INPUT_MAX)
+                return UINT64_MAX;
+        }
+    }
+    return (size + COMPARE_ALIGNMENT - 1) / COMPARE_ALIGNMENT * COMPARE_ALIGNMENT;
+}
+
+void compare_input_place(const struct compare_input *input, uint64_t address, unsigned char *bytes,
+                         VkAccelerationStructureGeometryKHR *geometries)
+{
+    const struct build_parameters *build = input->parameters;
+    uint64_t used = 0;
+    for (uint32_t i = 0; i < build->info.geometryCount; i++) {
+        uint64_t *addresses[EXTENTS];
+        struct extent extents[EXTENTS];
+        geometries[i] = build->geometries[i];
+        find_arrays(&geometries[i], &build->ranges[i], addresses, extents);
+        for (int j = 0; j < EXTENTS; j++) {
+            const void *from;
+            if (addresses[j] && *addresses[j] && extents[j].size == 0)
+                *addresses[j] = address; /* nothing is read there */
+            if (extents[j].size == 0)
+                continue;
+            uint64_t at = used + *addresses[j] % COMPARE_ALIGNMENT;
+            used += room(*addresses[j], &extents[j]);
+            input->memory->find(input->memory->context, *addresses[j] + extents[j].offset,
+                                extents[j].size, &from);
+            memcpy(bytes + at + extents[j].offset, from, extents[j].size);
+            *addresses[j] = address + at;
+        }
+    }
+}

@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Judging what a driver says of a ray. */
+#include "compare/judge.h"
+
+#include <math.h>
+
+#include "compare/fan.h"
+
+enum { EXACT_MAX = 64 };
+
+struct case_of_ray {
+    const struct reference *reference;
+    const struct rays *rays;
+    uint32_t ray;
+    const struct compare_ray *line;
+    const struct compare_answer *answer;
+    struct trace_hit exact[EXACT_MAX]; /* all that the ray meets */
+    uint32_t exact_count;
+    bool has_more; /* and what there was no room for */
+    uint32_t candidate_count;
+    bool is_whole; /* all of the driver's candidates are there */
+    struct judgement *judgement;
+};
+
+/* ---- what both say */
+
+static enum trace_answer keep(void *context, struct trace_hit *candidate)
+{
+    struct case_of_ray *c = context;
+    if (c->exact_count == EXACT_MAX) {
+        c->has_more = true;
+        return TRACE_STOP;
+    }
+    c->exact[c->exact_count++] = *candidate;
+    return TRACE_IGNORE;
+}
+
+static void trace(struct case_of_ray *c)
+{
+    const struct trace_scene scene = {.structure = c->reference->structure,
+                                      .accuracy = TRACE_EXACT};
+    struct trace_ray ray = {.t_min = c->line->t_min, .t_max = c->line->t_max, .cull_mask = 0xff};
+    const struct trace_visitor visitor = {keep, c};
+    for (int i = 0; i < 3; i++) {
+        ray.origin[i] = c->line->origin[i];
+        ray.direction[i] = c->line->direction[i];
+    }
+    trace_candidates(&scene, &ray, &visitor);
+}
+
+static const struct trace_hit *find_exact(const struct case_of_ray *c, uint32_t geometry,
+                                          uint32_t primitive)
+{
+    for (uint32_t i = 0; i < c->exact_count; i++)
+        if (c->exact[i].geometry == geometry && c->exact[i].primitive == primitive)
+            return &c->exact[i];
+    return NULL;
+}
+
+static const struct compare_hit *find_driver(const struct case_of_ray *c, uint32_t geometry,
+                                             uint32_t primitive)
+{
+    for (uint32_t i = 0; i < c->candidate_count; i++) {
+        const struct compare_hit *hit = &c->answer->candidates[i];
+        if (hit->geometry == geometry && hit->primitive == primitive && hit->instance == 0)
+            return hit;
+    }
+    return NULL;
+}
+
+/* Keeps the difference that comes first in the list of them all, which is by weight but for
+ * PRIMITIVE, whose two halves would be MISSED and EXTRA. */
+static void conclude(const struct case_of_ray *c, const struct judgement *judgement)
+{
+    static const unsigned char weights[DIFFERENCE_COUNT] = {
+        [DIFFERENCE_PRIMITIVE] = 7, [DIFFERENCE_MISSED] = 6,   [DIFFERENCE_DOUBLE] = 5,
+        [DIFFERENCE_EXTRA] = 4,     [DIFFERENCE_DISTANCE] = 3, [DIFFERENCE_BARYCENTRICS] = 2,
+        [DIFFERENCE_FACING] = 1,
+    };
+    if (c->judgement->difference == DIFFERENCE_COUNT ||
+        weights[judgement->difference] > weights[c->judgement->difference])
+        *c->judgement = *judgement;
+}
+
+/* ---- what the driver says is there */
+
+static void conclude_of_hit(const struct case_of_ray *c, enum difference difference,
+                            enum judge_reason reason, const struct compare_hit *hit,
+                            const struct placing *placing)
+{
+    const struct trace_hit *exact = find_exact(c, hit->geometry, hit->primitive);
+    struct judgement judgement = {
+        .difference = difference,
+        .reason = reason,
+        .geometry = hit->geometry,
+        .primitive = hit->primitive,
+        .has_driver = true,
+        .driver = *hit,
+        .has_reference = exact,
+    };
+    if (exact)
+        judgement.reference = *exact;
+    if (placing) {
+        judgement.t = placing->t;
+        judgement.u = placing->u;
+        judgement.v = placing->v;
+    }
+    conclude(c, &judgement);
+}
+
+static bool differs(double a, double b, double tolerance)
+{
+    return !(fabs(a - b) <= tolerance);
+}
+
+static void judge_place(const struct case_of_ray *c, const struct compare_hit *hit,
+                        const struct placing *placing)
+{
+    const struct trace_hit *exact = find_exact(c, hit->geometry, hit->primitive);
+    if (!placing->is_sound)
+        return;
+    if (placing->side == PLACING_OUT)
+        conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_PASSES, hit, placing);
+    else if (placing->t < c->line->t_min - placing->t_tolerance ||
+             placing->t > c->line->t_max + placing->t_tolerance)
+        conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_BEYOND, hit, placing);
+    else if (differs(hit->t, placing->t, placing->t_tolerance))
+        conclude_of_hit(c, DIFFERENCE_DISTANCE, REASON_MEETS, hit, placing);
+    else if (placing->side == PLACING_IN && (differs(hit->u, placing->u, placing->tolerance) ||
+                                             differs(hit->v, placing->v, placing->tolerance)))
+        conclude_of_hit(c, DIFFERENCE_BARYCENTRICS, REASON_MEETS, hit, placing);
+    else if (placing->side == PLACING_IN && exact &&
+             exact->front_face != ((hit->kind & COMPARE_FRONT) != 0))
+        conclude_of_hit(c, DIFFERENCE_FACING, REASON_MEETS, hit, placing);
+}
+
+static bool has_such(const struct reference *reference, const struct compare_hit *hit)
+{
+    return hit->instance == 0 && hit->geometry < reference->geometry_count &&
+           hit->primitive < reference->sources[hit->geometry].count;
+}
+
+static void judge_hit(const struct case_of_ray *c, const struct compare_hit *hit)
+{
+    const struct reference *reference = c->reference;
+    struct triangle_record triangle;
+    struct aabb_record box;
+    struct placing placing;
+    if (!has_such(reference, hit)) {
+        conclude_of_hit(c, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH, hit, NULL);
+        return;
+    }
+    enum source_state state =
+        reference->is_aabbs
+            ? reference_aabb(reference, hit->geometry, hit->primitive, &box)
+            : reference_triangle(reference, hit->geometry, hit->primitive, &triangle);
+    if (state == SOURCE_INACTIVE)
+        conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_INACTIVE, hit, NULL);
+    if (state != SOURCE_ACTIVE || reference->is_aabbs)
+        return;
+    placing_of_triangle(c->line, &triangle, &placing);
+    judge_place(c, hit, &placing);
+}
+
+static void judge_hits(const struct case_of_ray *c)
+{
+    const struct compare_hit *closest = &c->answer->closest;
+    for (uint32_t i = 0; i < c->candidate_count; i++)
+        judge_hit(c, &c->answer->candidates[i]);
+    if (closest->kind)
+        judge_hit(c, closest);
+    for (uint32_t i = 0; i < c->candidate_count && closest->kind; i++) {
+        const struct compare_hit *hit = &c->answer->candidates[i];
+        if (!(hit->kind & COMPARE_AABB) &&
+            hit->t < closest->t - 2 * PLACING_TOLERANCE * fabsf(closest->t) &&
+            find_exact(c, hit->geometry, hit->primitive)) {
+            conclude_of_hit(c, DIFFERENCE_DISTANCE, REASON_NOT_FIRST, closest, NULL);
+            return;
+        }
+    }
+}
+
+/* ---- what must be there */
+
+/* The driver has a hit where this one is, but by another number, which the ray doesn't meet. */
+static const struct compare_hit *find_misnamed(const struct case_of_ray *c, double t,
+                                               double tolerance)
+{
+    for (uint32_t i = 0; i < c->candidate_count; i++) {
+        const struct compare_hit *hit = &c->answer->candidates[i];
+        if (!differs(hit->t, t, tolerance) && !find_exact(c, hit->geometry, hit->primitive))
+            return hit;
+    }
+    return NULL;
+}
+
+static void conclude_missed(const struct case_of_ray *c, const struct trace_hit *exact,
+                            enum judge_reason reason)
+{
+    struct judgement judgement = {
+        .difference = DIFFERENCE_MISSED,
+        .reason = reason,
+        .geometry = exact->geometry,
+        .primitive = exact->primitive,
+        .has_reference = true,
+        .reference = *exact,
+        .has_driver = c->answer->closest.kind,
+        .driver = c->answer->closest,
+    };
+    conclude(c, &judgement);
+}
+
+static void judge_exact_triangle(const struct case_of_ray *c, const struct trace_hit *exact)
+{
+    struct triangle_record triangle;
+    struct placing placing;
+    if (reference_triangle(c->reference, exact->geometry, exact->primitive, &triangle) !=
+        SOURCE_ACTIVE)
+        return;
+    placing_of_triangle(c->line, &triangle, &placing);
+    if (placing.side != PLACING_IN)
+        return;
+    if (!find_driver(c, exact->geometry, exact->primitive)) {
+        const struct compare_hit *other = find_misnamed(c, placing.t, placing.t_tolerance);
+        if (other)
+            conclude_of_hit(c, DIFFERENCE_PRIMITIVE, REASON_PASSES, other, &placing);
+        else
+            conclude_missed(c, exact, REASON_MEETS);
+    } else if (!c->answer->closest.kind) {
+        conclude_missed(c, exact, REASON_MEETS);
+    }
+}
+
+static void judge_exact_box(const struct case_of_ray *c, const struct trace_hit *exact)
+{
+    struct aabb_record box;
+    bool is_limit = c->rays->aims[c->ray].at == AIM_LIMIT;
+    if (!find_driver(c, exact->geometry, exact->primitive) &&
+        reference_aabb(c->reference, exact->geometry, exact->primitive, &box) == SOURCE_ACTIVE &&
+        placing_meets_box(c->line, &box))
+        conclude_missed(c, exact, is_limit ? REASON_LIMIT : REASON_MEETS);
+}
+
+/* Of the triangles around a shared edge or vertex the driver has exactly one. */
+static void judge_fan(const struct case_of_ray *c)
+{
+    const struct fan *fan = &c->rays->fans[c->ray];
+    const struct trace_hit *exact = NULL;
+    const struct compare_hit *first = NULL, *second = NULL;
+    for (uint32_t i = 0; i < fan->count; i++) {
+        const struct trace_hit *hit = find_exact(c, fan->geometry, fan->primitives[i]);
+        const struct compare_hit *candidate = find_driver(c, fan->geometry, fan->primitives[i]);
+        if (hit && exact)
+            return;
+        exact = hit ? hit : exact;
+        second = first && candidate ? candidate : second;
+        first = first ? first : candidate;
+    }
+    if (!exact || !fan_is_met_once(c->reference, c->rays, c->ray))
+        return;
+    if (second) {
+        struct judgement judgement = {
+            .difference = DIFFERENCE_DOUBLE,
+            .reason = REASON_SHARED,
+            .geometry = second->geometry,
+            .primitive = second->primitive,
+            .has_reference = true,
+            .reference = *exact,
+            .has_driver = true,
+            .driver = *first,
+        };
+        conclude(c, &judgement);
+    } else if (!first && c->is_whole) {
+        conclude_missed(c, exact, REASON_SHARED);
+    }
+}
+
+bool judge_ray(const struct reference *reference, const struct rays *rays, uint32_t ray,
+               const struct compare_answer *answer, struct judgement *judgement)
+{
+    struct case_of_ray c = {
+        .reference = reference,
+        .rays = rays,
+        .ray = ray,
+        .line = &rays->rays[ray],
+        .answer = answer,
+        .is_whole = answer->candidate_count <= COMPARE_CANDIDATES,
+        .judgement = judgement,
+    };
+    c.candidate_count = c.is_whole ? answer->candidate_count : COMPARE_CANDIDATES;
+    *judgement = (struct judgement){.difference = DIFFERENCE_COUNT};
+    trace(&c);
+    if (c.has_more)
+        return false;
+    judge_hits(&c);
+    for (uint32_t i = 0; i < c.exact_count && c.is_whole; i++)
+        (reference->is_aabbs ? judge_exact_box : judge_exact_triangle)(&c, &c.exact[i]);
+    judge_fan(&c);
+    return judgement->difference != DIFFERENCE_COUNT;
+}

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rays for an input: aimed at its edges and vertices, at its primitives, and at random. */
+#ifndef ASSAY_COMPARE_RAYS_H
+#define ASSAY_COMPARE_RAYS_H
+
+#include "compare/reference.h"
+#include "compare/trace_data.h"
+
+enum aim_at {
+    AIM_ANYWHERE,  /* within the bounds */
+    AIM_PRIMITIVE, /* a point of it */
+    AIM_EDGE,      /* from `corner` to the next one */
+    AIM_VERTEX,    /* `corner` */
+    AIM_LIMIT,     /* a face of a box, which the ray meets exactly at tmin or tmax */
+};
+
+struct aim {
+    enum aim_at at;
+    uint32_t geometry, primitive, corner;
+};
+
+/* Triangles that meet at an edge or around a vertex. */
+enum { FAN_MAX = 24 };
+struct fan {
+    uint32_t geometry, count; /* 0: nothing is promised there */
+    uint32_t primitives[FAN_MAX];
+};
+
+/* One of each a ray; owned. The same input and count, the same rays. */
+struct rays {
+    uint32_t count;
+    struct compare_ray *rays;
+    struct aim *aims;
+    struct fan *fans; /* of aims at edges and vertices */
+};
+
+VkResult rays_create(const struct reference *reference, uint32_t count, struct rays *rays);
+void rays_free(struct rays *rays);
+
+/* Fills in the fans (fans.c): edges that exactly two triangles of one geometry share in opposite
+ * directions, vertices around which triangles of one geometry form one closed ring. */
+VkResult rays_find_fans(const struct reference *reference, struct rays *rays);
+
+#endif

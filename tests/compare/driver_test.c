@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What lavapipe builds and traces, right and wrong, compared without the layer. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "bench.h"
+
+enum { RAYS = 4096 };
+
+static struct bench bench;
+static struct subject subject;
+static struct tally tally;
+
+static void compare(const struct subject *source, const char *name)
+{
+    bench_compare(&bench, source, &subject, RAYS, &tally);
+    tally_print(&tally, name);
+}
+
+/* ---- what it does right: no finding */
+
+static void expect_silence(const struct subject *source, const char *name)
+{
+    compare(source, name);
+    assert_int_equal(tally.all, 0);
+}
+
+static void test_ranges(void **state)
+{
+    (void)state;
+    uint32_t indices[3 * SOUP_TRIANGLES];
+    for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++)
+        indices[i] = i;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    expect_silence(NULL, "separate triangles");
+    subject.ranges[0] = (VkAccelerationStructureBuildRangeInfoKHR){50, 36 * 5, 0, 0};
+    expect_silence(NULL, "primitiveOffset of vertices");
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, indices, SOUP_TRIANGLES);
+    subject.ranges[1] = (VkAccelerationStructureBuildRangeInfoKHR){40, 12 * 5, 0, 0};
+    expect_silence(NULL, "two geometries, primitiveOffset of indices");
+    subject_triangles(&subject, NULL, 3, NULL, 0);
+    expect_silence(NULL, "and an empty one");
+}
+
+static void test_transform(void **state)
+{
+    (void)state;
+    VkTransformMatrixKHR transforms[2] = {0};
+    transforms[1] = (VkTransformMatrixKHR){{{0, 1, 0, 3}, {2, 0, 0, 0}, {0, 0, .5f, 1}}};
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject.geometries[0].geometry.triangles.transformData.hostAddress = transforms;
+    subject.ranges[0].transformOffset = sizeof(transforms[0]);
+    expect_silence(NULL, "a transform at an offset");
+}
+
+static void test_formats(void **state)
+{
+    (void)state;
+    uint16_t indices[3 * SOUP_TRIANGLES];
+    int16_t vertices[3 * SOUP_TRIANGLES][4];
+    for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++) {
+        indices[i] = (uint16_t)i;
+        for (int j = 0; j < 4; j++)
+            vertices[i][j] = j == 3 ? 0 : (int16_t)(soup_vertices[3 * i + (uint32_t)j] * 3000);
+    }
+    subject_begin(&subject);
+    subject_triangles(&subject, NULL, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &subject.geometries[0].geometry.triangles;
+    triangles->indexType = VK_INDEX_TYPE_UINT16;
+    triangles->indexData.hostAddress = indices;
+    triangles->vertexFormat = VK_FORMAT_R16G16B16A16_SNORM;
+    triangles->vertexStride = sizeof(vertices[0]);
+    triangles->vertexData.hostAddress = vertices;
+    expect_silence(NULL, "normalized vertices, indices of 16 bits");
+    triangles->vertexFormat = VK_FORMAT_R16G16_SNORM;
+    compare(NULL, "in a plane"); /* where they overlap, and any of them may come first */
+    assert_int_equal(tally.all, 0);
+}
+
+static void test_update(void **state)
+{
+    (void)state;
+    struct subject source;
+    float before[9 * SOUP_TRIANGLES];
+    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
+        before[i] = 11 - soup_vertices[i];
+    subject_begin(&source);
+    subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    expect_silence(&source, "an update");
+}
+
+/* Boxes are met but for rays that end or begin at a face. */
+static void test_boxes(void **state)
+{
+    (void)state;
+    VkAabbPositionsKHR boxes[BOXES];
+    boxes_fill(boxes);
+    subject_begin(&subject);
+    subject_boxes(&subject, boxes, BOXES);
+    compare(NULL, "boxes");
+    assert_int_equal(tally.all, tally.by_aim[AIM_LIMIT]);
+}
+
+/* ---- what lavapipe of Mesa 25.0.7 does wrong, and others may not */
+
+static void expect_defect(const char *name, enum difference difference, enum judge_reason reason)
+{
+    compare(NULL, name);
+    if (strstr(bench.driver, "Mesa 25.0.7"))
+        assert_true(tally.counts[difference][reason] > 0);
+}
+
+static void test_fan(void **state)
+{
+    (void)state;
+    subject_begin(&subject);
+    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    expect_defect("a closed fan", DIFFERENCE_MISSED, REASON_SHARED);
+    expect_defect("a closed fan", DIFFERENCE_DOUBLE, REASON_SHARED);
+    assert_true(tally.once > RAYS / 4);
+    assert_int_equal(tally.all, tally.counts[DIFFERENCE_MISSED][REASON_SHARED] +
+                                    tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
+}
+
+static void test_first_vertex(void **state)
+{
+    (void)state;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
+    subject.ranges[0].firstVertex = 30;
+    expect_defect("firstVertex", DIFFERENCE_MISSED, REASON_MEETS);
+    expect_defect("firstVertex", DIFFERENCE_EXTRA, REASON_PASSES);
+    expect_defect("firstVertex", DIFFERENCE_PRIMITIVE, REASON_PASSES);
+}
+
+static void test_inactive(void **state)
+{
+    (void)state;
+    VkAabbPositionsKHR boxes[BOXES];
+    float vertices[9 * SOUP_TRIANGLES];
+    memcpy(vertices, soup_vertices, sizeof(vertices));
+    for (int i = 1; i <= 3; i++)
+        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
+    subject_begin(&subject);
+    subject_triangles(&subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    expect_defect("the last triangle inactive", DIFFERENCE_MISSED, REASON_MEETS);
+    boxes_fill(boxes);
+    boxes[13].minX = NAN;
+    subject_begin(&subject);
+    subject_boxes(&subject, boxes, BOXES);
+    expect_defect("a box inactive", DIFFERENCE_MISSED, REASON_MEETS);
+    expect_defect("a box inactive", DIFFERENCE_MISSED, REASON_LIMIT);
+}
+
+static int open_bench(void **state)
+{
+    (void)state;
+    const char *lacks = bench_open(&bench);
+    if (lacks) {
+        print_message("skipped: %s\n", lacks);
+        exit(77);
+    }
+    print_message("%s\n", bench.driver);
+    soup_fill();
+    return 0;
+}
+
+static int close_bench(void **state)
+{
+    (void)state;
+    bench_close(&bench);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
+        cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),
+        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_fan),
+        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
+    };
+    return cmocka_run_group_tests(tests, open_bench, close_bench);
+}

@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The judge by itself: answers that are right are never blamed, and each mistake is called what it
+ * is. The answers are made from the reference's own candidates. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "compare/fan.h"
+#include "subject.h"
+
+enum { RAYS = 4096 };
+
+static struct subject subject;
+static struct reference reference;
+static struct rays rays;
+static struct compare_answer answers[RAYS];
+
+static struct compare_hit hit_of(const struct trace_hit *from)
+{
+    return (struct compare_hit){
+        .t = from->t,
+        .u = from->u,
+        .v = from->v,
+        .kind = COMPARE_HIT | (from->is_aabb      ? COMPARE_AABB
+                               : from->front_face ? COMPARE_FRONT
+                                                  : 0),
+        .geometry = from->geometry,
+        .primitive = from->primitive,
+    };
+}
+
+static enum trace_answer keep(void *context, struct trace_hit *candidate)
+{
+    struct compare_answer *answer = context;
+    const struct compare_hit hit = hit_of(candidate);
+    if (answer->candidate_count < COMPARE_CANDIDATES)
+        answer->candidates[answer->candidate_count] = hit;
+    answer->candidate_count++;
+    if (!candidate->is_aabb && (!answer->closest.kind || hit.t < answer->closest.t))
+        answer->closest = hit;
+    return TRACE_IGNORE;
+}
+
+static void open_case(void)
+{
+    const struct trace_scene *scene;
+    assert_int_equal(reference_open(&subject.input, &reference), VK_SUCCESS);
+    assert_int_equal(rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    assert_int_equal(rays.count, RAYS);
+    scene = &(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT};
+    memset(answers, 0, sizeof(answers));
+    for (uint32_t i = 0; i < RAYS; i++) {
+        const struct compare_ray *from = &rays.rays[i];
+        struct trace_ray ray = {.t_min = from->t_min, .t_max = from->t_max, .cull_mask = 0xff};
+        memcpy(ray.origin, from->origin, sizeof(ray.origin));
+        memcpy(ray.direction, from->direction, sizeof(ray.direction));
+        trace_candidates(scene, &ray, &(struct trace_visitor){keep, &answers[i]});
+    }
+}
+
+static void close_case(void)
+{
+    rays_free(&rays);
+    reference_close(&reference);
+}
+
+static void open_soup(void)
+{
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    open_case();
+}
+
+static void open_fan(void)
+{
+    subject_begin(&subject);
+    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    open_case();
+}
+
+/* Each answer is changed for the worse; all that is said is this difference, and often. */
+static void expect(void (*change)(struct compare_answer *answer, uint32_t ray),
+                   enum difference difference, enum judge_reason reason)
+{
+    struct tally tally;
+    for (uint32_t i = 0; i < RAYS; i++)
+        if (answers[i].closest.kind)
+            change(&answers[i], i);
+    tally_judge(&tally, &reference, &rays, answers);
+    tally_print(&tally, "changed");
+    assert_int_equal(tally.all, tally.counts[difference][reason]);
+    assert_true(tally.all > RAYS / 20);
+    close_case();
+}
+
+static void test_right_answers(void **state)
+{
+    (void)state;
+    VkAabbPositionsKHR boxes[BOXES];
+    struct tally tally;
+    open_soup();
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.all, 0);
+    assert_int_equal(tally.once, 0);
+    close_case();
+    open_fan();
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.all, 0);
+    assert_true(tally.once > RAYS / 4);
+    close_case();
+    boxes_fill(boxes);
+    boxes[4].minX = NAN;
+    subject_begin(&subject);
+    subject_boxes(&subject, boxes, BOXES);
+    open_case();
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.all, 0);
+    for (uint32_t i = 0; i < RAYS; i++) /* more boxes than are met are allowed */
+        if (answers[i].candidate_count == 0)
+            answers[i].candidates[answers[i].candidate_count++] =
+                (struct compare_hit){.kind = COMPARE_HIT | COMPARE_AABB, .primitive = 7};
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.all, 0);
+    for (uint32_t i = 0; i < RAYS; i++) /* but no inactive ones */
+        answers[i].candidates[answers[i].candidate_count++] =
+            (struct compare_hit){.kind = COMPARE_HIT | COMPARE_AABB, .primitive = 4};
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.counts[DIFFERENCE_EXTRA][REASON_INACTIVE], RAYS);
+    close_case();
+}
+
+/* A driver that errs by some roundings, and tells the same candidate from both sides of an edge. */
+static void test_rounded_answers(void **state)
+{
+    (void)state;
+    struct tally tally;
+    open_soup();
+    for (uint32_t i = 0; i < RAYS; i++) {
+        struct compare_answer *answer = &answers[i];
+        for (uint32_t j = 0; j < answer->candidate_count; j++)
+            answer->candidates[j].t *= 1 + 0x1p-20f;
+        answer->closest.t *= 1 + 0x1p-20f;
+        answer->closest.u += 0x1p-20f;
+    }
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.all, 0);
+    close_case();
+}
+
+static void drop(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    answer->candidate_count = 0;
+    answer->closest = (struct compare_hit){0};
+}
+
+static void drop_closest(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    answer->closest = (struct compare_hit){0};
+}
+
+/* All of the fan that the ray is aimed at. */
+static void add_fan(struct compare_answer *answer, uint32_t ray)
+{
+    const struct fan *fan = &rays.fans[ray];
+    if (!fan_is_met_once(&reference, &rays, ray))
+        return;
+    for (uint32_t i = 0; i < fan->count; i++) {
+        struct compare_hit hit = answer->closest;
+        hit.primitive = fan->primitives[i];
+        if (hit.primitive != answer->closest.primitive &&
+            rays.aims[ray].at == AIM_VERTEX) /* their barycentrics aren't judged at the boundary */
+            answer->candidates[answer->candidate_count++] = hit;
+    }
+}
+
+static void add_far(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    struct compare_hit hit = answer->closest;
+    hit.primitive = (hit.primitive + 50) % SOUP_TRIANGLES;
+    for (uint32_t i = 0; i < answer->candidate_count; i++)
+        if (answer->candidates[i].primitive == hit.primitive)
+            return;
+    answer->candidates[answer->candidate_count++] = hit;
+}
+
+static void rename_all(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    for (uint32_t i = 0; i < answer->candidate_count; i++)
+        answer->candidates[i].primitive += SOUP_TRIANGLES;
+    answer->closest.primitive += SOUP_TRIANGLES;
+}
+
+static void shift(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    answer->closest.t *= 1.01f;
+}
+
+static void turn(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    answer->closest.kind ^= COMPARE_FRONT;
+}
+
+static void swap(struct compare_answer *answer, uint32_t ray)
+{
+    (void)ray;
+    float u = answer->closest.u;
+    answer->closest.u = answer->closest.v;
+    answer->closest.v = u;
+}
+
+static void test_mistakes(void **state)
+{
+    (void)state;
+    open_soup();
+    expect(drop, DIFFERENCE_MISSED, REASON_MEETS);
+    open_soup();
+    expect(drop_closest, DIFFERENCE_MISSED, REASON_MEETS);
+    open_fan();
+    expect(add_fan, DIFFERENCE_DOUBLE, REASON_SHARED);
+    open_soup();
+    expect(add_far, DIFFERENCE_EXTRA, REASON_PASSES);
+    open_soup();
+    expect(rename_all, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH);
+    open_soup();
+    expect(shift, DIFFERENCE_DISTANCE, REASON_MEETS);
+    open_soup();
+    expect(turn, DIFFERENCE_FACING, REASON_MEETS);
+    open_soup();
+    expect(swap, DIFFERENCE_BARYCENTRICS, REASON_MEETS);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_right_answers),
+        cmocka_unit_test(test_rounded_answers),
+        cmocka_unit_test(test_mistakes),
+    };
+    soup_fill();
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

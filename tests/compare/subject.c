@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Inputs and tallies. */
+#include "subject.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "compare/fan.h"
+
+const float fan_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,
+                                              0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 1, -1, 0};
+const uint32_t fan_indices[3 * FAN_TRIANGLES] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5,
+                                                 0, 5, 6, 0, 6, 7, 0, 7, 8, 0, 8, 1};
+float soup_vertices[9 * SOUP_TRIANGLES];
+
+void soup_fill(void)
+{
+    srand(1);
+    for (int i = 0; i < SOUP_TRIANGLES; i++)
+        for (int j = 0; j < 9; j++) {
+            int square = j % 3 == 0 ? i % 10 : j % 3 == 1 ? i / 10 : 0;
+            soup_vertices[9 * i + j] = (float)square + (float)rand() / (float)RAND_MAX;
+        }
+}
+
+void boxes_fill(VkAabbPositionsKHR boxes[BOXES])
+{
+    for (int i = 0; i < BOXES; i++) {
+        float x = 2 * (float)(i % 3), y = 2 * (float)(i / 3 % 3), z = 2 * (float)(i / 9);
+        boxes[i] = (VkAabbPositionsKHR){x, y, z, x + 1, y + 1, z + 1};
+    }
+}
+
+static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    (void)context;
+    *bytes = (const void *)(uintptr_t)address;
+    return size;
+}
+
+void subject_begin(struct subject *subject)
+{
+    *subject = (struct subject){.memory = {.find = find}};
+    subject->input = (struct compare_input){&subject->parameters, &subject->memory};
+    subject->parameters.info = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .pGeometries = subject->geometries,
+    };
+    subject->parameters.geometries = subject->geometries;
+    subject->parameters.ranges = subject->ranges;
+}
+
+static void add(struct subject *subject, const VkAccelerationStructureGeometryKHR *geometry,
+                uint32_t count)
+{
+    uint32_t i = subject->parameters.info.geometryCount++;
+    assert_true(i < GEOMETRIES);
+    subject->geometries[i] = *geometry;
+    subject->ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = count};
+}
+
+void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
+                       const uint32_t *indices, uint32_t triangle_count)
+{
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles =
+            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.hostAddress = vertices,
+             .vertexStride = 3 * sizeof(float),
+             .maxVertex = vertex_count - 1,
+             .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+             .indexData.hostAddress = indices},
+    };
+    add(subject, &geometry, triangle_count);
+}
+
+void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)
+{
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+        .geometry.aabbs = {.sType =
+                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+                           .data.hostAddress = boxes,
+                           .stride = sizeof(*boxes)},
+    };
+    add(subject, &geometry, count);
+}
+
+/* ---- tallies */
+
+void tally_judge(struct tally *tally, const struct reference *reference, const struct rays *rays,
+                 const struct compare_answer *answers)
+{
+    *tally = (struct tally){.rays = rays->count};
+    for (uint32_t i = 0; i < rays->count; i++) {
+        struct judgement judgement;
+        tally->once += fan_is_met_once(reference, rays, i);
+        if (!judge_ray(reference, rays, i, &answers[i], &judgement))
+            continue;
+        tally->all++;
+        tally->counts[judgement.difference][judgement.reason]++;
+        tally->by_aim[rays->aims[i].at]++;
+    }
+}
+
+void tally_print(const struct tally *tally, const char *name)
+{
+    print_message("%s: of %u rays (%u at fans that are met once) %u differ\n", name, tally->rays,
+                  tally->once, tally->all);
+    for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)
+        for (int i = 0; i < REASONS; i++)
+            if (tally->counts[d][i])
+                print_message("  %s, reason %d: %u\n", difference_id(d), i, tally->counts[d][i]);
+}

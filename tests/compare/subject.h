@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Inputs of builds in the host's memory, whose addresses stand for the application's, and the count
+ * of what is judged of them. */
+#ifndef TESTS_COMPARE_SUBJECT_H
+#define TESTS_COMPARE_SUBJECT_H
+
+#include "compare/judge.h"
+
+enum { GEOMETRIES = 4 };
+
+struct subject {
+    struct build_parameters parameters;
+    VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES];
+    struct input_memory memory;
+    struct compare_input input;
+};
+
+/* The subject stays where it is. Floats, three a vertex; `indices` may be NULL. */
+void subject_begin(struct subject *subject);
+void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
+                       const uint32_t *indices, uint32_t triangle_count);
+void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count);
+
+/* A closed fan of 8 triangles around the origin, in a plane. */
+enum { FAN_VERTICES = 9, FAN_TRIANGLES = 8 };
+extern const float fan_vertices[3 * FAN_VERTICES];
+extern const uint32_t fan_indices[3 * FAN_TRIANGLES];
+
+/* Separate triangles, one in each square of a grid. */
+enum { SOUP_TRIANGLES = 100 };
+extern float soup_vertices[9 * SOUP_TRIANGLES];
+void soup_fill(void);
+
+/* 27 boxes, apart. */
+enum { BOXES = 27 };
+void boxes_fill(VkAabbPositionsKHR boxes[BOXES]);
+
+enum { REASONS = REASON_NOT_FIRST + 1, AIMS = AIM_LIMIT + 1 };
+struct tally {
+    uint32_t rays, all, counts[DIFFERENCE_COUNT][REASONS], by_aim[AIMS], once; /* fans met once */
+};
+void tally_judge(struct tally *tally, const struct reference *reference, const struct rays *rays,
+                 const struct compare_answer *answers);
+void tally_print(const struct tally *tally, const char *name);
+
+#endif
