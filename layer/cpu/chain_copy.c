@@ -43,8 +43,8 @@ VkResult chain_copy_begin(struct chain_copy *copy, const void *chain, VkStructur
     const VkBaseInStructure *last = chain_find(chain, type);
     if (!last)
         return VK_SUCCESS;
-    size_t room = 0;
-    for (const VkBaseInStructure *in = chain; in != last->pNext; in = in->pNext)
+    size_t room = room_for(size_of(last->sType));
+    for (const VkBaseInStructure *in = chain; in != last; in = in->pNext)
         room += room_for(size_of(in->sType));
     char *to = calloc(1, room);
     if (!to)

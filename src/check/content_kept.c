@@ -103,7 +103,7 @@ static void keep_indices(const struct content *content, struct geometry_contents
         size ? content_find(content, triangles->indexData, content->range->range->primitiveOffset,
                             count, size, size)
              : NULL;
-    if (!indices)
+    if (!indices || !count)
         return;
     kept->indices_size = count * size;
     kept->indices = malloc(kept->indices_size);

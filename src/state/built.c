@@ -135,9 +135,10 @@ static uint32_t count_dense(const struct build_description *description)
 
 static size_t micromaps_offset(uint32_t count, uint32_t dense_count)
 {
-    _Static_assert(sizeof(struct dense_shape) % _Alignof(struct micromap_shape) == 0 &&
-                       _Alignof(struct dense_shape) % _Alignof(struct micromap_shape) == 0,
+    _Static_assert(sizeof(struct dense_shape) % _Alignof(struct micromap_shape) == 0,
                    "micromaps can lie behind dense shapes");
+    _Static_assert(_Alignof(struct dense_shape) % _Alignof(struct micromap_shape) == 0,
+                   "and those behind geometries");
     return dense_offset(count) + (size_t)dense_count * sizeof(struct dense_shape);
 }
 

@@ -54,12 +54,12 @@ struct command_buffer {
 VkResult command_buffers_create(struct command_buffers **command_buffers);
 void command_buffers_destroy(struct command_buffers *command_buffers);
 
-void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool pool,
+void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool handle,
                               VkQueueFlags queue_flags, bool is_protected);
 /* Tells `gone` of each command buffer that goes with it. */
-void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool pool,
+void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
                                  void (*gone)(void *user, VkCommandBuffer handle), void *user);
-void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool pool,
+void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool handle,
                                 bool releases);
 
 void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool pool,

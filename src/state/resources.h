@@ -25,38 +25,38 @@ VkResult resources_create(struct resources **resources);
 void resources_destroy(struct resources *resources);
 
 /* Memory. `multi_instance`: several instances, one a physical device of the group. */
-void resources_add_memory(struct resources *resources, VkDeviceMemory memory, VkDeviceSize size,
+void resources_add_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize size,
                           VkMemoryPropertyFlags properties, bool multi_instance);
-void resources_remove_memory(struct resources *resources, VkDeviceMemory memory);
+void resources_remove_memory(struct resources *resources, VkDeviceMemory handle);
 
 /* The host has mapped `size` bytes, or all to the end for VK_WHOLE_SIZE; or unmaps it. */
-void resources_map_memory(struct resources *resources, VkDeviceMemory memory, VkDeviceSize offset,
+void resources_map_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize offset,
                           VkDeviceSize size, const void *pointer);
-void resources_unmap_memory(struct resources *resources, VkDeviceMemory memory);
+void resources_unmap_memory(struct resources *resources, VkDeviceMemory handle);
 
 /* Buffers. */
-void resources_add_buffer(struct resources *resources, VkBuffer buffer,
+void resources_add_buffer(struct resources *resources, VkBuffer handle,
                           const VkBufferCreateInfo *create_info);
-void resources_remove_buffer(struct resources *resources, VkBuffer buffer);
-void resources_set_address(struct resources *resources, VkBuffer buffer, VkDeviceAddress address);
+void resources_remove_buffer(struct resources *resources, VkBuffer handle);
+void resources_set_address(struct resources *resources, VkBuffer handle, VkDeviceAddress address);
 
 /* A bind command returned success. `instances_differ`: the binding gives each physical device an
  * instance of its choice, so that equal offsets need not be equal bytes. */
-void resources_bind_buffer(struct resources *resources, VkBuffer buffer, VkDeviceMemory memory,
+void resources_bind_buffer(struct resources *resources, VkBuffer handle, VkDeviceMemory memory,
                            VkDeviceSize offset, bool instances_differ);
 /* A bind command failed: what is bound is not known. */
-void resources_forget_binding(struct resources *resources, VkBuffer buffer);
+void resources_forget_binding(struct resources *resources, VkBuffer handle);
 
 /* Sparse buffers. What is bound counts in the order of execution: a binding is announced before it
  * is submitted, bound when its turn has come, and settled then, or when it is certain that it never
  * will be bound. While any is announced nothing is said of the buffer. */
-struct sparse_binding resources_announce_sparse(struct resources *resources, VkBuffer buffer,
+struct sparse_binding resources_announce_sparse(struct resources *resources, VkBuffer handle,
                                                 const VkSparseMemoryBind *bind);
 void resources_bind_sparse(struct resources *resources, const struct sparse_binding *binding,
                            struct moment when, const struct execution_clock *follows);
 void resources_settle_sparse(struct resources *resources, const struct sparse_binding *binding);
 /* Bound in a way that isn't followed: where its bytes lie is not known any more. */
-void resources_forget_sparse(struct resources *resources, VkBuffer buffer);
+void resources_forget_sparse(struct resources *resources, VkBuffer handle);
 
 /* Acceleration structures. */
 void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR handle,

@@ -31,9 +31,9 @@ bool cpu_offers(const struct layer_instance *of, VkPhysicalDevice physical_devic
     return true;
 }
 
-void cpu_refuse(const struct layer_instance *of, const char *command, const char *what)
+void cpu_refuse(const struct layer_instance *of_instance, const char *command, const char *what)
 {
-    (void)of;
+    (void)of_instance;
     (void)what;
     refused_command = command;
     refusals++;

@@ -465,7 +465,7 @@ static void test_submissions_without_memory(void **state)
 {
     (void)state;
     static VkSubmitInfo submits[MANY];
-    const VkPipelineStageFlags traced = BUILD;
+    static const VkPipelineStageFlags traced = BUILD;
     submits[0].waitSemaphoreCount = 1;
     submits[0].pWaitDstStageMask = &traced;
     memory_fail_after(0);

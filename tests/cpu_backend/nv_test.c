@@ -52,7 +52,7 @@ static void put_data(void)
     const VkTransformMatrixKHR up = {{{1, 0, 0, 0}, {0, 1, 0, 10}, {0, 0, 1, 0}}};
     put_triangles(PLAIN_AT, 0);
     put_triangles(SHARED_AT, 0);
-    for (uint16_t i = 0; i < 3 * TRIANGLES; i++) {
+    for (uint32_t i = 0; i < 3 * TRIANGLES; i++) {
         const uint16_t index = (uint16_t)(3 * TRIANGLES - 1 - i);
         memcpy(data_at(INDICES_AT + i * sizeof(index)), &index, sizeof(index));
     }

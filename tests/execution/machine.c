@@ -34,28 +34,29 @@ static void create_structure(struct machine *machine, uint32_t index, VkDeviceSi
         scene_accel_in(machine->scene, &machine->structures[index].buffer, 0, size, type);
 }
 
-void machine_allocate(struct machine *machine, uint32_t index)
+void machine_allocate(struct machine *machine, uint32_t command_buffer)
 {
-    machine->command_buffers[index] = scene_allocate_command_buffer(
-        machine->scene, machine->pools[index],
-        is_secondary(index) ? VK_COMMAND_BUFFER_LEVEL_SECONDARY : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    machine->command_buffers[command_buffer] = scene_allocate_command_buffer(
+        machine->scene, machine->pools[command_buffer],
+        is_secondary(command_buffer) ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
+                                     : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     const VkDebugUtilsObjectNameInfoEXT name = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
         .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-        .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[index],
-        .pObjectName = machine_name(index),
+        .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
+        .pObjectName = machine_name(command_buffer),
     };
     expect_success(machine->vk->SetDebugUtilsObjectNameEXT(machine->device, &name),
                    "vkSetDebugUtilsObjectNameEXT");
 }
 
-void machine_create_pool(struct machine *machine, uint32_t index)
+void machine_create_pool(struct machine *machine, uint32_t command_buffer)
 {
-    const uint32_t family = machine_family(machine->scene->world, QUEUE_OF(index));
+    const uint32_t family = machine_family(machine->scene->world, QUEUE_OF(command_buffer));
     if (family == UINT32_MAX)
         return;
-    machine->pools[index] = scene_pool(machine->scene, family, 0);
-    machine_allocate(machine, index);
+    machine->pools[command_buffer] = scene_pool(machine->scene, family, 0);
+    machine_allocate(machine, command_buffer);
 }
 
 static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)

@@ -91,7 +91,7 @@ static struct content make_content(uint64_t *random, uint32_t base)
         content.descriptors = 0;
     for (uint32_t i = 0; i < content.triangles; i++) {
         bool is_first = !content.has_palette || i % 3 == 0;
-        content.geometry[i] = is_first ? 300 : i % 3 == 1 ? 301 : 0x12d;
+        content.geometry[i] = is_first ? 300 : 301;
         content.opaque[i] = is_first;
     }
     return content;
@@ -308,8 +308,9 @@ static void dense_updates(const struct setting *setting)
     void *fresh = case_build(setting, &input, NULL);
     float bounds[2][6];
     EXPECT(builder_bounds(structure, bounds[0], bounds[0] + 3) &&
-           builder_bounds(fresh, bounds[1], bounds[1] + 3) &&
-           memcmp(bounds[0], bounds[1], sizeof(bounds[0])) == 0);
+           builder_bounds(fresh, bounds[1], bounds[1] + 3));
+    for (int i = 0; i < 6; i++)
+        EXPECT(bounds[0][i] == bounds[1][i]);
     free(fresh);
     free(structure);
     uint8_t indices[TRIANGLES + 2];

@@ -18,9 +18,9 @@ uint64_t counter;
 const char *reached;
 
 /* Devices here are of backend driver. */
-void snapshots_deliver_complete(struct layer_device *state)
+void snapshots_deliver_complete(struct layer_device *of_device)
 {
-    (void)state;
+    (void)of_device;
 }
 
 struct layer_device *layer_find_device(const void *dispatchable)

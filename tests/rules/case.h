@@ -77,9 +77,6 @@ struct test_case {
     bool is_wild;         /* a driver that trusts the data reads where nothing is */
     bool is_for_the_call; /* its data is the host's, or parameters break rules, too */
 
-    /* What the layer lacks to pass; the case is counted as skipped until it does pass. */
-    const char *gap;
-
     const char *path; /* that each message has to contain; "pGeometries[" fits ppGeometries too */
     uint32_t count;   /* messages of the first rule; 0: any number */
 };

@@ -142,20 +142,6 @@ static bool wants_pointers(const struct test_case *test_case)
     return false;
 }
 
-/* A known gap is no failure, but its end has to be noticed. */
-static void judge_gap(const struct test_case *test_case, struct report *report)
-{
-    if (test_case->gap == NULL)
-        return;
-    if (report->outcome == OUTCOME_PASSED) {
-        report->outcome = OUTCOME_FAILED;
-        snprintf(report->text, sizeof(report->text), "passes now: this is no gap any more\n");
-    } else if (report->outcome == OUTCOME_FAILED && report->stayed_silent) {
-        report->outcome = OUTCOME_SKIPPED;
-        snprintf(report->text, sizeof(report->text), "gap: %s", test_case->gap);
-    }
-}
-
 static void play_one(struct run *run, const struct case_list *list, const struct play *play)
 {
     snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name,
@@ -171,7 +157,6 @@ static void play_one(struct run *run, const struct case_list *list, const struct
     if (run->tally.verbose)
         printf("[ RUN      ] %s\n", current_name);
     play_case(play, &run->world, &run->report);
-    judge_gap(play->test_case, &run->report);
     write_results(run, play);
     tell(run);
 }
@@ -198,7 +183,7 @@ static void play_at_level(struct run *run, const struct case_list *list,
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
     const struct play play = {&run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE,
                               false,          level,     true};
-    if (fits_command(test_case, play.command) && test_case->gap == NULL &&
+    if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
         play_one(run, list, &play);
 }
