@@ -11,10 +11,10 @@ struct build_call {
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
     struct call_origin origin;
     struct call_view view;
-    struct journal *journal; /* that the call's builds are noted in, or NULL */
+    struct journal *journal;           /* that the call's builds are noted in, or NULL */
     struct recent_sizes *recent_sizes; /* or NULL */
-    struct journal_mark mark; /* before the call's entries */
-    bool skip;                /* a callback asked to skip the call */
+    struct journal_mark mark;          /* before the call's entries */
+    bool skip;                         /* a callback asked to skip the call */
 };
 
 struct build_call build_call_start(struct layer_device *device, enum build_command command);

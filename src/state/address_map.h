@@ -39,8 +39,8 @@ void address_map_find_entry(const struct address_map *map, uint64_t address,
                             struct address_position *position);
 void address_map_fetch(const struct address_map *map, struct address_position position);
 
-/* The record whose range holds `address`, which is at that position, where it shows at a glance that
- * it is the only one; else NULL. */
+/* The record whose range holds `address`, which is at that position, where it shows at a glance
+ * that it is the only one; else NULL. */
 void *address_map_only(const struct address_map *map, struct address_position position,
                        uint64_t address);
 
