@@ -17,6 +17,12 @@ struct build_call {
     bool skip;                         /* a callback asked to skip the call */
 };
 
+/* What vkGetAccelerationStructureBuildSizesKHR says; `counts` are the primitive counts. */
+void build_call_find_sizes(struct layer_device *device,
+                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                           const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                           struct size_facts *sizes);
+
 struct build_call build_call_start(struct layer_device *device, enum build_command command);
 void build_call_set_command_buffer(struct build_call *call, VkCommandBuffer handle);
 

@@ -7,11 +7,10 @@
 #include "host_work.h"
 #include "intercepts.h"
 
-static void find_sizes_of_device(struct layer_device *device,
-                                 const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                                 const uint32_t *counts,
-                                 VkAccelerationStructureBuildTypeKHR build_type,
-                                 struct size_facts *sizes)
+void build_call_find_sizes(struct layer_device *device,
+                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                           const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                           struct size_facts *sizes)
 {
     struct build_shape shape;
     bool has_shape = build_shape_of(info, counts, build_type, &shape);
@@ -42,7 +41,7 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
     struct recent_sizes *recent = call->recent_sizes;
     if (recent && recent_sizes_find(recent, info, counts, build_type, sizes))
         return;
-    find_sizes_of_device(call->device, info, counts, build_type, sizes);
+    build_call_find_sizes(call->device, info, counts, build_type, sizes);
     if (recent)
         recent_sizes_set(recent, info, counts, build_type, sizes);
 }

@@ -3,6 +3,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+#include "contents.h"
 #include "cpu/overlay.h"
 #include "host_work.h"
 #include "intercepts.h"
@@ -35,6 +36,7 @@ static void free_device(struct layer_device *device)
     deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
+    contents_destroy(device->contents);
     command_buffers_destroy(device->command_buffers); /* and their work for the backend */
     cpu_overlay_destroy(device->cpu);
     snapshots_destroy(device->snapshots);
@@ -89,6 +91,8 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)
         result = snapshots_create(device, create_info);
+    if (result == VK_SUCCESS)
+        result = contents_create(device);
     if (result == VK_SUCCESS)
         result = follow_submissions(device);
     if (result == VK_SUCCESS)

@@ -2,6 +2,7 @@
 /* Intercepts of memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "state/resources.h"
 
+#include "contents.h"
 #include "intercepts.h"
 #include "layer.h"
 #include "state/chain.h"
@@ -232,6 +233,21 @@ assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo
 
 /* ---- acceleration structures */
 
+/* Instances refer to structures by addresses that the application may have worked out by itself. */
+static void note_address(struct layer_device *state, VkAccelerationStructureKHR structure)
+{
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = structure,
+    };
+    if (!state->contents)
+        return;
+    VkDeviceAddress address = 0;
+    if (state->vk.GetAccelerationStructureDeviceAddressKHR)
+        address = state->vk.GetAccelerationStructureDeviceAddressKHR(state->handle, &info);
+    resources_set_accel_address(state->resources, structure, address);
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureKHR(
     VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
     const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
@@ -239,9 +255,11 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureKHR(
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.CreateAccelerationStructureKHR(device, pCreateInfo, pAllocator,
                                                                pAccelerationStructure);
-    if (result == VK_SUCCESS)
-        resources_add_accel(state->resources, *pAccelerationStructure, pCreateInfo);
-    return result;
+    if (result != VK_SUCCESS)
+        return result;
+    resources_add_accel(state->resources, *pAccelerationStructure, pCreateInfo);
+    note_address(state, *pAccelerationStructure);
+    return VK_SUCCESS;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructure2KHR(
@@ -251,9 +269,11 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructure2KHR(
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.CreateAccelerationStructure2KHR(device, pCreateInfo, pAllocator,
                                                                 pAccelerationStructure);
-    if (result == VK_SUCCESS)
-        resources_add_accel_at(state->resources, *pAccelerationStructure, pCreateInfo);
-    return result;
+    if (result != VK_SUCCESS)
+        return result;
+    resources_add_accel_at(state->resources, *pAccelerationStructure, pCreateInfo);
+    note_address(state, *pAccelerationStructure);
+    return VK_SUCCESS;
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "check/replay.h"
+#include "contents.h"
 #include "layer.h"
 #include "snapshots/snapshots.h"
 
@@ -161,6 +162,8 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
                    .queue = run->queue},
     };
     struct replay replay = replay_of(&batch, run);
+    struct content_notes *notes =
+        run->work == WORK_OF_QUEUE ? contents_note_batch(submissions->device->contents, run) : NULL;
     replay.undo = undo;
     take_news(submissions);
     for (uint32_t i = 0; i < run->command_count && !submissions->lost; i++) {
@@ -169,6 +172,7 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
             lose(submissions);
             break;
         }
+        replay.notes = notes ? &notes[i] : NULL;
         if (run->work == WORK_OF_QUEUE) {
             replay_deaths(&replay, journal);
             replay_submitted(&replay, journal);
@@ -230,6 +234,7 @@ static void drop(void *user)
 {
     struct submissions *submissions = user;
     build_undo_carry_out(&submissions->undo, &submissions->live);
+    contents_drop(submissions->device->contents);
 }
 
 static void run_batch(void *user, const struct batch_run *run)
@@ -241,6 +246,7 @@ static void run_batch(void *user, const struct batch_run *run)
         replay_batch(submissions, run, NULL);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device, run);
+    contents_end_batch(submissions->device->contents, run);
 }
 
 static void lost(void *user)

@@ -117,6 +117,19 @@ copy_parameters(const struct recorder *recorder,
     return NULL;
 }
 
+/* The call's builds were counted before it came here. */
+static void note_place(const struct recorder *recorder, enum build_command command, uint32_t count,
+                       uint32_t index, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       struct recorded_build *build)
+{
+    build->place = (struct recorded_place){
+        .command = command,
+        .info = index,
+        .position = recorder->command_buffer->build_count - count + index,
+        .geometry_by_pointer = !info->pGeometries && info->ppGeometries,
+    };
+}
+
 static void record(VkCommandBuffer handle, uint32_t count,
                    const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                    const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
@@ -129,7 +142,9 @@ static void record(VkCommandBuffer handle, uint32_t count,
         struct recorded_build *build = copy_parameters(&recorder, &infos[i], ranges[i]);
         if (!build)
             continue;
-        recorded_build_normalize(build);
+        note_place(&recorder, COMMAND_DEVICE, count, i, &infos[i], build);
+        if (!recorded_build_normalize(build))
+            recorder_lose(&recorder);
         recorder_add_build(&recorder, build);
     }
     recorder_end(&recorder);
@@ -181,6 +196,7 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
         struct recorded_build *build = copy_parameters(&recorder, &infos[i], NULL);
         if (!build)
             continue;
+        note_place(&recorder, COMMAND_INDIRECT, info_count, i, &infos[i], build);
         build->is_indirect = true;
         build->indirect_address = addresses[i];
         build->indirect_stride = strides[i];

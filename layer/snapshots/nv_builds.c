@@ -115,6 +115,8 @@ static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *
     struct recorded_build *recorded = translate(&recorder, info, &data);
     if (recorded) {
         VkAccelerationStructureBuildGeometryInfoKHR *own = &recorded->parameters.info;
+        recorded->place = (struct recorded_place){
+            .command = COMMAND_NV, .position = recorder.command_buffer->build_count - 1};
         own->mode = build->mode;
         own->dstAccelerationStructure = build->dstAccelerationStructure;
         own->srcAccelerationStructure = build->srcAccelerationStructure;

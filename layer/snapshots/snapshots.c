@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "contents.h"
 #include "cpu/submits.h"
 #include "snapshots/commands.h"
 #include "snapshots/gather.h"
@@ -112,31 +113,32 @@ static struct execution *take(struct snapshots *snapshots, const struct recordin
     return execution;
 }
 
-static bool run_next(struct layer_device *device, const struct recording *recording,
-                     struct moment moment)
+static void run_command(struct layer_device *device, const struct batch_run *run, uint32_t command)
 {
-    struct execution *execution = take(device->snapshots, recording);
+    const struct journal *journal = run->commands[command].captured;
+    struct execution *execution =
+        journal && journal->work ? take(device->snapshots, journal->work) : NULL;
     if (!execution)
-        return false;
+        return;
     if (device->cpu)
-        cpu_overlay_run(device, execution, moment);
+        cpu_overlay_run(device, execution, run->moment);
+    contents_run(device->contents, run, command, execution);
     execution_release(execution);
-    return true;
 }
 
 void snapshots_run(struct layer_device *device, const struct batch_run *run)
 {
-    for (uint32_t i = 0; i < run->command_count; i++) {
-        const struct journal *journal = run->commands[i].captured;
-        if (journal && journal->work)
-            run_next(device, journal->work, run->moment);
-    }
+    for (uint32_t i = 0; i < run->command_count; i++)
+        run_command(device, run, i);
 }
 
 void snapshots_run_all(struct layer_device *device)
 {
-    while (run_next(device, NULL, moment_never()))
-        continue;
+    for (struct execution *execution; (execution = take(device->snapshots, NULL));) {
+        if (device->cpu)
+            cpu_overlay_run(device, execution, moment_never());
+        execution_release(execution);
+    }
 }
 
 void snapshots_lose_order(struct layer_device *device)
@@ -147,6 +149,7 @@ void snapshots_lose_order(struct layer_device *device)
 
 void snapshots_deliver_complete(struct layer_device *device)
 {
+    contents_deliver(device->contents);
     if (device->cpu)
         cpu_overlay_deliver(device);
 }

@@ -40,9 +40,11 @@ static bool add_execution(struct submit *submit, struct recording *recording)
         return false;
     recording_detach(recording, submit->ticket);
     struct execution *execution = execution_create(recording, submit->ticket);
-    if (execution)
-        submit->executions[submit->count++] = execution;
-    return execution;
+    if (!execution)
+        return false;
+    execution->deaths = resources_deaths(submit->snapshots->device->resources);
+    submit->executions[submit->count++] = execution;
+    return true;
 }
 
 static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)

@@ -114,6 +114,7 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     if (walk->instances)
         pairs_collect_instances(sweep, build, walk->instances);
     build->contents = walk->contents;
+    build_contents_tell(walk->contents);
     if (context->see_build)
         context->see_build(context->user, build);
     if (walk->contents)

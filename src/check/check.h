@@ -23,6 +23,7 @@ struct check_context {
     struct readable_cache *readable;
     struct resources *resources;
     struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
+    uint64_t deaths;     /* resources_deaths when what is checked after it executed was submitted */
 
     /* Takes a finding. Returns false if it wants no more of this rule. */
     bool (*found)(void *user, enum rule rule, const struct location *location,

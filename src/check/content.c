@@ -6,7 +6,13 @@
 #include <string.h>
 
 #include "check/geometry_data.h"
+#include "check/input.h"
 #include "check/predicates.h"
+
+const char *content_field(const struct geometry_view *geometry, enum input_role role)
+{
+    return input_data_field(geometry->build->call->command, role);
+}
 
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
@@ -27,12 +33,13 @@ uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressC
                            const void **bytes)
 {
     const struct input_memory *memory = content->memory;
-    uint64_t extent;
-    if (!address.deviceAddress || !count || __builtin_mul_overflow(count - 1, stride, &extent) ||
-        __builtin_add_overflow(extent, size, &extent) ||
-        __builtin_add_overflow(extent, offset, &extent))
+    uint64_t begin, extent;
+    if (!address.deviceAddress || !count ||
+        __builtin_add_overflow(address.deviceAddress, offset, &begin) ||
+        __builtin_mul_overflow(count - 1, stride, &extent) ||
+        __builtin_add_overflow(extent, size, &extent))
         return 0;
-    return memory->find(memory->context, address.deviceAddress, extent, bytes);
+    return memory->find(memory->context, begin, extent, bytes);
 }
 
 /* Of all data that a rule asks about, the first that breaks it is told. */
@@ -231,8 +238,8 @@ static void read_boxes(struct content *content,
 
 /* ---- geometries */
 
-static void check_contents(struct walk *walk, const struct range_view *range,
-                           const struct input_memory *memory)
+void content_check_geometry(struct walk *walk, const struct range_view *range,
+                            const struct input_memory *memory)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
@@ -240,6 +247,7 @@ static void check_contents(struct walk *walk, const struct range_view *range,
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct content content = {.walk = walk, .range = range, .memory = memory};
     memcpy(content.wants, walk->wants, sizeof(content.wants));
+    content_keep_count(&content);
     if (triangles) {
         read_indices(&content, triangles);
         read_transform(&content, triangles);
@@ -272,6 +280,6 @@ void check_host_contents(struct walk *walk, const struct range_view *range)
     /* A driver can be asked for sizes whatever the data says. */
     uint32_t findings = walk->findings;
     if (range->range)
-        check_contents(walk, range, &memory);
+        content_check_geometry(walk, range, &memory);
     walk->findings = findings;
 }

@@ -12,6 +12,10 @@
  * and ranges that are not known, others speak of. */
 void check_host_contents(struct walk *walk, const struct range_view *range);
 
+/* The same of a geometry whose data is elsewhere. */
+void content_check_geometry(struct walk *walk, const struct range_view *range,
+                            const struct input_memory *memory);
+
 /* The data of one geometry, on its way through the rules. Each rule speaks of it once. */
 struct content {
     struct walk *walk;
@@ -26,10 +30,22 @@ struct content {
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size);
 
-/* All that can be read of them, with what is before the offset. */
+/* The member that leads to that data, by the geometry's command. */
+const char *content_field(const struct geometry_view *geometry, enum input_role role);
+
+/* All that can be read of them. */
 uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
                            const void **bytes);
+
+/* Where the first vertex is, from the data's begin on. */
+uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
+                               uint32_t index_size, uint64_t stride);
+/* Opens what was found, each array from its offset on, for the builder's readers. */
+struct builder_geometry;
+struct source;
+bool content_open_source(const struct content *content, const struct builder_geometry *described,
+                         struct source *source);
 
 /* Of a geometry of spheres or linear swept spheres. */
 void content_read_radii(struct content *content);
@@ -51,7 +67,8 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance);
 
-/* Keeps what later updates are measured by: of triangles and boxes, and of one instance. */
+/* Keeps what later updates are measured by: of all, of triangles and boxes, and of one instance. */
+void content_keep_count(struct content *content);
 void content_keep(struct content *content);
 void content_keep_instance(struct content *content, uint32_t index, uint64_t reference);
 void content_lose_instance(struct content *content);

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "build/build.h"
+#include "check/content.h"
 #include "check/predicates.h"
 
 /* Vertices. */
@@ -35,8 +36,8 @@ static bool is_at_most(const struct box_view *box, struct finding *finding, cons
                        float min, float max)
 {
     return min <= max || isnan(box->positions.minX) ||
-           violated(finding, "geometry.aabbs.data.hostAddress", says, number(box->primitive),
-                    real(min), real(max));
+           violated(finding, content_field(box->geometry, INPUT_AABBS), says,
+                    number(box->primitive), real(min), real(max));
 }
 
 #define LEADS_TO(min, max) "leads to primitive {}, whose " min " {} is not at most its " max " ({})"
@@ -77,9 +78,9 @@ bool transform_matrix_is_invertible(const struct transform_view *transform, stru
     struct value why = text(is_finite(&transform->matrix) ? "have determinant 0"
                                                           : "have an element that is not finite");
     if (transform->is_of_instance)
-        return violated(finding, "geometry.instances.data.hostAddress",
+        return violated(finding, content_field(transform->geometry, INPUT_INSTANCES),
                         "leads to instance {}, whose first three columns of transform {}",
                         number(transform->instance), why);
-    return violated(finding, "geometry.triangles.transformData.hostAddress",
+    return violated(finding, content_field(transform->geometry, INPUT_TRANSFORM),
                     "leads to a matrix whose first three columns {}", why);
 }

@@ -27,7 +27,8 @@ void content_free_instances(struct instance_uses *instances)
 }
 
 /* Without memory it is merely forgotten. */
-static void note_use(struct instance_uses *uses, const struct accel_facts *referenced)
+static void note_use(struct instance_uses *uses, uint64_t reference,
+                     const struct accel_facts *referenced)
 {
     if (uses->count == uses->capacity) {
         uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
@@ -37,18 +38,29 @@ static void note_use(struct instance_uses *uses, const struct accel_facts *refer
         uses->items = items;
         uses->capacity = capacity;
     }
-    if (handle_table_set(&uses->places, (uint64_t)(uintptr_t)referenced->handle,
-                         (void *)(uintptr_t)(uses->count + 1)))
+    if (handle_table_set(&uses->places, reference, (void *)(uintptr_t)(uses->count + 1)))
         uses->items[uses->count++] = *referenced;
 }
 
-/* In host builds the reference is a handle. */
+/* In host builds the reference is a handle, else a device address. */
+static void look_up(const struct content *content, uint64_t reference,
+                    struct accel_facts *referenced)
+{
+    const struct check_context *context = content->walk->context;
+    struct resource_query query = {.accel = (VkAccelerationStructureKHR)(uintptr_t)reference,
+                                   .accel_facts = referenced};
+    if (content->range->geometry->build->call->command == COMMAND_HOST)
+        resources_find_all(context->resources, &query, 1);
+    else
+        resources_find_referenced(context->resources, reference, context->deaths, referenced);
+}
+
 void content_find_reference(struct content *content, uint64_t reference,
                             struct accel_facts *referenced)
 {
     *referenced = (struct accel_facts){0};
     struct walk *walk = content->walk;
-    if (!reference || content->range->geometry->build->call->command != COMMAND_HOST)
+    if (!reference || content->range->geometry->build->call->command == COMMAND_NV)
         return;
     if (!walk->instances)
         walk->instances = calloc(1, sizeof(*walk->instances));
@@ -59,11 +71,9 @@ void content_find_reference(struct content *content, uint64_t reference,
             return;
         }
     }
-    struct resource_query query = {.accel = (VkAccelerationStructureKHR)(uintptr_t)reference,
-                                   .accel_facts = referenced};
-    resources_find_all(walk->context->resources, &query, 1);
+    look_up(content, reference, referenced);
     if (walk->instances && referenced->alive == YES)
-        note_use(walk->instances, referenced);
+        note_use(walk->instances, reference, referenced);
 }
 
 /* ---- one instance */

@@ -7,6 +7,25 @@
 #include "check/content.h"
 #include "check/geometry_data.h"
 
+/* Where no multiple of the stride leads to the first vertex there is no such memory, either. */
+uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
+                               uint32_t index_size, uint64_t stride)
+{
+    uint64_t offset;
+    return __builtin_mul_overflow(stride, (uint64_t)range->firstVertex, &offset) ||
+                   __builtin_add_overflow(offset, index_size ? 0 : range->primitiveOffset, &offset)
+               ? UINT64_MAX
+               : offset;
+}
+
+bool content_open_source(const struct content *content, const struct builder_geometry *described,
+                         struct source *source)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = content->range->range->primitiveCount};
+    return source_open(source, false, described, &range);
+}
+
 /* Transforms change nothing about activity. */
 static bool describe_triangles(const struct content *content,
                                const VkAccelerationStructureGeometryTrianglesDataKHR *from,
@@ -26,9 +45,9 @@ static bool describe_triangles(const struct content *content,
     if (size)
         to->indices_size = content_find_some(content, from->indexData, range->primitiveOffset,
                                              corners, size, size, &to->indices);
-    to->vertices_size = content_find_some(
-        content, from->vertexData, size ? 0 : range->primitiveOffset, range->firstVertex + vertices,
-        from->vertexStride, format->size, &to->vertices);
+    uint64_t offset = content_vertex_offset(range, size, from->vertexStride);
+    to->vertices_size = content_find_some(content, from->vertexData, offset, vertices,
+                                          from->vertexStride, format->size, &to->vertices);
     return true;
 }
 
@@ -77,8 +96,7 @@ static uint64_t *find_inactive(const struct content *content)
     uint32_t count = content->range->range->primitiveCount;
     if ((content->range->geometry->build->info->flags &
          VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) ||
-        !describe(content, &described) ||
-        !source_open(&source, false, &described, content->range->range))
+        !describe(content, &described) || !content_open_source(content, &described, &source))
         return NULL;
     uint64_t *inactive = make_bits(count);
     for (uint32_t i = 0; inactive && i < count; i++) {
@@ -111,17 +129,29 @@ static void keep_indices(const struct content *content, struct geometry_contents
         memcpy(kept->indices, indices, kept->indices_size);
 }
 
+/* What the host builds is kept here; for what command buffers build there is a place already. */
 static struct geometry_contents *kept_of(struct content *content)
 {
     const struct build_view *build = content->range->geometry->build;
+    struct build_contents *there = content->walk->contents;
+    uint32_t index = content->range->geometry->index;
+    if (build->call->command != COMMAND_HOST)
+        return there && index < there->count ? &there->items[index] : NULL;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
         build->info->mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
         return NULL;
     if (!content->walk->contents)
         content->walk->contents = build_contents_create(build->geometry_count);
-    return content->walk->contents
-               ? &content->walk->contents->items[content->range->geometry->index]
-               : NULL;
+    return content->walk->contents ? &content->walk->contents->items[index] : NULL;
+}
+
+void content_keep_count(struct content *content)
+{
+    struct geometry_contents *kept = kept_of(content);
+    if (!kept)
+        return;
+    kept->count_known = true;
+    kept->primitive_count = content->range->range->primitiveCount;
 }
 
 void content_keep(struct content *content)
@@ -129,7 +159,6 @@ void content_keep(struct content *content)
     struct geometry_contents *kept = kept_of(content);
     if (!kept)
         return;
-    kept->primitive_count = content->range->range->primitiveCount;
     kept->inactive = find_inactive(content);
     keep_indices(content, kept);
 }
@@ -139,10 +168,8 @@ void content_keep_instance(struct content *content, uint32_t index, uint64_t ref
     struct geometry_contents *kept = kept_of(content);
     if (!kept || content->has_gaps)
         return;
-    if (!kept->inactive) {
-        kept->primitive_count = content->range->range->primitiveCount;
+    if (!kept->inactive)
         kept->inactive = make_bits(kept->primitive_count);
-    }
     if (kept->inactive && !reference)
         set_inactive(kept->inactive, index);
 }

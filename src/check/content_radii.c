@@ -19,25 +19,25 @@ static bool find_arrays(const struct content *content, const struct sphere_data 
                         struct builder_spheres *to)
 {
     const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    uint64_t offset = range->primitiveOffset;
+    const VkAccelerationStructureBuildRangeInfoKHR found = {.primitiveCount =
+                                                                range->primitiveCount};
     uint32_t size = index_type_size(from->index_type);
     if (size) {
         uint64_t count = sphere_element_count(to, is_swept(content), range->primitiveCount);
-        to->indices_size = content_find_some(content, from->indices, offset, count,
+        to->indices_size = content_find_some(content, from->indices, range->primitiveOffset, count,
                                              to->index_stride, size, &to->indices);
         if (!to->indices_size)
             return false;
-        offset = 0;
     }
-    uint64_t count = sphere_vertex_count(to, is_swept(content), range);
+    uint64_t count = sphere_vertex_count(to, is_swept(content), &found);
     if (!count)
         return false;
-    count += range->firstVertex;
-    to->vertices_size =
-        content_find_some(content, from->vertices, offset, count, to->vertex_stride,
-                          vertex_format_find(to->vertex_format)->size, &to->vertices);
-    to->radii_size = content_find_some(content, from->radii, offset, count, to->radius_stride,
-                                       radius_format_size(to->radius_format), &to->radii);
+    to->vertices_size = content_find_some(
+        content, from->vertices, content_vertex_offset(range, size, to->vertex_stride), count,
+        to->vertex_stride, vertex_format_find(to->vertex_format)->size, &to->vertices);
+    to->radii_size = content_find_some(
+        content, from->radii, content_vertex_offset(range, size, to->radius_stride), count,
+        to->radius_stride, radius_format_size(to->radius_format), &to->radii);
     return to->vertices_size && to->radii_size;
 }
 
@@ -79,8 +79,7 @@ void content_read_radii(struct content *content)
     struct radius_view view = {.geometry = content->range->geometry, .is_swept = is_swept(content)};
     struct builder_geometry described;
     struct source source = {0};
-    if (!describe(content, &described) ||
-        !source_open(&source, false, &described, content->range->range))
+    if (!describe(content, &described) || !content_open_source(content, &described, &source))
         return;
     for (; view.primitive < source.count; view.primitive++) {
         if (read_radius(&source, &view) != SOURCE_UNDEFINED)
@@ -91,21 +90,20 @@ void content_read_radii(struct content *content)
 }
 
 static bool is_not_negative(const struct radius_view *radius, struct finding *finding,
-                            const char *path)
+                            enum input_role role)
 {
     return radius->radius >= 0 ||
-           violated(finding, path, "leads to primitive {}, which has radius {}, less than 0",
+           violated(finding, content_field(radius->geometry, role),
+                    "leads to primitive {}, which has radius {}, less than 0",
                     number(radius->primitive), real(radius->radius));
 }
 
 bool spheres_radii_are_not_negative(const struct radius_view *radius, struct finding *finding)
 {
-    return radius->is_swept ||
-           is_not_negative(radius, finding, SPHERES_DATA "radiusData.hostAddress");
+    return radius->is_swept || is_not_negative(radius, finding, INPUT_SPHERE_RADIUS);
 }
 
 bool swept_spheres_radii_are_not_negative(const struct radius_view *radius, struct finding *finding)
 {
-    return !radius->is_swept ||
-           is_not_negative(radius, finding, SWEPT_DATA "radiusData.hostAddress");
+    return !radius->is_swept || is_not_negative(radius, finding, INPUT_SWEPT_RADIUS);
 }

@@ -45,7 +45,7 @@ struct instance_view {
     uint32_t index;
     bool has_motion; /* it is a member of a VkAccelerationStructureMotionInstanceNV */
     VkAccelerationStructureInstanceKHR instance;
-    struct accel_facts referenced; /* host builds: what it refers to, handle null if nothing */
+    struct accel_facts referenced; /* what it refers to; nothing is known of references of 0 */
 };
 
 /* What an instance of any kind refers to, a structure that is alive. */

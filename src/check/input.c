@@ -51,6 +51,26 @@ const char *input_field(enum input_role role)
     return "scratchData.deviceAddress";
 }
 
+const char *input_data_field(enum build_command command, enum input_role role)
+{
+    if (command != COMMAND_HOST)
+        return input_field(role);
+    switch ((int)role) {
+    case INPUT_TRANSFORM:
+        return "geometry.triangles.transformData.hostAddress";
+    case INPUT_AABBS:
+        return "geometry.aabbs.data.hostAddress";
+    case INPUT_INSTANCES:
+        return "geometry.instances.data.hostAddress";
+    case INPUT_SPHERE_RADIUS:
+        return SPHERES_DATA "radiusData.hostAddress";
+    case INPUT_SWEPT_RADIUS:
+        return SWEPT_DATA "radiusData.hostAddress";
+    default:
+        return input_field(role);
+    }
+}
+
 /* The addresses of a geometry; those that it doesn't use have status ADDRESS_UNKNOWN. */
 enum { INPUTS = 4 };
 

@@ -3,6 +3,7 @@
 #ifndef ASSAY_CHECK_INPUT_H
 #define ASSAY_CHECK_INPUT_H
 
+#include "rules.h"
 #include "state/journal.h"
 
 /* Paths of structures that extensions chain, relative to their geometry. */
@@ -20,5 +21,7 @@
 
 /* The member that gives the address, relative to its geometry, or to the build for scratch. */
 const char *input_field(enum input_role role);
+/* The same for the data that a command reads, which host builds have at host addresses. */
+const char *input_data_field(enum build_command command, enum input_role role);
 
 #endif

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about plain instances, and about what instances of any kind refer to. */
+#include "check/content.h"
 #include "check/enabled.h"
 #include "check/predicates.h"
-
-static const char field[] = "geometry.instances.data.hostAddress";
 
 static const struct device_facts *device_of(const struct instance_view *view)
 {
@@ -17,7 +16,7 @@ bool instance_flags_are_valid(const struct instance_view *instance, struct findi
     VkGeometryInstanceFlagsKHR flags = instance->instance.flags;
     VkGeometryInstanceFlagsKHR unknown = flags & ~instance_flags_enabled(device);
     return !unknown || instance->has_motion || device->newer_than_registry ||
-           violated(finding, field,
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have bits {}, which no "
                     "VkGeometryInstanceFlagBitsKHR is",
                     number(instance->index), hex(flags), hex(unknown));
@@ -31,7 +30,7 @@ bool instance_micromap_flags_have_their_feature(const struct instance_view *inst
         instance->instance.flags & (VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR |
                                     VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR);
     return !flags || device->micromap.ext || device->micromap.khr || device->newer_than_registry ||
-           violated(finding, field,
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have bits {} of micromaps, but the "
                     "feature micromap is not enabled",
                     number(instance->index), hex(instance->instance.flags), hex(flags));
@@ -44,7 +43,7 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
 {
     const struct accel_facts *referenced = &instance->referenced;
     return instance->has_motion || !referenced->handle || referenced->alive != NO ||
-           violated(finding, field,
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
                     "acceleration structure of this device",
                     number(instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
@@ -68,14 +67,15 @@ static struct value buffer(const struct reference_view *reference)
 bool instances_are_backed_by_memory(const struct reference_view *reference, struct finding *finding)
 {
     return reference->referenced.backed != NO ||
-           violated(finding, field, REFERS_TO "whose {} is not bound to live memory there",
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
+                    REFERS_TO "whose {} is not bound to live memory there",
                     number(reference->instance), structure(reference), buffer(reference));
 }
 
 bool instances_are_host_visible(const struct reference_view *reference, struct finding *finding)
 {
     return reference->referenced.host_visible != NO ||
-           violated(finding, field,
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
                     "whose {} is bound to memory without "
                     "VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT",
@@ -86,7 +86,7 @@ bool instances_have_one_memory_instance(const struct reference_view *reference,
                                         struct finding *finding)
 {
     return reference->referenced.multi_instance != YES ||
-           violated(finding, field,
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
                     "whose {} is bound to memory that was allocated with an instance for "
                     "each of several physical devices",
@@ -97,7 +97,7 @@ bool instances_were_created_with_a_buffer(const struct reference_view *reference
                                           struct finding *finding)
 {
     return !reference->referenced.by_address ||
-           violated(finding, field,
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
                     "which was created with vkCreateAccelerationStructure2KHR, not "
                     "vkCreateAccelerationStructureKHR",

@@ -6,8 +6,6 @@
 #include "check/enabled.h"
 #include "check/predicates.h"
 
-static const char field[] = "geometry.instances.data.hostAddress";
-
 /* What the kinds of instances have in common. */
 struct common {
     VkGeometryInstanceFlagsKHR flags;
@@ -72,7 +70,7 @@ bool motion_instance_type_is_valid(const struct motion_instance_view *motion_ins
     struct common common;
     return find_common(&motion_instance->instance, &common) ||
            device_of(motion_instance)->newer_than_registry ||
-           violated(finding, field,
+           violated(finding, content_field(motion_instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose type {} is not a "
                     "VkAccelerationStructureMotionInstanceTypeNV",
                     number(motion_instance->index),
@@ -83,7 +81,8 @@ bool motion_instance_flags_are_zero(const struct motion_instance_view *motion_in
                                     struct finding *finding)
 {
     return !motion_instance->instance.flags || device_of(motion_instance)->newer_than_registry ||
-           violated(finding, field, "leads to instance {}, whose flags {} are not 0",
+           violated(finding, content_field(motion_instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose flags {} are not 0",
                     number(motion_instance->index), hex(motion_instance->instance.flags));
 }
 
@@ -96,7 +95,8 @@ static bool flags_are_valid(const struct motion_instance_view *view, int type,
         return true;
     VkGeometryInstanceFlagsKHR unknown = common.flags & ~instance_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
-           violated(finding, field, says, number(view->index), hex(common.flags), hex(unknown));
+           violated(finding, content_field(view->geometry, INPUT_INSTANCES), says,
+                    number(view->index), hex(common.flags), hex(unknown));
 }
 
 #define FLAGS_OF(member)                                                                           \
@@ -155,7 +155,7 @@ bool motion_instance_references_are_valid_handles(
 {
     const struct accel_facts *referenced = &motion_instance->referenced;
     return !referenced->handle || referenced->alive != NO ||
-           violated(finding, field,
+           violated(finding, content_field(motion_instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
                     "acceleration structure of this device",
                     number(motion_instance->index), hex((uint64_t)(uintptr_t)referenced->handle));

@@ -112,6 +112,13 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
         add_range(&collection, &scratch->span, size);
 }
 
+void pairs_collect_dst(struct sweep *sweep, const struct build_view *build)
+{
+    struct collection collection = {.sweep = sweep,
+                                    .range = {.build = build->index, .role = ROLE_DST}};
+    add_structure(&collection, build, &build->dst);
+}
+
 /* How much is accessed of these isn't known, either. */
 void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
                              const struct instance_uses *instances)

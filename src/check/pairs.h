@@ -10,7 +10,9 @@
 /* Adds what a build uses. */
 void pairs_collect(const struct check_context *context, struct sweep *sweep,
                    const struct build_view *build);
-/* And what its instances refer to. */
+/* Its dst alone. */
+void pairs_collect_dst(struct sweep *sweep, const struct build_view *build);
+/* What its instances refer to. */
 void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
                              const struct instance_uses *instances);
 

@@ -5,31 +5,42 @@
 #include <string.h>
 
 #include "check/micromap_replay.h"
+#include "check/replay_contents.h"
 #include "check/replay_states.h"
-#include "check/walk.h"
 
 /* Judging. */
-
-/* One judgement on its way to the replay's `found`. */
-struct judgement {
-    struct replay *replay;
-    const struct journal *journal;
-    const struct journal_entry *entry;
-};
 
 /* Most updates have no findings: only those that do are worth locating. */
 static bool hand_on(void *user, enum rule rule, const struct location *location,
                     const struct finding *finding)
 {
-    const struct judgement *judgement = user;
+    const struct update_judgement *judgement = user;
     struct replay *replay = judgement->replay;
     replay->locate(replay->user, judgement->journal, judgement->entry->built.position,
                    judgement->entry->info);
     return replay->found(replay->user, rule, location, finding);
 }
 
-static void judge_geometries(struct walk *walk, const struct update_view *update,
-                             const struct location *build)
+void update_judgement_begin(struct update_judgement *judgement, struct replay *replay,
+                            const struct journal *journal, const struct journal_entry *entry)
+{
+    enum build_command command = (enum build_command)entry->command;
+    *judgement = (struct update_judgement){
+        .replay = replay,
+        .journal = journal,
+        .entry = entry,
+        .context = {.found = hand_on, .user = judgement},
+        .walk.context = &judgement->context,
+        .location = {.command = command,
+                     .subject = command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
+                     .build = entry->info,
+                     .geometry_by_pointer = entry->geometry_by_pointer},
+    };
+    memcpy(judgement->walk.wants, replay->active[command], sizeof(judgement->walk.wants));
+}
+
+void judge_geometries(struct walk *walk, const struct update_view *update,
+                      const struct location *build)
 {
     const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
     if (!asked || !source || asked->count != source->count)
@@ -105,22 +116,16 @@ static void judge(struct replay *replay, const struct journal *journal,
     if (source->state == BUILT_UNKNOWN || source->state == BUILT_FILLED ||
         entry->built.state == BUILT_UNKNOWN)
         return;
-    enum build_command command = (enum build_command)entry->command;
-    struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
-    struct check_context context = {.found = hand_on, .user = &judgement};
-    struct walk walk = {.context = &context};
-    memcpy(walk.wants, replay->active[command], sizeof(walk.wants));
-    struct update_view update = {
-        .command = command, .src = entry->src, .asked = &entry->built, .source = source};
-    struct location location = {.command = command,
-                                .subject =
-                                    command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
-                                .build = entry->info,
-                                .geometry_by_pointer = entry->geometry_by_pointer};
-    walk_update(&walk, &update, &location);
-    judge_geometries(&walk, &update, &location);
-    judge_dense(&walk, &update, &location);
-    judge_size(&walk, entry, source, &location);
+    struct update_judgement judgement;
+    update_judgement_begin(&judgement, replay, journal, entry);
+    struct update_view update = {.command = judgement.location.command,
+                                 .src = entry->src,
+                                 .asked = &entry->built,
+                                 .source = source};
+    walk_update(&judgement.walk, &update, &judgement.location);
+    judge_geometries(&judgement.walk, &update, &judgement.location);
+    judge_dense(&judgement.walk, &update, &judgement.location);
+    judge_size(&judgement.walk, entry, source, &judgement.location);
 }
 
 /* What the command buffer knows by itself. A source that it does not know makes its result unknown
@@ -228,6 +233,14 @@ void replay_keep(struct command_buffer *command_buffer, const struct journal_mar
 
 /* Submissions. */
 
+static void write_build(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
+{
+    struct built built = entry->built;
+    replay_note_build(replay, journal, entry, &built);
+    replay_write(replay, entry->dst_id, &built);
+}
+
 static void write_copy(struct replay *replay, const struct journal_entry *entry)
 {
     struct built copy = *replay_read(replay, entry);
@@ -247,9 +260,12 @@ static void write_entry(struct replay *replay, const struct journal *journal,
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
-        replay_write(replay, entry->dst_id, &entry->built);
+        write_build(replay, journal, entry);
         break;
     case JOURNAL_UPDATE:
+        replay_note_update(replay, journal, entry);
+        write_copy(replay, entry);
+        break;
     case JOURNAL_COPY:
     case JOURNAL_COMPACT:
         write_copy(replay, entry);

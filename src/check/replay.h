@@ -10,6 +10,8 @@
 #include "check/check.h"
 #include "state/command_buffers.h"
 
+struct content_notes;
+
 struct replay {
     const bool (*active)[RULE_COUNT]; /* by command */
     struct resources *resources;
@@ -19,10 +21,11 @@ struct replay {
     struct build_undo *undo;               /* notes what they were before, if not NULL */
     struct moment now;                     /* when the batch executes, */
     const struct execution_clock *follows; /* what it certainly follows, */
-    bool predecessors_known; /* and whether all that executes before it has been replayed */
-    bool never_is_certain;   /* nothing but journalled commands builds on this device */
-    bool unordered;          /* what the batch does has no order in itself */
-    bool out_of_memory;      /* set where a write could not be noted */
+    bool predecessors_known;     /* and whether all that executes before it has been replayed */
+    bool never_is_certain;       /* nothing but journalled commands builds on this device */
+    bool unordered;              /* what the batch does has no order in itself */
+    struct content_notes *notes; /* of builds that are read later; NULL: none is */
+    bool out_of_memory;          /* set where a write could not be noted */
 
     /* Told before findings: which build of which command buffer they are about. */
     void (*locate)(void *user, const struct journal *journal, uint32_t position, uint32_t info);

@@ -4,6 +4,7 @@
 #define ASSAY_CHECK_REPLAY_STATES_H
 
 #include "check/replay.h"
+#include "check/walk.h"
 
 extern const struct built built_unknown, built_filled;
 
@@ -16,6 +17,21 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 
 /* As if nothing had ever been written. */
 void replay_erase(struct replay *replay, uint64_t id);
+
+/* An update on its way through the rules, whose findings are located and go to the replay's
+ * `found`. */
+struct update_judgement {
+    struct replay *replay;
+    const struct journal *journal;
+    const struct journal_entry *entry;
+    struct check_context context;
+    struct walk walk; /* wants all rules that are active */
+    struct location location;
+};
+void update_judgement_begin(struct update_judgement *judgement, struct replay *replay,
+                            const struct journal *journal, const struct journal_entry *entry);
+void judge_geometries(struct walk *walk, const struct update_view *update,
+                      const struct location *build);
 
 /* Sparse buffers: what an entry binds, whether the structures of a build are backed by memory, and
  * which ranges of a call share it. */

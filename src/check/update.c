@@ -147,13 +147,28 @@ bool transform_is_given_where_source_had_one(const struct updated_geometry_view 
                             text("an address"));
 }
 
+/* What an indirect build was built with is in its contents. */
+static bool find_count(const struct geometry_shape *shape, const struct built *built,
+                       uint32_t geometry, uint32_t *count)
+{
+    const struct geometry_contents *contents =
+        shape->count_known ? NULL : build_contents_of(built->contents, geometry);
+    *count = contents ? contents->primitive_count : shape->primitive_count;
+    return shape->count_known || (contents && contents->count_known);
+}
+
+static bool count_matches(const struct updated_geometry_view *geometry, struct finding *finding)
+{
+    const struct update_view *update = geometry->update;
+    uint32_t now, then;
+    return !find_count(geometry->asked, update->asked, geometry->index, &now) ||
+           !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
+           violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
+                    number(now), source(update), number(then), where(update->source));
+}
+
 bool primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,
                                     struct finding *finding)
 {
-    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
-    return !now->count_known || !then->count_known ||
-           now->primitive_count == then->primitive_count ||
-           violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
-                    number(now->primitive_count), source(updated_geometry->update),
-                    number(then->primitive_count), where(updated_geometry->update->source));
+    return count_matches(updated_geometry, finding);
 }

@@ -4,20 +4,13 @@
 
 #include "check/predicates.h"
 
-/* NULL where nothing is kept of both, or they can't be compared. */
-static const struct geometry_contents *contents_of(const struct updated_geometry_view *geometry,
-                                                   const struct built *built)
-{
-    const struct build_contents *contents = built->shapes ? built->shapes->contents : NULL;
-    return contents && geometry->index < contents->count ? &contents->items[geometry->index] : NULL;
-}
-
+/* False where nothing is known of one of both, or they can't be compared. */
 static bool find_both(const struct updated_geometry_view *geometry,
                       const struct geometry_contents **asked,
                       const struct geometry_contents **source)
 {
-    *asked = contents_of(geometry, geometry->update->asked);
-    *source = contents_of(geometry, geometry->update->source);
+    *asked = build_contents_of(geometry->update->asked->contents, geometry->index);
+    *source = build_contents_of(geometry->update->source->contents, geometry->index);
     return *asked && *source && geometry->asked->type == geometry->source->type &&
            (*asked)->primitive_count == (*source)->primitive_count;
 }

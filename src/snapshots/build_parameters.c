@@ -65,6 +65,17 @@ static void count_dense_triangles(struct build_parameters *copy)
                 .primitiveCount = copy->chained[i].dense.numTriangles};
 }
 
+/* Each member of the union begins with sType and pNext. */
+static void forget_chains(struct build_parameters *copy)
+{
+    for (uint32_t i = 0; i < copy->info.geometryCount; i++) {
+        VkAccelerationStructureGeometryKHR *geometry = &copy->geometries[i];
+        copy->had_chains |= geometry->pNext || geometry->geometry.triangles.pNext;
+        geometry->pNext = NULL;
+        geometry->geometry.triangles.pNext = NULL;
+    }
+}
+
 VkResult build_parameters_copy(struct readable_cache *cache,
                                const VkAccelerationStructureBuildGeometryInfoKHR *info,
                                const VkAccelerationStructureBuildRangeInfoKHR *ranges,
@@ -75,6 +86,7 @@ VkResult build_parameters_copy(struct readable_cache *cache,
         return VK_ERROR_VALIDATION_FAILED;
     copy->info = *info;
     copy->info.pNext = NULL;
+    copy->had_chains = info->pNext != NULL;
     if (info->geometryCount == 0)
         return VK_SUCCESS;
     if (!arrays_are_readable(cache, info, ranges))
@@ -85,8 +97,7 @@ VkResult build_parameters_copy(struct readable_cache *cache,
     VkResult result = VK_ERROR_VALIDATION_FAILED;
     if (copy_arrays(cache, info, ranges, copy))
         result = chained_inputs_copy(cache, &copy->info, &copy->chained);
-    for (uint32_t i = 0; i < info->geometryCount; i++)
-        copy->geometries[i].pNext = NULL;
+    forget_chains(copy);
     count_dense_triangles(copy);
     if (result != VK_SUCCESS)
         build_parameters_release(copy);

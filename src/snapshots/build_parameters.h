@@ -9,10 +9,11 @@
 #include "snapshots/chained_input.h"
 #include "state/readable.h"
 
-/* pNext of info and geometries is NULL, for what chains say is in members of its own; ppGeometries
- * is resolved to pGeometries. */
+/* pNext of info, geometries and their data is NULL, for what chains say is in members of its own;
+ * ppGeometries is resolved to pGeometries. */
 struct build_parameters {
     VkAccelerationStructureBuildGeometryInfoKHR info;
+    bool had_chains;                                  /* any pNext was given */
     VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
     VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry; in the same block */
     struct chained_input *chained; /* one a geometry; owned; NULL: no geometry has any */

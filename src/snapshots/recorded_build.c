@@ -38,8 +38,31 @@ static void normalize_spheres(VkAccelerationStructureGeometryLinearSweptSpheresD
     spheres->radiusData.deviceAddress += offset + range->firstVertex * spheres->radiusStride;
 }
 
-void recorded_build_normalize(struct recorded_build *build)
+static bool keep_given(struct recorded_build *build)
 {
+    const struct build_parameters *from = &build->parameters;
+    struct build_parameters *to = &build->given;
+    uint32_t count = from->info.geometryCount;
+    to->info = from->info;
+    to->had_chains = from->had_chains;
+    if (build_parameters_allocate(to, count) != VK_SUCCESS)
+        return false;
+    for (uint32_t i = 0; i < count; i++) {
+        to->geometries[i] = from->geometries[i];
+        to->ranges[i] = from->ranges[i];
+    }
+    return true;
+}
+
+const struct build_parameters *recorded_build_given(const struct recorded_build *build)
+{
+    return build->given.geometries ? &build->given : &build->parameters;
+}
+
+bool recorded_build_normalize(struct recorded_build *build)
+{
+    if (!keep_given(build))
+        return false;
     for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
         VkAccelerationStructureGeometryKHR *geometry = &build->parameters.geometries[i];
         VkAccelerationStructureBuildRangeInfoKHR *range = &build->parameters.ranges[i];
@@ -57,6 +80,7 @@ void recorded_build_normalize(struct recorded_build *build)
         *range =
             (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = range->primitiveCount};
     }
+    return true;
 }
 
 void recorded_build_read_ranges(const struct recorded_build *build,
@@ -197,6 +221,7 @@ void recorded_build_free(struct recorded_build *build)
     if (!build)
         return;
     build_parameters_release(&build->parameters);
+    build_parameters_release(&build->given);
     free(build->snapshots);
     free(build);
 }

@@ -4,6 +4,7 @@
 #ifndef ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 #define ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 
+#include "rules.h"
 #include "snapshots/build_parameters.h"
 #include "snapshots/memory.h"
 #include "state/handle_table.h"
@@ -24,9 +25,19 @@ struct gathering {
     bool is_typed;
 };
 
+/* Which of the application's builds it is. */
+struct recorded_place {
+    enum build_command command;
+    uint32_t info;            /* index in pInfos */
+    uint32_t position;        /* in the command buffer, whose builds are counted from 0 */
+    bool geometry_by_pointer; /* of ppGeometries */
+};
+
 /* Of addresses and offsets of its own: see recorded_build_normalize(). */
 struct recorded_build {
-    struct build_parameters parameters;
+    struct build_parameters parameters, given; /* given: as they were before; none where they are
+                                                  the same */
+    struct recorded_place place;
     /* Then its ranges are at an address, and parameters.ranges have the maximum counts. */
     bool is_indirect;
     uint64_t indirect_address, indirect_stride;
@@ -36,8 +47,11 @@ struct recorded_build {
 };
 
 /* Adds the offsets of ranges to the addresses, so that what the build reads of each array begins at
- * its address. Not for indirect builds, whose ranges aren't known yet. */
-void recorded_build_normalize(struct recorded_build *build);
+ * its address. Not for indirect builds, whose ranges aren't known yet. False without memory. */
+bool recorded_build_normalize(struct recorded_build *build);
+
+/* The parameters as the application gave them. */
+const struct build_parameters *recorded_build_given(const struct recorded_build *build);
 
 /* False without memory. */
 bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot);

@@ -126,6 +126,8 @@ struct execution *execution_create(struct recording *recording, struct ticket *t
     for (uint32_t i = 0; i < recording->chunk_count; i++)
         execution->bases[i] = recording->chunks[i]->bytes;
     pthread_mutex_lock(&recording->lock);
+    if (recording->latest && recording->latest->ticket == ticket)
+        atomic_store(&recording->latest->is_overwritten, true);
     recording->latest = execution;
     pthread_mutex_unlock(&recording->lock);
     if (add_children(execution))

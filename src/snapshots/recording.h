@@ -89,6 +89,8 @@ struct execution {
     struct execution *next; /* of those whose turn has not come */
     struct recording *recording;
     struct ticket *ticket;
+    uint64_t deaths;            /* resources_deaths when it was submitted */
+    atomic_bool is_overwritten; /* another of the same submission copied to the same chunks */
     /* Guards what follows; read while trees are made of the snapshots, which may ask for others of
      * the same execution: readers are never kept waiting for a writer that waits (the kind that
      * pthread_rwlock_init makes). */

@@ -25,15 +25,15 @@ struct built built_share(const struct built *built)
         add_reference(&built->shapes->references);
     if (built->compacted_size)
         add_reference(&built->compacted_size->references);
+    build_contents_share(built->contents);
     return *built;
 }
 
 void built_release(struct built *built)
 {
-    if (built->shapes && take_reference(&built->shapes->references)) {
-        build_contents_release(built->shapes->contents);
+    if (built->shapes && take_reference(&built->shapes->references))
         free(built->shapes);
-    }
+    build_contents_release(built->contents);
     if (built->compacted_size && take_reference(&built->compacted_size->references))
         free(built->compacted_size);
     *built = (struct built){0};
@@ -206,7 +206,6 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
         return NULL;
     shapes->dst_size = description->dst_size;
     shapes->needed_size = description->needed_size;
-    shapes->contents = NULL;
     for (uint32_t i = 0; i < shapes->count; i++)
         shapes->items[i] = describe_geometry(build_geometry(description->info, i),
                                              description->ranges ? &description->ranges[i] : NULL);
@@ -218,7 +217,6 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
         free(shapes);
         return NULL;
     }
-    shapes->contents = build_contents_share(description->contents);
     return shapes;
 }
 
@@ -238,6 +236,7 @@ struct built built_describe(const struct build_description *description)
         return built;
     built.shapes = describe_geometries(description);
     if (!built.shapes)
-        built = (struct built){.state = BUILT_UNKNOWN};
+        return (struct built){.state = BUILT_UNKNOWN};
+    built.contents = build_contents_share(description->contents);
     return built;
 }

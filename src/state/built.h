@@ -48,7 +48,6 @@ struct geometry_shapes {
     /* Of an update: the size of its dst, and what vkGetAccelerationStructureBuildSizesKHR says that
      * it needs, in bytes; 0 where that isn't known. */
     VkDeviceSize dst_size, needed_size;
-    struct build_contents *contents; /* NULL: none were kept */
     uint32_t count, dense_count;
     struct geometry_shape items[];
 };
@@ -82,7 +81,8 @@ struct built {
     VkBuildAccelerationStructureFlagsKHR flags;
     VkAccelerationStructureTypeKHR type;
     uint32_t geometry_count;
-    struct geometry_shapes *shapes; /* NULL where they weren't kept */
+    struct geometry_shapes *shapes;  /* NULL where they weren't kept */
+    struct build_contents *contents; /* NULL: none are kept */
     enum built_state state;
     bool compacted; /* it holds a compacting copy */
     bool sole;      /* of a query: nothing was written there before */
@@ -95,7 +95,7 @@ struct built {
 struct compacted_size *compacted_size_create(void);
 void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size);
 
-/* A copy shares the shapes; each copy is released by itself. */
+/* A copy shares what it points to; each copy is released by itself. */
 struct built built_share(const struct built *built);
 void built_release(struct built *built);
 

@@ -11,6 +11,7 @@ struct build_contents *build_contents_create(uint32_t count)
     if (!contents)
         return NULL;
     atomic_init(&contents->references, 1);
+    atomic_init(&contents->is_known, false);
     contents->count = count;
     return contents;
 }
@@ -31,4 +32,19 @@ void build_contents_release(struct build_contents *contents)
         free(contents->items[i].indices);
     }
     free(contents);
+}
+
+void build_contents_tell(struct build_contents *contents)
+{
+    if (contents)
+        atomic_store_explicit(&contents->is_known, true, memory_order_release);
+}
+
+const struct geometry_contents *build_contents_of(const struct build_contents *contents,
+                                                  uint32_t geometry)
+{
+    return contents && geometry < contents->count &&
+                   atomic_load_explicit(&contents->is_known, memory_order_acquire)
+               ? &contents->items[geometry]
+               : NULL;
 }

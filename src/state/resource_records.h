@@ -87,6 +87,11 @@ struct accel_record {
 
     struct buffer_record *buffer;         /* NULL: not known */
     struct accel_record *previous, *next; /* in the same buffer */
+
+    /* Where the address that instances refer to it by is known; else 0. */
+    VkDeviceAddress address;
+    VkAccelerationStructureKHR handle;
+    struct accel_record *same_address;
 };
 
 /* A VkMicromapEXT. */
@@ -108,10 +113,12 @@ struct nv_accel_record {
 struct resources {
     struct reader_lock lock;
     struct handle_table memories, buffers, accels, micromaps, nv_accels;
-    struct address_map addresses; /* of buffer records */
-    struct memory_record *mapped; /* all that the host has mapped */
-    atomic_uint_fast64_t deaths;  /* of records of any kind */
+    struct handle_table accel_addresses; /* see resources_references.c; only of those set */
+    struct address_map addresses;        /* of buffer records */
+    struct memory_record *mapped;        /* all that the host has mapped */
+    atomic_uint_fast64_t deaths;         /* of records of any kind */
     bool incomplete;
+    bool has_unknown_references; /* there is a structure whose address isn't known */
     /* A buffer may have been given an address that the application never retrieves: what is in no
      * known one may be in that. */
     bool replays_addresses;
@@ -123,10 +130,13 @@ bool resources_publish(struct resources *resources, struct handle_table *table, 
                        void *record);
 void resources_note_death(struct resources *resources);
 void resources_release_nv(struct resources *resources);
+void resources_release_references(struct resources *resources);
 
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);
 void accel_record_free(struct accel_record *accel);
+/* The structure dies, and that is noted. */
+void accel_record_forget_address(struct resources *resources, struct accel_record *accel);
 
 /* NULL where it isn't known. */
 struct buffer_record *resources_buffer(const struct resources *resources, VkBuffer handle);

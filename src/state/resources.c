@@ -50,6 +50,7 @@ void resources_destroy(struct resources *resources)
     if (!resources)
         return;
     resources_release_nv(resources);
+    resources_release_references(resources);
     handle_table_each(&resources->accels, free_accel, NULL);
     handle_table_each(&resources->micromaps, free_micromap, NULL);
     handle_table_each(&resources->buffers, free_buffer, NULL);

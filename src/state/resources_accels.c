@@ -32,6 +32,7 @@ static uint64_t remove_accel(struct resources *resources, VkAccelerationStructur
         return 0;
     uint64_t id = accel->id;
     resources_note_death(resources);
+    accel_record_forget_address(resources, accel);
     accel_record_free(accel);
     return id;
 }

@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading what an execution has copied, build by build, and telling what is wrong with it. */
+#include <stdlib.h>
+
+#include "build_call.h"
+#include "check/content_executed.h"
+#include "contents.h"
+
+/* While snapshots are read they are locked, so what is found is told afterwards. */
+struct told_finding {
+    struct told_finding *next;
+    const struct journal *journal;
+    uint32_t first; /* position of the call's first build in the command buffer */
+    enum rule rule;
+    struct location location;
+    struct finding finding;
+};
+
+/* One call of a command buffer. Those with instances, which look beyond one build, are ended when
+ * nothing is locked any more. */
+struct read_call {
+    struct read_call *next;
+    struct reading *reading;
+    const struct journal *journal;
+    uint32_t first;
+    enum build_command command;
+    bool geometry_by_pointer; /* of the build in hand */
+    struct check_context context;
+    struct executed_call *executed;
+};
+
+struct reading {
+    const struct ran_execution *ran;
+    struct replay replay;
+    const struct journal *located; /* these two: of the update in hand */
+    uint32_t located_first;
+    uint32_t next_note;
+    struct read_call *open_calls;
+    struct told_finding *findings, **findings_last;
+};
+
+/* ---- findings */
+
+/* Without memory one is lost. */
+static bool keep_finding(struct reading *reading, const struct journal *journal, uint32_t first,
+                         enum rule rule, const struct location *location,
+                         const struct finding *finding)
+{
+    const struct reporter *reporter = reading->ran->device->instance->reporter;
+    struct told_finding *told = malloc(sizeof(*told));
+    if (told) {
+        *told = (struct told_finding){NULL, journal, first, rule, *location, *finding};
+        *reading->findings_last = told;
+        reading->findings_last = &told->next;
+    }
+    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+}
+
+static bool found(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding)
+{
+    const struct read_call *call = user;
+    struct location there = *location;
+    there.geometry_by_pointer = call->geometry_by_pointer;
+    return keep_finding(call->reading, call->journal, call->first, rule, &there, finding);
+}
+
+static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
+{
+    struct reading *reading = user;
+    reading->located = journal;
+    reading->located_first = position - info;
+}
+
+static bool found_in_update(void *user, enum rule rule, const struct location *location,
+                            const struct finding *finding)
+{
+    struct reading *reading = user;
+    return keep_finding(reading, reading->located, reading->located_first, rule, location, finding);
+}
+
+static void tell_findings(struct reading *reading)
+{
+    const struct layer_device *device = reading->ran->device;
+    while (reading->findings) {
+        struct told_finding *told = reading->findings;
+        const struct call_origin origin = {
+            .device = device->handle,
+            .names = device->names,
+            .queue = reading->ran->queue,
+            .command_buffer = told->journal->command_buffer,
+            .build_index = told->first,
+            .labels = journal_labels_at(told->journal, told->first + told->location.build),
+        };
+        reporter_send(device->instance->reporter, told->rule, &told->location, &origin,
+                      &told->finding);
+        reading->findings = told->next;
+        free(told);
+    }
+}
+
+/* ---- calls */
+
+static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, struct size_facts *sizes)
+{
+    const struct read_call *call = user;
+    build_call_find_sizes(call->reading->ran->device, info, counts,
+                          VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, sizes);
+}
+
+static bool of_another_device(void *user, enum resource_kind kind, uint64_t handle)
+{
+    const struct read_call *call = user;
+    return layer_other_device_has(call->reading->ran->device, kind, handle);
+}
+
+static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
+                                    const struct recorded_place *place)
+{
+    const struct layer_device *device = reading->ran->device;
+    struct read_call *call = calloc(1, sizeof(*call));
+    if (!call)
+        return NULL;
+    call->reading = reading;
+    call->journal = journal;
+    call->first = place->position - place->info;
+    call->command = place->command;
+    call->context = (struct check_context){
+        .level = device->level,
+        .active = device->active_rules[place->command],
+        .resources = device->resources,
+        .deaths = reading->ran->execution->deaths,
+        .found = found,
+        .find_sizes = find_sizes,
+        .of_another_device = of_another_device,
+        .user = call,
+    };
+    call->executed = executed_call_begin(&call->context, &device->facts, place->command);
+    if (call->executed)
+        return call;
+    free(call);
+    return NULL;
+}
+
+static void end_call(struct read_call *call)
+{
+    struct readable_cache cache = {0};
+    call->context.readable = &cache;
+    executed_call_end(call->executed);
+    free(call);
+}
+
+static void leave_call(struct read_call *call)
+{
+    if (!call)
+        return;
+    if (!executed_call_has_instances(call->executed)) {
+        end_call(call);
+        return;
+    }
+    call->next = call->reading->open_calls;
+    call->reading->open_calls = call;
+}
+
+static bool is_of_call(const struct read_call *call, const struct recorded_place *place)
+{
+    return call && call->first == place->position - place->info && call->command == place->command;
+}
+
+/* ---- builds */
+
+/* One command buffer, and how far its journal was read. */
+struct read_buffer {
+    struct reading *reading;
+    struct execution *execution;
+    const struct journal *journal;
+    struct journal_cursor builds, secondaries;
+    struct read_call *call;
+};
+
+/* The build's own entry; NULL where it has none. */
+static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32_t position)
+{
+    struct journal_cursor cursor = buffer->builds;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));
+         buffer->builds = cursor) {
+        if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
+            continue;
+        if (entry->built.position > position)
+            return NULL;
+        if (entry->built.position == position)
+            return entry;
+    }
+    return NULL;
+}
+
+/* Notes come in the order of the builds; those in between are of builds that weren't recorded. */
+static const struct content_note *find_note(struct reading *reading,
+                                            const struct journal_entry *entry)
+{
+    const struct content_notes *notes = &reading->ran->notes;
+    while (entry && entry->built.shapes && reading->next_note < notes->count) {
+        const struct content_note *note = &notes->items[reading->next_note++];
+        if (note->entry == entry)
+            return note;
+    }
+    return NULL;
+}
+
+static void read_build(struct read_buffer *buffer, const struct recorded_build *build)
+{
+    struct reading *reading = buffer->reading;
+    const struct journal_entry *entry = find_entry(buffer, build->place.position);
+    const struct content_note *note = find_note(reading, entry);
+    struct snapshot_memory memory = {
+        .snapshots = build->snapshots,
+        .count = build->snapshot_count,
+        .bases = buffer->execution->bases,
+        .gathering = &build->gathering,
+    };
+    if (!snapshot_memory_open(&memory))
+        return;
+    const struct executed_build executed = {
+        .build = build,
+        .dst_id = entry ? entry->dst_id : 0,
+        .memory = snapshot_memory_of(&memory),
+        .contents = note ? note->contents : NULL,
+    };
+    buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
+    executed_call_read(buffer->call->executed, &executed);
+    snapshot_memory_close(&memory);
+    if (note)
+        replay_judge_contents(&reading->replay, note);
+}
+
+static void read_item(struct read_buffer *buffer, const struct recorded_build *build)
+{
+    if (!is_of_call(buffer->call, &build->place)) {
+        leave_call(buffer->call);
+        buffer->call = begin_call(buffer->reading, buffer->journal, &build->place);
+    }
+    if (buffer->call)
+        read_build(buffer, build);
+}
+
+/* ---- command buffers */
+
+static const struct journal *find_secondary(struct read_buffer *buffer,
+                                            const struct recording *recording)
+{
+    for (const struct journal_entry *entry; (entry = journal_next(&buffer->secondaries));)
+        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->work == recording)
+            return entry->secondary;
+    return NULL;
+}
+
+static void read_execution(struct reading *reading, struct execution *execution,
+                           const struct journal *journal)
+{
+    struct read_buffer buffer = {.reading = reading,
+                                 .execution = execution,
+                                 .journal = journal,
+                                 .builds = journal_start(journal),
+                                 .secondaries = journal_start(journal)};
+    uint32_t child = 0;
+    pthread_rwlock_rdlock(&execution->lock);
+    bool is_known = !execution->is_lost && !atomic_load(&execution->is_overwritten);
+    for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
+        if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE) &&
+            item->build->place.command != COMMAND_NV)
+            read_item(&buffer, item->build);
+        if (item->kind != ITEM_EXECUTE)
+            continue;
+        const struct journal *secondary = find_secondary(&buffer, item->secondary);
+        if (secondary)
+            read_execution(reading, execution->children[child], secondary);
+        child++;
+    }
+    pthread_rwlock_unlock(&execution->lock);
+    leave_call(buffer.call);
+}
+
+void contents_read(const struct ran_execution *ran)
+{
+    struct ticket *ticket = ran->execution->ticket;
+    struct reading reading = {.ran = ran,
+                              .replay = {.active = ran->device->active_rules,
+                                         .resources = ran->device->resources,
+                                         .locate = locate,
+                                         .found = found_in_update,
+                                         .user = &reading},
+                              .findings_last = &reading.findings};
+    if (ticket->wait(ticket, 0) != VK_SUCCESS)
+        return;
+    read_execution(&reading, ran->execution, ran->journal);
+    while (reading.open_calls) {
+        struct read_call *call = reading.open_calls;
+        reading.open_calls = call->next;
+        end_call(call);
+    }
+    tell_findings(&reading);
+}

@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds that have executed: their views, made of what was recorded of them, on their way through
+ * the rules about what they have read. */
+#include "check/content_executed.h"
+
+#include <stdlib.h>
+
+#include "check/content.h"
+#include "check/indirect.h"
+#include "check/pairs.h"
+#include "check/views.h"
+
+/* A build whose structure may be what an instance of another build refers to. */
+struct kept_build {
+    const struct recorded_build *build;
+    uint64_t dst_id;
+};
+
+struct executed_call {
+    struct walk walk;
+    struct call_view view;
+    struct sweep *sweep; /* of what instances refer to; NULL: nothing, or no memory */
+    struct kept_build *builds;
+    uint32_t count, capacity;
+};
+
+struct executed_call *executed_call_begin(struct check_context *context,
+                                          const struct device_facts *device,
+                                          enum build_command command)
+{
+    struct executed_call *call = calloc(1, sizeof(*call));
+    if (!call)
+        return NULL;
+    walk_start(&call->walk, context);
+    call->view = (struct call_view){.command = command, .device = device};
+    return call;
+}
+
+/* ---- one build */
+
+static struct build_view view_of(const struct executed_call *call,
+                                 const struct recorded_build *recorded,
+                                 const VkAccelerationStructureBuildRangeInfoKHR *ranges)
+{
+    const struct build_parameters *given = recorded_build_given(recorded);
+    return (struct build_view){.call = &call->view,
+                               .index = recorded->place.info,
+                               .info = &given->info,
+                               .geometries = given->geometries,
+                               .geometry_count = given->info.geometryCount,
+                               .ranges = ranges};
+}
+
+static void read_geometries(struct walk *walk, const struct build_view *build,
+                            const struct input_memory *memory)
+{
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        struct geometry_view geometry = {
+            .build = build, .index = i, .geometry = &build->geometries[i]};
+        struct range_view range = {.geometry = &geometry,
+                                   .range = &build->ranges[i],
+                                   .primitive_count = build->ranges[i].primitiveCount};
+        content_check_geometry(walk, &range, memory);
+    }
+}
+
+/* Without memory the build is passed by. */
+static void read_build(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct recorded_build *recorded = executed->build;
+    const struct build_parameters *given = recorded_build_given(recorded);
+    struct build_view build = view_of(call, recorded, given->ranges);
+    read_geometries(&call->walk, &build, &executed->memory);
+}
+
+/* ---- instances of other builds */
+
+static void keep_build(struct executed_call *call, const struct executed_build *executed)
+{
+    if (call->count == call->capacity) {
+        uint32_t capacity = call->capacity ? call->capacity * 2 : 8;
+        struct kept_build *builds = realloc(call->builds, capacity * sizeof(*builds));
+        if (!builds)
+            return;
+        call->builds = builds;
+        call->capacity = capacity;
+    }
+    call->builds[call->count++] = (struct kept_build){executed->build, executed->dst_id};
+}
+
+static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)
+{
+    struct instance_uses *uses = call->walk.instances;
+    struct build_view build = view_of(call, recorded, NULL);
+    if (!uses || !uses->count)
+        return;
+    if (!call->sweep)
+        call->sweep = check_make_sweep();
+    if (call->sweep)
+        pairs_collect_instances(call->sweep, &build, uses);
+    content_forget_instances(uses);
+}
+
+/* The structure may have died since. */
+static void collect_dst(struct executed_call *call, const struct kept_build *kept)
+{
+    struct check_context *context = call->walk.context;
+    const struct build_parameters *given = recorded_build_given(kept->build);
+    struct build_view build = view_of(call, kept->build, given->ranges);
+    const struct resource_query query = {.accel = given->info.dstAccelerationStructure,
+                                         .accel_facts = &build.dst};
+    resources_find_all(context->resources, &query, 1);
+    if (build.dst.alive != YES || build.dst.id != kept->dst_id)
+        return;
+    view_build_state(context, &build, !given->had_chains);
+    pairs_collect_dst(call->sweep, &build);
+}
+
+static void walk_pairs(struct executed_call *call)
+{
+    struct walk *walk = &call->walk;
+    for (uint32_t i = 0; i < call->count; i++)
+        collect_dst(call, &call->builds[i]);
+    /* The others were asked when the call was recorded. */
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        walk->wants[rule] &= rule_infos[rule].level == LEVEL_CONTENT;
+    pairs_walk(walk, &call->view, call->sweep);
+}
+
+/* ---- the call */
+
+void executed_call_read(struct executed_call *call, const struct executed_build *build)
+{
+    call->walk.contents = build->contents;
+    read_build(call, build);
+    build_contents_tell(build->contents);
+    call->walk.contents = NULL;
+    collect_instances(call, build->build);
+    keep_build(call, build);
+}
+
+bool executed_call_has_instances(const struct executed_call *call)
+{
+    return call->sweep && call->count > 1;
+}
+
+void executed_call_end(struct executed_call *call)
+{
+    if (executed_call_has_instances(call))
+        walk_pairs(call);
+    check_free_sweep(call->sweep);
+    content_free_instances(call->walk.instances);
+    free(call->builds);
+    free(call);
+}

@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Notes of a replay about builds whose data is read when they have executed. */
+#include "check/replay_contents.h"
+
+#include <stdlib.h>
+
+#include "check/replay_states.h"
+
+void content_notes_release(struct content_notes *notes)
+{
+    for (uint32_t i = 0; i < notes->count; i++) {
+        build_contents_release(notes->items[i].contents);
+        built_release(&notes->items[i].source);
+    }
+    free(notes->items);
+    *notes = (struct content_notes){0};
+}
+
+/* Whether anybody will read what the build reads, and ask for it again. */
+static bool is_noted(const struct replay *replay, const struct journal *journal,
+                     const struct journal_entry *entry)
+{
+    return replay->notes && journal->work && entry->built.shapes;
+}
+
+/* Without memory nothing is known of the build's contents. */
+static struct content_note *add_note(struct replay *replay, const struct journal *journal,
+                                     const struct journal_entry *entry)
+{
+    struct content_notes *notes = replay->notes;
+    if (notes->count == notes->capacity) {
+        uint32_t capacity = notes->capacity ? notes->capacity * 2 : 8;
+        struct content_note *items = realloc(notes->items, capacity * sizeof(*items));
+        if (!items)
+            return NULL;
+        notes->items = items;
+        notes->capacity = capacity;
+    }
+    struct content_note *note = &notes->items[notes->count++];
+    *note = (struct content_note){.journal = journal,
+                                  .entry = entry,
+                                  .contents = build_contents_create(entry->built.shapes->count),
+                                  .source.state = BUILT_UNKNOWN};
+    return note;
+}
+
+void replay_note_build(struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry, struct built *built)
+{
+    if (!is_noted(replay, journal, entry))
+        return;
+    const struct content_note *note = add_note(replay, journal, entry);
+    built->contents = note ? note->contents : NULL;
+}
+
+void replay_note_update(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
+{
+    if (!is_noted(replay, journal, entry))
+        return;
+    const struct built *source = replay_read(replay, entry);
+    if (source->state != BUILT_BEFORE || !source->contents)
+        return;
+    struct content_note *note = add_note(replay, journal, entry);
+    if (note)
+        note->source = built_share(source);
+}
+
+/* The count was judged before, where it was known without looking. */
+static bool counts_are_known(const struct geometry_shapes *shapes)
+{
+    return shapes->count && shapes->items[0].count_known;
+}
+
+void replay_judge_contents(struct replay *replay, const struct content_note *note)
+{
+    const struct geometry_shapes *asked = note->entry->built.shapes, *source = note->source.shapes;
+    if (note->source.state == BUILT_UNKNOWN || !source)
+        return;
+    struct built now = note->entry->built;
+    now.contents = note->contents;
+    struct update_judgement judgement;
+    update_judgement_begin(&judgement, replay, note->journal, note->entry);
+    bool *wants = judgement.walk.wants, wants_count = wants[RULE_primitive_count_matches_source];
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        wants[rule] &= rule_infos[rule].level == LEVEL_CONTENT;
+    wants[RULE_primitive_count_matches_source] =
+        wants_count && !(counts_are_known(asked) && counts_are_known(source));
+    const struct update_view update = {.command = judgement.location.command,
+                                       .src = note->entry->src,
+                                       .asked = &now,
+                                       .source = &note->source};
+    judge_geometries(&judgement.walk, &update, &judgement.location);
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a replay notes for when the data of its builds can be read: of each build that may be
+ * updated later, what is to be filled; of each update, the source that it is measured by. */
+#ifndef ASSAY_CHECK_REPLAY_CONTENTS_H
+#define ASSAY_CHECK_REPLAY_CONTENTS_H
+
+#include "check/replay.h"
+
+struct content_note {
+    const struct journal *journal; /* that has the entry: of a command buffer that was submitted */
+    const struct journal_entry *entry;
+    struct build_contents *contents; /* of this execution; NULL without memory */
+    struct built source; /* of an update: what that was last built with; else BUILT_UNKNOWN */
+};
+
+/* In the order of execution. Zero-initialized is empty. */
+struct content_notes {
+    struct content_note *items;
+    uint32_t count, capacity;
+};
+void content_notes_release(struct content_notes *notes);
+
+/* Notes a build, which is now attached to `built`, and an update, before its source changes. */
+void replay_note_build(struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry, struct built *built);
+void replay_note_update(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry);
+
+/* Judges an update whose contents, and those of its source, are as known as they will be. */
+void replay_judge_contents(struct replay *replay, const struct content_note *note);
+
+#endif

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Device addresses of acceleration structures, by which instances refer to them. */
+#include <stdlib.h>
+
+#include "state/resource_records.h"
+
+/* Aliasing structures may share an address. */
+struct accel_address {
+    struct accel_record *first; /* of those that are alive; linked by same_address */
+    uint64_t died;              /* resources_deaths when the last one died */
+};
+
+static struct accel_address *find_or_add(struct resources *resources, VkDeviceAddress address)
+{
+    struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
+    if (at)
+        return at;
+    at = calloc(1, sizeof(*at));
+    if (!at || !handle_table_set(&resources->accel_addresses, address, at)) {
+        free(at);
+        return NULL;
+    }
+    return at;
+}
+
+void accel_record_forget_address(struct resources *resources, struct accel_record *accel)
+{
+    struct accel_address *at =
+        accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
+    if (!at)
+        return;
+    struct accel_record **link = &at->first;
+    while (*link && *link != accel)
+        link = &(*link)->same_address;
+    if (*link)
+        *link = accel->same_address;
+    at->died = resources_deaths(resources);
+}
+
+void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,
+                                 VkDeviceAddress address)
+{
+    reader_lock_write(&resources->lock);
+    struct accel_record *accel = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    struct accel_address *at = accel && address ? find_or_add(resources, address) : NULL;
+    if (at) {
+        accel->address = address;
+        accel->handle = handle;
+        accel->same_address = at->first;
+        at->first = accel;
+    } else {
+        resources->has_unknown_references = true;
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
+                              uint64_t deaths)
+{
+    if (resources->incomplete || resources->has_unknown_references)
+        return UNKNOWN;
+    return at && (at->first || at->died > deaths) ? UNKNOWN : NO;
+}
+
+void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
+                               uint64_t deaths, struct accel_facts *facts)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
+    if (at && at->first && !at->first->same_address)
+        resources_find_accel(resources, at->first->handle, facts);
+    else
+        *facts = (struct accel_facts){.alive = is_alive(resources, at, deaths)};
+    if (facts->backed == NO && resources_deaths(resources) > deaths)
+        facts->backed = UNKNOWN;
+    resources_end_reading(resources, token);
+}
+
+static void free_address(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+void resources_release_references(struct resources *resources)
+{
+    handle_table_each(&resources->accel_addresses, free_address, NULL);
+    handle_table_release(&resources->accel_addresses);
+}
