@@ -17,7 +17,7 @@ enum input_route {
     INPUTS_UPLOADED, /* device-local, by a submission of their own */
 };
 
-enum { SCENE_STAGED_MAX = 24, SCENE_SEMAPHORES_MAX = 8 };
+enum { SCENE_STAGED_MAX = 24, SCENE_SEMAPHORES_MAX = 32 };
 
 struct scene;
 struct test_buffer;
