@@ -1,33 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the driver sees of stages and accesses of ray tracing: barriers, events, timestamps,
- * submissions and render passes. */
+/* What the driver sees of stages and accesses of ray tracing: barriers, events and timestamps. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "below.h"
+#include "below_masks.h"
 #include "cpu/commands.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
-
-enum {
-    BUILD = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-    COMPUTE = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-    ALL = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-    READ = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-    WRITE = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    SHADER_READ = VK_ACCESS_SHADER_READ_BIT,
-    SHADER_WRITE = VK_ACCESS_SHADER_WRITE_BIT,
-    MEMORY_READ = VK_ACCESS_MEMORY_READ_BIT,
-    MEMORY_WRITE = VK_ACCESS_MEMORY_WRITE_BIT,
-    MANY = 500, /* more than fit on the stack */
-};
 
 /* ---- the driver */
 
@@ -43,8 +28,6 @@ static struct {
     VkBufferMemoryBarrier2 buffer2;
     VkImageMemoryBarrier2 image2;
     VkMemoryRangeBarrierKHR range;
-    VkSubpassDependency dependency;
-    VkSubpassDependency2 dependency2;
 } seen;
 
 static int clear(void **state)
@@ -155,50 +138,6 @@ static VKAPI_ATTR void VKAPI_CALL wait_events2(VkCommandBuffer command_buffer, u
     seen.array = infos;
     for (uint32_t i = 0; i < event_count; i++)
         see_info(&infos[i]);
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count,
-                                                   const VkSubmitInfo *submits, VkFence fence)
-{
-    seen.calls++;
-    seen.array = submits;
-    seen.src = submits[0].waitSemaphoreCount ? submits[0].pWaitDstStageMask[0] : 0;
-    seen.dst = submits[count - 1].waitSemaphoreCount ? submits[count - 1].pWaitDstStageMask[0] : 0;
-    return VK_SUCCESS;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL queue_submit2(VkQueue queue, uint32_t count,
-                                                    const VkSubmitInfo2 *submits, VkFence fence)
-{
-    seen.calls++;
-    seen.array = submits;
-    seen.src = submits[0].pWaitSemaphoreInfos[0].stageMask;
-    seen.dst = submits[0].pSignalSemaphoreInfos[0].stageMask;
-    return VK_SUCCESS;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass(VkDevice device,
-                                                         const VkRenderPassCreateInfo *info,
-                                                         const VkAllocationCallbacks *allocator,
-                                                         VkRenderPass *render_pass)
-{
-    seen.calls++;
-    seen.array = info;
-    seen.dependency = *info->pDependencies;
-    return VK_SUCCESS;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass2(VkDevice device,
-                                                          const VkRenderPassCreateInfo2 *info,
-                                                          const VkAllocationCallbacks *allocator,
-                                                          VkRenderPass *render_pass)
-{
-    seen.calls++;
-    seen.array = info;
-    seen.dependency2 = *info->pDependencies;
-    if (info->pDependencies->pNext)
-        seen.memory2[0] = *(const VkMemoryBarrier2 *)info->pDependencies->pNext;
-    return VK_SUCCESS;
 }
 
 /* ---- Vulkan 1.0 */
@@ -425,104 +364,6 @@ static void test_dependencies_without_memory(void **state)
     assert_int_equal(seen.range.srcStageMask, ALL);
 }
 
-/* ---- submissions */
-
-static void test_submissions(void **state)
-{
-    (void)state;
-    const VkPipelineStageFlags plain = COMPUTE, traced = BUILD | COMPUTE;
-    const VkSemaphore semaphore = VK_NULL_HANDLE;
-    const VkSubmitInfo submits[] = {
-        {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &plain},
-        {0},
-        {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &traced},
-    };
-    assert_int_equal(cpu_QueueSubmit(QUEUE, 2, submits, VK_NULL_HANDLE), VK_SUCCESS);
-    assert_ptr_equal(seen.array, submits);
-    assert_int_equal(cpu_QueueSubmit(QUEUE, 3, submits, VK_NULL_HANDLE), VK_SUCCESS);
-    assert_int_equal(seen.src, COMPUTE);
-    assert_int_equal(seen.dst, ALL | COMPUTE);
-    assert_int_equal(traced, BUILD | COMPUTE);
-}
-
-static void test_submissions2(void **state)
-{
-    (void)state;
-    VkSemaphoreSubmitInfo wait = {.stageMask = COMPUTE}, signal = {.stageMask = COMPUTE};
-    const VkSubmitInfo2 submit = {.waitSemaphoreInfoCount = 1,
-                                  .pWaitSemaphoreInfos = &wait,
-                                  .signalSemaphoreInfoCount = 1,
-                                  .pSignalSemaphoreInfos = &signal};
-    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
-    assert_ptr_equal(seen.array, &submit);
-    signal.stageMask = BUILD;
-    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
-    assert_int_equal(seen.src, COMPUTE);
-    assert_int_equal(seen.dst, ALL);
-}
-
-static void test_submissions_without_memory(void **state)
-{
-    (void)state;
-    static VkSubmitInfo submits[MANY];
-    static const VkPipelineStageFlags traced = BUILD;
-    submits[0].waitSemaphoreCount = 1;
-    submits[0].pWaitDstStageMask = &traced;
-    memory_fail_after(0);
-    assert_int_equal(cpu_QueueSubmit(QUEUE, MANY, submits, VK_NULL_HANDLE),
-                     VK_ERROR_OUT_OF_HOST_MEMORY);
-    assert_true(memory_fail_no_more());
-    assert_int_equal(seen.calls, 0);
-}
-
-/* ---- render passes */
-
-static void test_render_pass(void **state)
-{
-    (void)state;
-    VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL,
-                                      .srcStageMask = COMPUTE,
-                                      .dstStageMask = COMPUTE,
-                                      .srcAccessMask = SHADER_WRITE,
-                                      .dstAccessMask = SHADER_READ};
-    const VkRenderPassCreateInfo info = {.dependencyCount = 1, .pDependencies = &dependency};
-    VkRenderPass pass;
-    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
-    assert_ptr_equal(seen.array, &info);
-    dependency.srcStageMask = BUILD;
-    dependency.srcAccessMask = WRITE;
-    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
-    assert_int_equal(seen.dependency.srcSubpass, VK_SUBPASS_EXTERNAL);
-    assert_int_equal(seen.dependency.srcStageMask, ALL);
-    assert_int_equal(seen.dependency.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
-    assert_int_equal(seen.dependency.dstAccessMask, SHADER_READ);
-}
-
-static void test_render_pass2(void **state)
-{
-    (void)state;
-    VkMemoryBarrier2 barrier2 = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                 .srcStageMask = COMPUTE,
-                                 .dstStageMask = COMPUTE};
-    const VkSubpassDependency2 dependency = {.pNext = &barrier2};
-    const VkRenderPassCreateInfo2 info = {.dependencyCount = 1, .pDependencies = &dependency};
-    VkRenderPass pass;
-    assert_int_equal(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass), VK_SUCCESS);
-    assert_ptr_equal(seen.array, &info);
-    barrier2.dstStageMask = BUILD;
-    for (int failing = 0;; failing++) {
-        memory_fail_after(failing);
-        const VkResult result = cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass);
-        const bool failed = memory_fail_no_more();
-        assert_int_equal(result, failed ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
-        if (!failed)
-            break;
-    }
-    assert_int_equal(seen.memory2[0].dstStageMask, ALL);
-    assert_int_equal(seen.memory2[0].srcStageMask, COMPUTE);
-    assert_int_equal(barrier2.dstStageMask, BUILD);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -537,15 +378,8 @@ int main(void)
         cmocka_unit_test_setup(test_dependency, clear),
         cmocka_unit_test_setup(test_waits_for_events, clear),
         cmocka_unit_test_setup(test_dependencies_without_memory, clear),
-        cmocka_unit_test_setup(test_submissions, clear),
-        cmocka_unit_test_setup(test_submissions2, clear),
-        cmocka_unit_test_setup(test_submissions_without_memory, clear),
-        cmocka_unit_test_setup(test_render_pass, clear),
-        cmocka_unit_test_setup(test_render_pass2, clear),
     };
     VkuDeviceDispatchTable *next = &below->next;
-    next->QueueSubmit = queue_submit;
-    next->QueueSubmit2 = queue_submit2;
     next->CmdPipelineBarrier = pipeline_barrier;
     next->CmdWaitEvents = wait_events;
     next->CmdSetEvent = next->CmdResetEvent = set_event;
@@ -554,7 +388,5 @@ int main(void)
     next->CmdWaitEvents2 = wait_events2;
     next->CmdResetEvent2 = reset_event2;
     next->CmdWriteTimestamp2 = write_timestamp2;
-    next->CreateRenderPass = create_render_pass;
-    next->CreateRenderPass2 = create_render_pass2;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

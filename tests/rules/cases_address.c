@@ -1,23 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Addresses of input data: given, aligned, in a bound buffer that may be read by builds. */
-#include "case.h"
-
-#define VERTEX TRIANGLES(INDEXED, 0).vertexData.deviceAddress
-#define UNINDEXED_VERTEX TRIANGLES(UNINDEXED, 0).vertexData.deviceAddress
-#define INDEX TRIANGLES(INDEXED, 0).indexData.deviceAddress
-#define SHORT_INDEX TRIANGLES(UNINDEXED, 1).indexData.deviceAddress
-#define TRANSFORM TRIANGLES(INDEXED, 0).transformData.deviceAddress
-#define UNINDEXED_TRANSFORM TRIANGLES(UNINDEXED, 0).transformData.deviceAddress
-#define BOX BOXES(AABBS, 0).data.deviceAddress
-#define INSTANCE INSTANCES(TLAS, 0).data.deviceAddress
-
-#define VERTEX_PATH "pInfos[0].pGeometries[0].geometry.triangles.vertexData.deviceAddress"
-#define INDEX_PATH "pInfos[0].pGeometries[0].geometry.triangles.indexData.deviceAddress"
-#define TRANSFORM_PATH "pInfos[0].pGeometries[0].geometry.triangles.transformData.deviceAddress"
-#define BOX_PATH "pInfos[2].pGeometries[0].geometry.aabbs.data.deviceAddress"
-#define INSTANCE_PATH "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress"
-
-#define WILD 0x7000000000ull
+/* Addresses of input data: in a bound buffer that may be read by builds. */
+#include "addresses.h"
 
 /* Sets one member to the address that a function below makes. */
 #define SETS_ADDRESS(name, member, make)                                                           \
@@ -163,89 +146,8 @@ static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
 static const struct setup with_khr_addresses = {.route = ROUTE_KHR};
 static const struct setup with_ext_addresses = {.route = ROUTE_EXT};
 
-/* ---- packed formats ---- */
-
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-}
-
-static const struct setup with_packed_format = {.configure = offer_packed_format};
-
-#define PACKED_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32)
-#define SHORT_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_R16G16B16A16_SNORM)
-
 static const struct test_case cases[] = {
-    /* given */
-    {.name = "vertex_address_null",
-     RULES(RULE_vertex_address_is_given),
-     .edits = EDITS(SET(VERTEX, 0)),
-     .path = VERTEX_PATH},
-    {.name = "vertex_address_null_without_primitives",
-     RULES(RULE_vertex_address_is_given),
-     .edits = EDITS(SET(UNINDEXED_VERTEX, 0), SET(ranges[UNINDEXED][0].primitiveCount, 0)),
-     .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.deviceAddress"},
-    {.name = "index_address_null",
-     RULES(RULE_index_address_is_given),
-     .edits = EDITS(SET(INDEX, 0)),
-     .twin_edits =
-         EDITS(SET(INDEX, 0), SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR)),
-     .path = INDEX_PATH},
-    {.name = "transform_address_null",
-     RULES(RULE_transform_address_is_valid),
-     .silent = true,
-     .edits = EDITS(SET(TRANSFORM, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "box_address_null",
-     RULES(RULE_aabb_address_is_given),
-     .edits = EDITS(SET(BOX, 0)),
-     .path = BOX_PATH},
-    {.name = "instance_address_null",
-     RULES(RULE_instance_address_is_given),
-     .edits = EDITS(SET(INSTANCE, 0)),
-     .path = INSTANCE_PATH},
-    {.name = "instance_address_null_in_array_of_pointers",
-     RULES(RULE_instance_address_is_given),
-     .edits = EDITS(SET(INSTANCE, 0), SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE))},
-
-    /* aligned */
-    {.name = "vertex_address_misaligned",
-     RULES(RULE_vertex_address_is_aligned),
-     .edits = EDITS(ADD(VERTEX, 2)),
-     .twin_edits = EDITS(ADD(VERTEX, 4)),
-     .path = VERTEX_PATH},
-    {.name = "vertex_address_misaligned_to_16_bits",
-     RULES(RULE_vertex_address_is_aligned),
-     .edits = EDITS(SHORT_VERTICES, ADD(VERTEX, 1)),
-     .twin_edits = EDITS(SHORT_VERTICES, ADD(VERTEX, 2))},
-    {.name = "vertex_address_misaligned_to_pack",
-     RULES(RULE_vertex_address_is_aligned),
-     .setup = &with_packed_format,
-     .edits = EDITS(PACKED_VERTICES, ADD(VERTEX, 2)),
-     .twin_edits = EDITS(PACKED_VERTICES, ADD(VERTEX, 4))},
-    {.name = "index_address_misaligned",
-     RULES(RULE_index_address_is_aligned),
-     .edits = EDITS(ADD(INDEX, 2)),
-     .twin_edits = EDITS(ADD(INDEX, 4)),
-     .path = INDEX_PATH},
-    {.name = "index_address_misaligned_to_16_bits",
-     RULES(RULE_index_address_is_aligned),
-     .edits = EDITS(ADD(SHORT_INDEX, 1)),
-     .twin_edits = EDITS(ADD(SHORT_INDEX, 2)),
-     .path = "pInfos[1].pGeometries[1].geometry.triangles.indexData.deviceAddress"},
-    {.name = "index_address_ignored",
-     RULES(RULE_index_address_is_aligned, RULE_input_address_is_in_a_buffer),
-     .silent = true,
-     .edits =
-         EDITS(SET(INDEX, WILD + 1), SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "transform_address_misaligned",
-     RULES(RULE_transform_address_is_aligned),
-     .edits = EDITS(ADD(TRANSFORM, 8)),
-     .twin_edits = EDITS(ADD(TRANSFORM, 16)),
-     .path = TRANSFORM_PATH},
+    /* in a buffer of its own, and not aligned there */
     {.name = "transform_address_misaligned_without_indices",
      RULES(RULE_transform_address_is_aligned),
      .mutate = unindexed_transform_with_usages,
@@ -253,21 +155,6 @@ static const struct test_case cases[] = {
      .mutate_twin = unindexed_transform_with_usages,
      .twin_edits = EDITS(ADD(UNINDEXED_TRANSFORM, 16)),
      .path = "pInfos[1].pGeometries[0].geometry.triangles.transformData.deviceAddress"},
-    {.name = "box_address_misaligned",
-     RULES(RULE_aabb_address_is_aligned),
-     .edits = EDITS(ADD(BOX, 4)),
-     .twin_edits = EDITS(ADD(BOX, 8)),
-     .path = BOX_PATH},
-    {.name = "instance_address_misaligned",
-     RULES(RULE_instance_array_is_aligned),
-     .edits = EDITS(ADD(INSTANCE, 8)),
-     .twin_edits = EDITS(ADD(INSTANCE, 16)),
-     .path = INSTANCE_PATH},
-    {.name = "instance_pointers_misaligned",
-     RULES(RULE_instance_pointers_are_aligned),
-     .edits = EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE), ADD(INSTANCE, 4)),
-     .twin_edits = EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE), ADD(INSTANCE, 8)),
-     .path = INSTANCE_PATH},
 
     /* in a buffer */
     {.name = "vertex_address_nowhere",

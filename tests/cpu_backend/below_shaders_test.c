@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the driver sees of shaders, of which those that trace rays are refused. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "below.h"
+#include "cpu/commands.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+
+/* ---- the driver */
+
+static unsigned calls;
+
+static int clear(void **state)
+{
+    (void)state;
+    calls = 0;
+    refusals = 0;
+    refused_command = "";
+    return 0;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device,
+                                                    const VkShaderModuleCreateInfo *info,
+                                                    const VkAllocationCallbacks *allocator,
+                                                    VkShaderModule *module)
+{
+    calls++;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_shaders(VkDevice device, uint32_t count,
+                                                     const VkShaderCreateInfoEXT *infos,
+                                                     const VkAllocationCallbacks *allocator,
+                                                     VkShaderEXT *shaders)
+{
+    calls++;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_compute(VkDevice device, VkPipelineCache cache,
+                                                     uint32_t count,
+                                                     const VkComputePipelineCreateInfo *infos,
+                                                     const VkAllocationCallbacks *allocator,
+                                                     VkPipeline *pipelines)
+{
+    calls++;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_graphics(VkDevice device, VkPipelineCache cache,
+                                                      uint32_t count,
+                                                      const VkGraphicsPipelineCreateInfo *infos,
+                                                      const VkAllocationCallbacks *allocator,
+                                                      VkPipeline *pipelines)
+{
+    calls++;
+    return VK_SUCCESS;
+}
+
+/* ---- tests */
+
+#define HEADER 0x07230203, 0x00010400, 0, 1, 0
+#define CAPABILITY(number) 2 << 16 | 17, number
+static const uint32_t plain[] = {HEADER, CAPABILITY(1), CAPABILITY(5347), 3 << 16 | 14, 0, 1};
+static const uint32_t with_queries[] = {HEADER, CAPABILITY(1), CAPABILITY(4472), 3 << 16 | 14, 0,
+                                        1};
+static const uint32_t with_pipelines[] = {HEADER, CAPABILITY(4479)};
+/* The number is no capability here. */
+static const uint32_t behind[] = {HEADER, CAPABILITY(1), 3 << 16 | 14, 0, 1, CAPABILITY(4472)};
+
+static VkResult try_code(const uint32_t *code, size_t size)
+{
+    const VkShaderModuleCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = size, .pCode = code};
+    const VkShaderCreateInfoEXT shaders[] = {
+        {.codeType = VK_SHADER_CODE_TYPE_BINARY_EXT, .codeSize = size, .pCode = code},
+        {.codeType = VK_SHADER_CODE_TYPE_SPIRV_EXT, .codeSize = size, .pCode = code}};
+    const VkPipelineShaderStageCreateInfo stages[] = {{.module = (VkShaderModule)(uintptr_t)7},
+                                                      {.pNext = &info}};
+    const VkComputePipelineCreateInfo compute[] = {{.stage = stages[0]}, {.stage = stages[1]}};
+    const VkGraphicsPipelineCreateInfo graphics = {.stageCount = 2, .pStages = stages};
+    VkShaderModule module;
+    VkShaderEXT made[2] = {(VkShaderEXT)(uintptr_t)7};
+    VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7};
+    const VkResult result = cpu_CreateShaderModule(DEVICE, &info, NULL, &module);
+    assert_int_equal(cpu_CreateShadersEXT(DEVICE, 1, shaders, NULL, made), VK_SUCCESS);
+    assert_int_equal(cpu_CreateShadersEXT(DEVICE, 2, shaders, NULL, made), result);
+    assert_int_equal(
+        cpu_CreateComputePipelines(DEVICE, VK_NULL_HANDLE, 2, compute, NULL, pipelines), result);
+    if (result != VK_SUCCESS) {
+        assert_true(made[0] == VK_NULL_HANDLE);
+        assert_true(pipelines[0] == VK_NULL_HANDLE);
+    }
+    assert_int_equal(
+        cpu_CreateGraphicsPipelines(DEVICE, VK_NULL_HANDLE, 1, &graphics, NULL, pipelines), result);
+    return result;
+}
+
+static void test_shaders(void **state)
+{
+    (void)state;
+    assert_int_equal(try_code(plain, sizeof(plain)), VK_SUCCESS);
+    assert_int_equal(try_code(behind, sizeof(behind)), VK_SUCCESS);
+    assert_int_equal(try_code(plain, 8), VK_SUCCESS);
+    assert_int_equal(try_code(with_queries, sizeof(with_queries) - 20), VK_SUCCESS); /* cut off */
+    assert_int_equal(refusals, 0);
+    assert_int_equal(calls, 20);
+    assert_int_equal(try_code(with_queries, sizeof(with_queries)), VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_int_equal(refusals, 4);
+    assert_int_equal(try_code(with_pipelines, sizeof(with_pipelines)),
+                     VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_int_equal(refusals, 8);
+    assert_int_equal(calls, 22);
+}
+
+static void test_pipelines_of_nv(void **state)
+{
+    (void)state;
+    VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
+    char data[16];
+    assert_int_equal(
+        cpu_CreateRayTracingPipelinesNV(DEVICE, VK_NULL_HANDLE, 2, NULL, NULL, pipelines),
+        VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_true(pipelines[0] == VK_NULL_HANDLE && pipelines[1] == VK_NULL_HANDLE);
+    assert_string_equal(refused_command, "vkCreateRayTracingPipelinesNV");
+    assert_int_equal(cpu_CompileDeferredNV(DEVICE, VK_NULL_HANDLE, 0),
+                     VK_ERROR_VALIDATION_FAILED_EXT);
+    assert_int_equal(
+        cpu_GetRayTracingShaderGroupHandlesNV(DEVICE, VK_NULL_HANDLE, 0, 1, sizeof(data), data),
+        VK_ERROR_VALIDATION_FAILED_EXT);
+    cpu_CmdTraceRaysNV((VkCommandBuffer)DEVICE, VK_NULL_HANDLE, 0, VK_NULL_HANDLE, 0, 0,
+                       VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
+    assert_string_equal(refused_command, "vkCmdTraceRaysNV");
+    assert_int_equal(refusals, 4);
+    assert_int_equal(calls, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_shaders, clear),
+        cmocka_unit_test_setup(test_pipelines_of_nv, clear),
+    };
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CreateShaderModule = create_module;
+    next->CreateShadersEXT = create_shaders;
+    next->CreateComputePipelines = create_compute;
+    next->CreateGraphicsPipelines = create_graphics;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

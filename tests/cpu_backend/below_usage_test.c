@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the driver sees of buffers' usage. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "below.h"
+#include "cpu/commands.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+
+enum {
+    STORAGE = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
+    INPUT = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
+    ADDRESS = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    VERTEX = VK_BUFFER_USAGE_VERTEX_BUFFER_BIT,
+    COPIES = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+};
+
+/* ---- the driver */
+
+static struct {
+    unsigned calls;
+    VkBufferUsageFlags usage;
+    VkBufferUsageFlags2 usage2; /* of a structure in the chain */
+} seen;
+
+static int clear(void **state)
+{
+    (void)state;
+    memset(&seen, 0, sizeof(seen));
+    return 0;
+}
+
+static void see_usage(VkBufferUsageFlags usage, const void *chain)
+{
+    seen.calls++;
+    seen.usage = usage;
+    seen.usage2 = 0;
+    for (const VkBaseInStructure *in = chain; in; in = in->pNext)
+        if (in->sType == VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO)
+            seen.usage2 = ((const VkBufferUsageFlags2CreateInfo *)in)->usage;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo *info,
+                                                    const VkAllocationCallbacks *allocator,
+                                                    VkBuffer *buffer)
+{
+    see_usage(info->usage, info->pNext);
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR void VKAPI_CALL get_requirements(VkDevice device,
+                                                   const VkDeviceBufferMemoryRequirements *info,
+                                                   VkMemoryRequirements2 *requirements)
+{
+    see_usage(info->pCreateInfo->usage, info->pCreateInfo->pNext);
+}
+
+static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
+                                               const VkPhysicalDeviceExternalBufferInfo *info,
+                                               VkExternalBufferProperties *properties)
+{
+    see_usage(info->usage, info->pNext);
+}
+
+/* ---- tests */
+
+static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
+{
+    const VkBufferCreateInfo info = {.pNext = chain, .usage = usage};
+    VkBuffer buffer;
+    assert_int_equal(cpu_CreateBuffer(DEVICE, &info, NULL, &buffer), VK_SUCCESS);
+    return seen.usage;
+}
+
+static void test_usage(void **state)
+{
+    (void)state;
+    assert_int_equal(create(VERTEX, NULL), VERTEX);
+    assert_int_equal(create(STORAGE, NULL), COPIES);
+    assert_int_equal(create(INPUT | VERTEX | ADDRESS, NULL), VERTEX | ADDRESS | COPIES);
+    assert_int_equal(create(ADDRESS, NULL), ADDRESS | COPIES);
+    assert_int_equal(create(VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, NULL), COPIES);
+}
+
+static void test_usage_in_the_chain(void **state)
+{
+    (void)state;
+    const VkExternalMemoryBufferCreateInfo last = {
+        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO};
+    const VkBufferUsageFlags2CreateInfo flags2 = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
+        .pNext = &last,
+        .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT};
+    const VkBufferOpaqueCaptureAddressCreateInfo first = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO, .pNext = &flags2};
+    const VkBufferCreateInfo info = {.pNext = &first};
+    VkBuffer buffer;
+    for (int failing = 0;; failing++) {
+        memory_fail_after(failing);
+        const VkResult result = cpu_CreateBuffer(DEVICE, &info, NULL, &buffer);
+        const bool failed = memory_fail_no_more();
+        assert_int_equal(result, failed ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+        if (!failed)
+            break;
+    }
+    assert_int_equal(seen.calls, 1);
+    assert_int_equal(seen.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
+    assert_int_equal(flags2.usage, STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
+
+    const VkDeviceBufferMemoryRequirements asked = {.pCreateInfo = &info};
+    VkMemoryRequirements2 requirements;
+    cpu_GetDeviceBufferMemoryRequirements(DEVICE, &asked, &requirements);
+    assert_int_equal(seen.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
+
+    const VkPhysicalDeviceExternalBufferInfo external = {.pNext = &flags2, .usage = STORAGE};
+    VkExternalBufferProperties properties;
+    layer_find_instance(NULL)->next.GetPhysicalDeviceExternalBufferProperties = get_external;
+    cpu_GetPhysicalDeviceExternalBufferProperties(VK_NULL_HANDLE, &external, &properties);
+    assert_int_equal(seen.usage, COPIES);
+    assert_int_equal(seen.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_usage, clear),
+        cmocka_unit_test_setup(test_usage_in_the_chain, clear),
+    };
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CreateBuffer = create_buffer;
+    next->GetDeviceBufferMemoryRequirements = get_requirements;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading settings, and what was said of them. */
+#include "reading.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+struct warned warned;
+
+static void warn(void *context, const char *line)
+{
+    assert_ptr_equal(context, &warned);
+    assert_true(warned.count < WARNED_LINES);
+    snprintf(warned.lines[warned.count++], sizeof(warned.lines[0]), "%s", line);
+}
+
+VkResult settings_try(const void *chain, struct settings *settings)
+{
+    const VkInstanceCreateInfo create_info = {.pNext = chain};
+    warned.count = 0;
+    return settings_load(&create_info, warn, &warned, settings);
+}
+
+struct settings settings_read(const void *chain)
+{
+    struct settings settings;
+    assert_int_equal(settings_try(chain, &settings), VK_SUCCESS);
+    return settings;
+}
+
+unsigned settings_muted(const struct settings *settings)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < VUID_COUNT; i++)
+        count += settings->muted[i];
+    return count;
+}
+
+void assert_default_settings(const struct settings *settings)
+{
+    assert_int_equal(settings->level, LEVEL_EXECUTION);
+    assert_int_equal(settings->backend, BACKEND_DRIVER);
+    assert_int_equal(settings->vuid_names, VUID_NAMES_CURRENT);
+    assert_int_equal(settings->report_flags, REPORT_ERROR | REPORT_WARNING);
+    assert_int_equal(settings->debug_action, DEBUG_ACTION_DEFAULT);
+    assert_int_equal(settings->duplicate_message_limit, 10);
+    assert_null(settings->log_filename);
+    assert_int_equal(settings->compare_rays, 0);
+    assert_int_equal(settings_muted(settings), 0);
+}
+
+void assert_warned(const char *const *words)
+{
+    assert_int_equal(warned.count, 1);
+    assert_null(strchr(warned.lines[0], '\n'));
+    for (; *words; words++)
+        if (!strstr(warned.lines[0], *words))
+            fail_msg("\"%s\" is not in: %s", *words, warned.lines[0]);
+}
+
+VkLayerSettingEXT setting_given(const char *key, VkLayerSettingTypeEXT type, const void *values)
+{
+    return (VkLayerSettingEXT){"VK_LAYER_ASSAY_validation", key, type, 1, values};
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the tests of settings share: reading them, and what is said of those that can't be taken. */
+#ifndef REPORT_READING_H
+#define REPORT_READING_H
+
+#include "report/settings.h"
+
+enum { WARNED_LINES = 12 };
+
+/* Since settings were read last. */
+extern struct warned {
+    unsigned count;
+    char lines[WARNED_LINES][1024];
+} warned;
+
+/* Those of an instance that is created with this chain. */
+VkResult settings_try(const void *chain, struct settings *settings);
+struct settings settings_read(const void *chain);
+
+unsigned settings_muted(const struct settings *settings);
+void assert_default_settings(const struct settings *settings);
+
+/* One line was said, and it has all these words; NULL ends them. */
+void assert_warned(const char *const *words);
+#define ASSERT_WARNED(...) assert_warned((const char *const[]){__VA_ARGS__, NULL})
+
+/* One value of VK_EXT_layer_settings. */
+VkLayerSettingEXT setting_given(const char *key, VkLayerSettingTypeEXT type, const void *values);
+
+#endif

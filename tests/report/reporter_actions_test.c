@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of what is done with a message, and which messages are left out. */
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+#include "report/message.h"
+#include "scarce_memory.h"
+#include "state/object_names.h"
+
+static int clear(void **state)
+{
+    (void)state;
+    surrounding_clear(NULL);
+    return 0;
+}
+
+static void test_ignore(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "ignore", 1);
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
+    struct hearing hearing = {.answer = VK_TRUE};
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    assert_false(reporter_wants(reporter, SENT_VUID));
+    assert_false(send_one(reporter));
+    reporter_warn(reporter, "odd");
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_callback_only(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    struct hearing hearing = {0};
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    send_one(reporter);
+    reporter_remove_messenger(reporter, MESSENGER(0));
+    send_one(reporter);
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 1);
+    reporter_destroy(reporter);
+}
+
+static volatile sig_atomic_t traps;
+
+static void count_trap(int number)
+{
+    (void)number;
+    traps++;
+}
+
+static void test_break(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "break", 1);
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct sigaction old, new = {.sa_handler = count_trap};
+    sigaction(SIGTRAP, &new, &old);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(traps, 0);
+    send_one(reporter);
+    assert_int_equal(traps, 1);
+    sigaction(SIGTRAP, &old, NULL);
+    assert_int_equal(hearing.count, 2);
+    reporter_destroy(reporter);
+}
+
+static void test_report_flags(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 0);
+    send_one(reporter);
+    assert_int_equal(hearing.count, 1);
+    reporter_destroy(reporter);
+
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
+    reporter = reporter_heard_by(&hearing);
+    assert_false(reporter_wants(reporter, SENT_VUID));
+    send_one(reporter);
+    reporter_refuse(reporter, "This can't be done.");
+    assert_int_equal(hearing.count, 1);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 2);
+    reporter_destroy(reporter);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "2", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    for (int i = 0; i < 4; i++)
+        reporter_refuse(reporter, "This can't be done.");
+    assert_int_equal(hearing.count, 2);
+    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
+    assert_string_equal(hearing.id, "ASSAY-error");
+    assert_string_equal(hearing.text, "This can't be done.");
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 3);
+    reporter_destroy(reporter);
+}
+
+static void test_muted_ids(void **state)
+{
+    (void)state;
+    struct hearing hearing = {.answer = VK_TRUE};
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    assert_false(reporter_wants(reporter, VUID_NONE));
+    assert_false(reporter_wants(reporter, SENT_VUID));
+    assert_true(reporter_wants(reporter, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258));
+    assert_false(send_one(reporter));
+    assert_int_equal(hearing.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_retired_ids_in_place_of_current_ones(void **state)
+{
+    (void)state;
+    static const char retired[] = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671";
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct finding finding;
+    violated_plainly(&finding, "scratchData.deviceAddress", "is wrong");
+    reporter_send(reporter, RULE_build_scratch_is_in_one_buffer,
+                  &(struct location){.command = COMMAND_DEVICE}, &(struct call_origin){0},
+                  &finding);
+    assert_string_equal(hearing.id, retired);
+    assert_int_equal(hearing.number, message_id_number(retired));
+    send_one(reporter);
+    assert_string_equal(hearing.id, SENT_ID);
+    reporter_destroy(reporter);
+}
+
+static void test_a_command_without_the_statement_is_not_told(void **state)
+{
+    (void)state;
+    struct hearing hearing = {.answer = VK_TRUE};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    assert_int_equal(rule_infos[SENT_RULE].vuid[COMMAND_HOST], VUID_NONE);
+    assert_false(reporter_send(reporter, SENT_RULE, &(struct location){.command = COMMAND_HOST},
+                               &(struct call_origin){0}, &finding));
+    assert_int_equal(hearing.count, 0);
+    reporter_destroy(reporter);
+}
+
+static void test_duplicates(void **state)
+{
+    (void)state;
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    for (unsigned i = 1; i <= 12; i++) {
+        assert_int_equal(reporter_wants(reporter, SENT_VUID), i <= 10);
+        send_one(reporter);
+        assert_int_equal(hearing.count, i <= 10 ? i : 10);
+        assert_int_equal(strstr(hearing.text, "reported 10 times") != NULL, i >= 10);
+    }
+    assert_true(reporter_wants(reporter, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258));
+    for (unsigned i = 1; i <= 12; i++)
+        reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.count, 20);
+    reporter_destroy(reporter);
+
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
+    hearing.count = 0;
+    reporter = reporter_heard_by(&hearing);
+    for (unsigned i = 1; i <= 100; i++)
+        send_one(reporter);
+    assert_int_equal(hearing.count, 100);
+    assert_null(strstr(hearing.text, "reported again"));
+    assert_true(reporter_wants(reporter, SENT_VUID));
+    reporter_destroy(reporter);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_ignore, clear),
+        cmocka_unit_test_setup(test_callback_only, clear),
+        cmocka_unit_test_setup(test_break, clear),
+        cmocka_unit_test_setup(test_report_flags, clear),
+        cmocka_unit_test_setup(test_refusals, clear),
+        cmocka_unit_test_setup(test_muted_ids, clear),
+        cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, clear),
+        cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told, clear),
+        cmocka_unit_test_setup(test_duplicates, clear),
+    };
+    return cmocka_run_group_tests_name("reporter_actions", tests, NULL, surrounding_remove);
+}

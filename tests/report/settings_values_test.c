@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the settings: what they take, and what is said of the rest. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+#include "reading.h"
+
+static int clear(void **state)
+{
+    (void)state;
+    surrounding_clear(NULL);
+    return 0;
+}
+
+static void test_values_that_are_not_understood(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *key, *value, *takes, *used;
+    } cases[] = {
+        {"level", "contents", "parameters, state, execution or content", "execution"},
+        {"level", "state,content", "parameters, state, execution or content", "execution"},
+        {"backend", "gpu", "driver or cpu", "driver"},
+        {"vuid_names", "retired", "current or listed", "current"},
+        {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
+        {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break",
+         "default"},
+        {"duplicate_message_limit", "ten", "a number", "10"},
+        {"duplicate_message_limit", "-1", "a number", "10"},
+        {"duplicate_message_limit", "4294967296", "a number", "10"},
+        {"duplicate_message_limit", "99999999999999999999999", "a number", "10"},
+        {"duplicate_message_limit", "3x", "a number", "10"},
+        {"enable_message_limit", "perhaps", "true or false", "true"},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        char line[256], key[128];
+        snprintf(line, sizeof(line), "assay_validation.%s = %s\n", cases[i].key, cases[i].value);
+        snprintf(key, sizeof(key), "assay_validation.%s:", cases[i].key);
+        surrounding_clear(line);
+        struct settings settings = settings_read(NULL);
+        assert_default_settings(&settings);
+        ASSERT_WARNED(key, cases[i].value, cases[i].takes, cases[i].used);
+        settings_release(&settings);
+    }
+}
+
+static void test_debug_actions(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *value;
+        uint32_t action;
+    } cases[] = {
+        {"default", DEBUG_ACTION_DEFAULT},
+        {"VK_DBG_LAYER_ACTION_DEFAULT", DEBUG_ACTION_DEFAULT},
+        {"VK_DBG_LAYER_ACTION_IGNORE", DEBUG_ACTION_IGNORE},
+        {"ignore,log", DEBUG_ACTION_LOG},
+        {"VK_DBG_LAYER_ACTION_CALLBACK,VK_DBG_LAYER_ACTION_LOG_MSG",
+         DEBUG_ACTION_CALLBACK | DEBUG_ACTION_LOG},
+        {"callback", DEBUG_ACTION_CALLBACK},
+        {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK | DEBUG_ACTION_DEFAULT},
+        {"break,log", DEBUG_ACTION_BREAK | DEBUG_ACTION_LOG},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", cases[i].value, 1);
+        struct settings settings = settings_read(NULL);
+        assert_int_equal(settings.debug_action, cases[i].action);
+        assert_int_equal(warned.count, 0);
+        settings_release(&settings);
+    }
+}
+
+static void test_flags_of_the_khronos_layer_are_accepted(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,perf,verbose,debug", 1);
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.report_flags, REPORT_ERROR);
+    assert_int_equal(warned.count, 0);
+    settings_release(&settings);
+}
+
+/* ---- message_id_filter */
+
+static void test_filter_lists(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", " " SENT_ID " , 12258,", 1);
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(warned.count, 0);
+    assert_int_equal(settings_muted(&settings), 3);
+    assert_true(settings.muted[SENT_VUID]);
+    assert_true(settings.muted[VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258]);
+    settings_release(&settings);
+}
+
+static void test_filter_that_names_nothing(void **state)
+{
+    (void)state;
+    static const char *const entries[] = {"VUID-vkCmdDraw-None-02699", "3710", "99999"};
+    for (size_t i = 0; i < sizeof(entries) / sizeof(entries[0]); i++) {
+        char filter[128];
+        snprintf(filter, sizeof(filter), "%s,%s", entries[i], SENT_ID);
+        setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", filter, 1);
+        struct settings settings = settings_read(NULL);
+        assert_int_equal(settings_muted(&settings), 1);
+        assert_true(settings.muted[SENT_VUID]);
+        ASSERT_WARNED("assay_validation.message_id_filter:", entries[i], "ignored");
+        settings_release(&settings);
+    }
+}
+
+/* ---- keys that nobody reads */
+
+static void test_unknown_keys(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
+    struct settings settings = settings_read(NULL);
+    assert_default_settings(&settings);
+    ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE is not a setting", "level", "message_id_filter");
+    settings_release(&settings);
+
+    surrounding_clear("assay_validation.report_flag = error\n");
+    settings = settings_read(NULL);
+    assert_default_settings(&settings);
+    ASSERT_WARNED("assay_validation.report_flag is not a setting", "report_flags");
+    settings_release(&settings);
+
+    surrounding_clear("Assay_Validation.level = content\n");
+    settings = settings_read(NULL);
+    assert_default_settings(&settings);
+    ASSERT_WARNED("Assay_Validation.level is not a setting");
+    settings_release(&settings);
+
+    surrounding_clear(NULL);
+    VkBool32 on = VK_TRUE;
+    const VkLayerSettingEXT entry =
+        setting_given("validate_sync", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &on);
+    const VkLayerSettingsCreateInfoEXT info = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+                                               NULL, 1, &entry};
+    settings = settings_read(&info);
+    assert_default_settings(&settings);
+    ASSERT_WARNED("assay_validation.validate_sync is not a setting");
+    settings_release(&settings);
+}
+
+/* The library and the search for unknown keys have to find the same file. */
+static void assert_file_is_read(const char *path)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs("assay_validation.level = state\nassay_validation.levle = state\n", file);
+    fclose(file);
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.level, LEVEL_STATE);
+    ASSERT_WARNED("assay_validation.levle is not a setting");
+    settings_release(&settings);
+    remove(path);
+}
+
+static void test_places_of_the_file(void **state)
+{
+    (void)state;
+    char folder[256];
+    snprintf(folder, sizeof(folder), "%s/.local", getenv("HOME"));
+    mkdir(".local", 0700);
+    setenv("VK_LAYER_SETTINGS_PATH", "/nonexistent/place", 1);
+    assert_file_is_read("vk_layer_settings.txt");
+    setenv("VK_LAYER_SETTINGS_PATH", folder, 1);
+    assert_file_is_read(".local/vk_layer_settings.txt");
+    setenv("VK_LAYER_SETTINGS_PATH", ".local/mine.txt", 1);
+    assert_file_is_read(".local/mine.txt");
+
+    mkdir(".local/share", 0700);
+    mkdir(".local/share/vulkan", 0700);
+    mkdir(".local/share/vulkan/settings.d", 0700);
+    assert_file_is_read(".local/share/vulkan/settings.d/vk_layer_settings.txt");
+    mkdir(".local/vulkan", 0700);
+    mkdir(".local/vulkan/settings.d", 0700);
+    setenv("XDG_DATA_HOME", folder, 1);
+    assert_file_is_read(".local/vulkan/settings.d/vk_layer_settings.txt");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_values_that_are_not_understood, clear),
+        cmocka_unit_test_setup(test_debug_actions, clear),
+        cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, clear),
+        cmocka_unit_test_setup(test_filter_lists, clear),
+        cmocka_unit_test_setup(test_filter_that_names_nothing, clear),
+        cmocka_unit_test_setup(test_unknown_keys, clear),
+        cmocka_unit_test_setup(test_places_of_the_file, clear),
+    };
+    return cmocka_run_group_tests_name("settings_values", tests, NULL, surrounding_remove);
+}
