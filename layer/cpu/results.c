@@ -95,9 +95,9 @@ static VkResult submit(const struct transfer *transfer)
         .commandBufferCount = 1,
         .pCommandBuffers = &transfer->command_buffer,
     };
-    pthread_mutex_lock(&snapshots->queue_lock);
+    snapshots_lock_queues(snapshots);
     VkResult result = transfer->next->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    snapshots_unlock_queues(snapshots);
     return result == VK_SUCCESS
                ? transfer->next->WaitForFences(transfer->device->handle, 1, &transfer->fence,
                                                VK_TRUE, UINT64_MAX)

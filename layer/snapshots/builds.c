@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds of command buffers. What they read is copied at that point of the
- * command buffer; the trees are made when somebody asks for them. */
+/* Builds of command buffers: what they read is copied at that point of the command buffer. */
 #include <stdlib.h>
 
 #include "snapshots/build_input.h"
@@ -15,7 +14,7 @@ struct copied_memory {
     bool to_the_end; /* of each buffer, for the ranges aren't known yet */
 };
 
-static void keep_snapshot(const struct recorder *recorder, struct recorded_build *build,
+static void keep_snapshot(struct recorder *recorder, struct recorded_build *build,
                           const struct snapshot *snapshot)
 {
     if (!recorded_build_add(build, snapshot))
@@ -87,7 +86,10 @@ static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
+    recorder->left_out = LEFT_OUT_NOTHING;
     copy_inputs(recorder, build);
+    build->left_out = recorder->left_out;
+    const uint32_t position = build->place.position;
     const struct recorded_item item = {
         .kind = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ? ITEM_UPDATE
                                                                               : ITEM_BUILD,
@@ -96,38 +98,44 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
         .build = build,
     };
     recorder_add(recorder, &item);
+    if (recorder->left_out)
+        recording_leave_out(recorder->recording, position, recorder->left_out);
 }
 
-/* NULL where a parameter can't be read, or without memory: then nothing is built. */
+void recorder_miss_build(struct recorder *recorder, uint32_t position)
+{
+    recorder_lose(recorder);
+    recording_leave_out(recorder->recording, position, recorder->left_out);
+}
+
+/* One of a call that builds `count`, which were counted before. NULL where a parameter can't be
+ * read, or without memory. */
 static struct recorded_build *
-copy_parameters(const struct recorder *recorder,
-                const VkAccelerationStructureBuildGeometryInfoKHR *info,
+copy_parameters(struct recorder *recorder, enum build_command command, uint32_t count,
+                uint32_t index, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                 const VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
+    uint32_t position = recorder->command_buffer->build_count - count + index;
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)
         result = build_parameters_copy(&recorder->command_buffer->readable, info, ranges,
                                        &build->parameters);
-    if (result == VK_SUCCESS)
-        return build;
-    if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-        recorder_lose(recorder);
-    free(build);
-    return NULL;
-}
-
-/* The call's builds were counted before it came here. */
-static void note_place(const struct recorder *recorder, enum build_command command, uint32_t count,
-                       uint32_t index, const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       struct recorded_build *build)
-{
+    if (result == VK_SUCCESS && command == COMMAND_DEVICE && !recorded_build_normalize(build))
+        result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (result != VK_SUCCESS) {
+        recorded_build_free(build);
+        if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
+            recorder_miss_build(recorder, position);
+        return NULL;
+    }
     build->place = (struct recorded_place){
         .command = command,
         .info = index,
-        .position = recorder->command_buffer->build_count - count + index,
+        .position = position,
         .geometry_by_pointer = !info->pGeometries && info->ppGeometries,
     };
+    return build;
 }
 
 static void record(VkCommandBuffer handle, uint32_t count,
@@ -135,17 +143,14 @@ static void record(VkCommandBuffer handle, uint32_t count,
                    const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
 {
     struct recorder recorder;
-    if (!recorder_begin(&recorder, handle) ||
+    if (!recorder_begin_builds(&recorder, handle) ||
         !readable(&recorder.command_buffer->readable, ranges, count * sizeof(*ranges)))
         return;
     for (uint32_t i = 0; i < count; i++) {
-        struct recorded_build *build = copy_parameters(&recorder, &infos[i], ranges[i]);
-        if (!build)
-            continue;
-        note_place(&recorder, COMMAND_DEVICE, count, i, &infos[i], build);
-        if (!recorded_build_normalize(build))
-            recorder_lose(&recorder);
-        recorder_add_build(&recorder, build);
+        struct recorded_build *build =
+            copy_parameters(&recorder, COMMAND_DEVICE, count, i, &infos[i], ranges[i]);
+        if (build)
+            recorder_add_build(&recorder, build);
     }
     recorder_end(&recorder);
 }
@@ -189,14 +194,14 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
                             const uint32_t *const *counts)
 {
     struct recorder recorder;
-    if (!recorder_begin(&recorder, handle) ||
+    if (!recorder_begin_builds(&recorder, handle) ||
         !arrays_are_readable(&recorder, info_count, addresses, strides, counts))
         return;
     for (uint32_t i = 0; i < info_count; i++) {
-        struct recorded_build *build = copy_parameters(&recorder, &infos[i], NULL);
+        struct recorded_build *build =
+            copy_parameters(&recorder, COMMAND_INDIRECT, info_count, i, &infos[i], NULL);
         if (!build)
             continue;
-        note_place(&recorder, COMMAND_INDIRECT, info_count, i, &infos[i], build);
         build->is_indirect = true;
         build->indirect_address = addresses[i];
         build->indirect_stride = strides[i];

@@ -16,6 +16,19 @@
     COMMAND(CmdPushConstants2)                                                                     \
     COMMAND(CmdPushConstants2KHR)                                                                  \
     COMMAND(CmdExecuteCommands)                                                                    \
+    COMMAND(CmdPushDataEXT)                                                                        \
+    COMMAND(CmdBindResourceHeapEXT)                                                                \
+    COMMAND(CmdBindSamplerHeapEXT)                                                                 \
+    COMMAND(CmdBeginQuery)                                                                         \
+    COMMAND(CmdEndQuery)                                                                           \
+    COMMAND(CmdBeginQueryIndexedEXT)                                                               \
+    COMMAND(CmdEndQueryIndexedEXT)                                                                 \
+    COMMAND(CmdBeginConditionalRenderingEXT)                                                       \
+    COMMAND(CmdEndConditionalRenderingEXT)                                                         \
+    COMMAND(CreateBuffer)                                                                          \
+    COMMAND(DestroyBuffer)                                                                         \
+    COMMAND(GetDeviceBufferMemoryRequirements)                                                     \
+    COMMAND(GetDeviceBufferMemoryRequirementsKHR)                                                  \
     COMMAND(GetDeviceQueue)                                                                        \
     COMMAND(GetDeviceQueue2)                                                                       \
     COMMAND(QueueSubmit)                                                                           \

@@ -6,7 +6,7 @@
 
 #include "snapshots/commands.h"
 
-static struct compute_state *state_of(VkCommandBuffer handle)
+struct compute_state *compute_state_of(VkCommandBuffer handle)
 {
     struct recorder recorder;
     return recorder_begin(&recorder, handle) ? &recorder.recording->compute : NULL;
@@ -16,8 +16,9 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuff
                                                      VkPipelineBindPoint pipelineBindPoint,
                                                      VkPipeline pipeline)
 {
-    struct compute_state *state =
-        pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE ? state_of(commandBuffer) : NULL;
+    struct compute_state *state = pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE
+                                      ? compute_state_of(commandBuffer)
+                                      : NULL;
     if (state) {
         state->pipeline = pipeline;
         state->shader = VK_NULL_HANDLE;
@@ -32,7 +33,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBu
 {
     for (uint32_t i = 0; i < stageCount; i++) {
         struct compute_state *state =
-            pStages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? state_of(commandBuffer) : NULL;
+            pStages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? compute_state_of(commandBuffer) : NULL;
         if (!state)
             continue;
         state->pipeline = VK_NULL_HANDLE;
@@ -48,10 +49,14 @@ static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
                            VkShaderStageFlags stages, uint32_t offset, uint32_t size,
                            const void *values)
 {
-    struct compute_state *state = state_of(handle);
-    if (!state || offset % 4 || size % 4 || offset > sizeof(state->constants) ||
-        size > sizeof(state->constants) - offset)
+    struct compute_state *state = compute_state_of(handle);
+    if (!state)
         return;
+    if (offset % 4 || size % 4 || offset > sizeof(state->constants) ||
+        size > sizeof(state->constants) - offset) {
+        state->is_partial = true;
+        return;
+    }
     if (state->layout != layout)
         memset(state->stages, 0, sizeof(state->stages));
     state->layout = layout;

@@ -6,6 +6,9 @@
 
 #include "snapshots/recorder.h"
 
+/* The state of a command buffer; NULL where it can't be followed. */
+struct compute_state *compute_state_of(VkCommandBuffer handle);
+
 void compute_state_restore(const struct recorder *recorder);
 
 #endif

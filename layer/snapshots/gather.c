@@ -146,13 +146,14 @@ static bool list_ranges(struct recorder *recorder, struct snapshot *list, uint32
 
 /* ---- the command */
 
-static void barrier(const struct recorder *recorder, VkPipelineStageFlags from,
-                    VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags read)
+static void wait_for_addresses(const struct recorder *recorder)
 {
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = written, .dstAccessMask = read};
-    recorder->device->snapshots->next.CmdPipelineBarrier(recorder->handle, from, to, 0, 1, &memory,
-                                                         0, NULL, 0, NULL);
+    const VkMemoryBarrier memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                    .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+                                    .dstAccessMask = VK_ACCESS_SHADER_READ_BIT};
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0,
+        1, &memory, 0, NULL, 0, NULL);
 }
 
 static void dispatch(const struct recorder *recorder, const struct constants *constants)
@@ -166,6 +167,19 @@ static void dispatch(const struct recorder *recorder, const struct constants *co
     compute_state_restore(recorder);
 }
 
+/* Whether a dispatch there changes nothing of what the application does: all state that it disturbs
+ * is known and can be restored, nothing counts it and no condition can leave it out. */
+static bool may_dispatch(const struct recorder *recorder)
+{
+    const struct command_buffer *command_buffer = recorder->command_buffer;
+    const struct compute_state *state = &recorder->recording->compute;
+    if (recorder->device->cpu)
+        return true;
+    return recorder->device->snapshots->has_addresses && !command_buffer->work_lost &&
+           !command_buffer->inherits_conditions && !state->is_partial && !state->queries &&
+           !state->is_conditional && (command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT);
+}
+
 bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
                      struct gathering *gathering)
 {
@@ -176,6 +190,10 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
     uint32_t range_count;
     if (!count)
         return false;
+    if (!may_dispatch(recorder)) {
+        recorder->left_out = LEFT_OUT_PLACE;
+        return false;
+    }
     if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->snapshots->gather) ||
         !list_ranges(recorder, &ranges, &range_count) ||
         !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements)) {
@@ -191,11 +209,9 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         .words = size / 4,
         .typed = gathering->is_typed,
     };
-    barrier(recorder, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+    wait_for_addresses(recorder);
     dispatch(recorder, &constants);
-    barrier(recorder, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-            VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+    recorder->has_dispatched = true;
     gathering->addresses = *addresses;
     gathering->count = count;
     return true;

@@ -83,19 +83,22 @@ static bool find(void *context, uint64_t address, struct buffer_target *target)
     return false;
 }
 
-/* NULL where a parameter can't be read, or without memory: then nothing is built. */
-static struct recorded_build *translate(const struct recorder *recorder,
+/* NULL where a parameter can't be read, or without memory. */
+static struct recorded_build *translate(struct recorder *recorder,
                                         const VkAccelerationStructureInfoNV *info,
                                         const struct nv_data *data)
 {
+    uint32_t position = recorder->command_buffer->build_count - 1;
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)
         result = nv_info_copy(&recorder->command_buffer->readable, info, data, &build->parameters);
-    if (result == VK_SUCCESS)
+    if (result == VK_SUCCESS) {
+        build->place = (struct recorded_place){.command = COMMAND_NV, .position = position};
         return build;
+    }
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-        recorder_lose(recorder);
+        recorder_miss_build(recorder, position);
     free(build);
     return NULL;
 }
@@ -109,14 +112,12 @@ static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *
     struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
     const struct recorder_addresses addresses = {find, &inputs};
     const struct nv_data data = {address_of, &inputs, instances, offset};
-    if (!recorder_begin(&recorder, handle))
+    if (!recorder_begin_builds(&recorder, handle))
         return;
     recorder.addresses = &addresses;
     struct recorded_build *recorded = translate(&recorder, info, &data);
     if (recorded) {
         VkAccelerationStructureBuildGeometryInfoKHR *own = &recorded->parameters.info;
-        recorded->place = (struct recorded_place){
-            .command = COMMAND_NV, .position = recorder.command_buffer->build_count - 1};
         own->mode = build->mode;
         own->dstAccelerationStructure = build->dstAccelerationStructure;
         own->srcAccelerationStructure = build->srcAccelerationStructure;

@@ -41,29 +41,73 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
     return recorder->recording;
 }
 
-void recorder_lose(const struct recorder *recorder)
+static bool is_place_for_copies(const struct command_buffer *command_buffer)
 {
-    recorder->command_buffer->work_lost = true;
+    return command_buffer->state == COMMAND_BUFFER_RECORDING && !command_buffer->in_render_pass &&
+           !command_buffer->in_video_coding && command_buffer->suspended != YES &&
+           !command_buffer->pool->is_protected;
 }
 
-void recorder_add(const struct recorder *recorder, const struct recorded_item *item)
+bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
+{
+    if (!recorder_begin(recorder, handle))
+        return false;
+    recorder->is_barred = !recorder->device->cpu && !is_place_for_copies(recorder->command_buffer);
+    return true;
+}
+
+void recorder_lose(struct recorder *recorder)
+{
+    recorder->command_buffer->work_lost = true;
+    recorder->left_out = LEFT_OUT_MEMORY;
+}
+
+void recorder_add(struct recorder *recorder, const struct recorded_item *item)
 {
     if (!recording_add(recorder->recording, item))
         recorder_lose(recorder);
 }
 
+/* ---- barriers */
+
+/* Whatever the application has synchronized for its builds is so for all commands, and from there
+ * on for the copies. They write where those of an earlier execution did. */
+static void begin_copies(struct recorder *recorder)
+{
+    bool computes = recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT;
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                         (computes ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT : 0),
+    };
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+        VK_PIPELINE_STAGE_TRANSFER_BIT | (computes ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0), 0,
+        1, &barrier, 0, NULL, 0, NULL);
+    recorder->has_copied = true;
+}
+
+/* What the application writes next it has synchronized with the build alone. */
 void recorder_end(const struct recorder *recorder)
 {
     const VkMemoryBarrier barrier = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT |
+                         (recorder->has_dispatched ? VK_ACCESS_SHADER_WRITE_BIT : 0),
         .dstAccessMask = VK_ACCESS_HOST_READ_BIT,
     };
-    if (recorder->has_copied)
-        recorder->device->snapshots->next.CmdPipelineBarrier(
-            recorder->handle, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1,
-            &barrier, 0, NULL, 0, NULL);
+    if (!recorder->has_copied)
+        return;
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle,
+        VK_PIPELINE_STAGE_TRANSFER_BIT |
+            (recorder->has_dispatched ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0),
+        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
+        NULL);
 }
+
+/* ---- copies */
 
 bool recorder_find(const struct recorder *recorder, uint64_t address, struct buffer_target *target)
 {
@@ -110,6 +154,10 @@ bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
     struct buffer_target source;
     if (!size || !recorder_find(recorder, address, &source))
         return false;
+    if (recorder->is_barred || !snapshots_can_copy(recorder->device->snapshots, source.buffer)) {
+        recorder->left_out = recorder->is_barred ? LEFT_OUT_PLACE : LEFT_OUT_BUFFER;
+        return false;
+    }
     size = size < source.size ? size : source.size;
     if (!recorder_reserve(recorder, size, snapshot))
         return false;
@@ -117,9 +165,10 @@ bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
     const struct staging_chunk *chunk =
         (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
     const VkBufferCopy region = {source.offset, snapshot->offset, size};
+    if (!recorder->has_copied)
+        begin_copies(recorder);
     recorder->device->snapshots->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer,
                                                     1, &region);
-    recorder->has_copied = true;
     atomic_fetch_add_explicit(&recorder->device->snapshots->bytes_copied, size,
                               memory_order_relaxed);
     return true;

@@ -19,17 +19,24 @@ struct recorder {
     struct command_buffer *command_buffer;
     struct recording *recording;
     const struct recorder_addresses *addresses; /* NULL: they are device addresses */
-    bool has_copied;
+    bool is_barred;                             /* no commands may be added there */
+    bool has_copied;                            /* and has begun with a barrier */
+    bool has_dispatched;                        /* a gathering */
+    enum left_out left_out;                     /* of the build under way */
 };
 
 /* False where nothing can be recorded: the command buffer isn't known, or there is no memory. Of
  * the latter vkEndCommandBuffer tells, here and below. */
 bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle);
 
+/* The same for a command that builds, where it may be that nothing can be added. */
+bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
+
 /* Takes over what the item points to. */
-void recorder_add(const struct recorder *recorder, const struct recorded_item *item);
-void recorder_lose(const struct recorder *recorder);
-/* Makes the copies visible to the host. */
+void recorder_add(struct recorder *recorder, const struct recorded_item *item);
+void recorder_lose(struct recorder *recorder);
+/* After the last copy of a command: makes the copies visible to the host, and holds back what comes
+ * after the command until they are done. */
 void recorder_end(const struct recorder *recorder);
 
 /* What recording a command buffer has, or NULL. */
@@ -37,6 +44,8 @@ struct recording *recording_of(const struct layer_device *device, VkCommandBuffe
 
 /* Records copies of what a build will read, and the build, which it takes over. */
 void recorder_add_build(struct recorder *recorder, struct recorded_build *build);
+/* Notes that a build isn't recorded, for lack of memory. */
+void recorder_miss_build(struct recorder *recorder, uint32_t position);
 
 /* Records a copy of `size` bytes at an address, as many of them as the buffer there has.
  * False where it has none, or without memory. */

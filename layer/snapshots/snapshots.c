@@ -11,6 +11,7 @@
 #include "snapshots/gather.h"
 #include "snapshots/staging.h"
 #include "snapshots/tickets.h"
+#include "state/chain.h"
 
 /* What the loader wants to be told of dispatchable objects that a layer creates for itself. */
 static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInfo *create_info)
@@ -22,6 +23,31 @@ static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInf
             return info->u.pfnSetDeviceLoaderData;
     }
     return NULL;
+}
+
+static bool enables_addresses(const VkDeviceCreateInfo *create_info)
+{
+    const VkPhysicalDeviceVulkan12Features *core =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+    const VkPhysicalDeviceBufferDeviceAddressFeatures *own = chain_find(
+        create_info->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
+    return (core && core->bufferDeviceAddress) || (own && own->bufferDeviceAddress);
+}
+
+/* Who wants snapshots. Of a device group each device would copy, to the same memory of the host. */
+static bool are_wanted(const struct layer_device *device)
+{
+    bool builds =
+        device->facts.extension.acceleration_structure || device->facts.extension.ray_tracing_nv;
+    if (device->cpu)
+        return true;
+    if (device->level < LEVEL_CONTENT || !builds)
+        return false;
+    if (device->physical_device_count > 1)
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.level = content doesn't look at what the builds of a group "
+                      "of physical devices read.");
+    return device->physical_device_count < 2;
 }
 
 static void cover(struct layer_device *device)
@@ -36,16 +62,20 @@ static void cover(struct layer_device *device)
 
 VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
 {
-    if (!device->cpu)
+    if (!are_wanted(device))
         return VK_SUCCESS;
     struct snapshots *snapshots = calloc(1, sizeof(*snapshots));
     if (!snapshots)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     pthread_mutex_init(&snapshots->queue_lock, NULL);
+    pthread_mutex_init(&snapshots->families_lock, NULL);
     pthread_mutex_init(&snapshots->tickets_lock, NULL);
     pthread_mutex_init(&snapshots->expected_lock, NULL);
+    pthread_mutex_init(&snapshots->buffers_lock, NULL);
     snapshots->device = device;
     snapshots->next = device->cpu ? device->cpu->next : device->vk;
+    snapshots->uses_queues = device->cpu;
+    snapshots->has_addresses = enables_addresses(create_info);
     snapshots->set_loader_data = find_loader_data_setter(create_info);
     snapshots->expected_last = &snapshots->expected;
     device->snapshots = snapshots;
@@ -69,7 +99,10 @@ void snapshots_destroy(struct snapshots *snapshots)
     staging_destroy(snapshots->staging);
     gather_destroy(snapshots->gather);
     handle_table_release(&snapshots->queue_families);
+    handle_table_release(&snapshots->copyable);
+    pthread_mutex_destroy(&snapshots->buffers_lock);
     pthread_mutex_destroy(&snapshots->queue_lock);
+    pthread_mutex_destroy(&snapshots->families_lock);
     pthread_mutex_destroy(&snapshots->tickets_lock);
     pthread_mutex_destroy(&snapshots->expected_lock);
     free(snapshots);
@@ -120,6 +153,9 @@ static void run_command(struct layer_device *device, const struct batch_run *run
         journal && journal->work ? take(device->snapshots, journal->work) : NULL;
     if (!execution)
         return;
+    execution_take_turn(execution);
+    if (atomic_load(&execution->recording->is_spoiled))
+        execution_lose(execution);
     if (device->cpu)
         cpu_overlay_run(device, execution, run->moment);
     contents_run(device->contents, run, command, execution);

@@ -29,10 +29,15 @@ struct snapshots {
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
     struct gather *gather;
+    bool has_addresses;            /* buffers have: bufferDeviceAddress is enabled */
+    pthread_mutex_t buffers_lock;  /* guards: */
+    struct handle_table copyable;  /* buffers that can be copied from; on backend cpu all can */
     _Atomic uint64_t bytes_copied; /* that command buffers were told to copy */
     /* Submissions take their turns as they are made, for their order isn't known any more. */
     _Atomic bool order_lost;
-    pthread_mutex_t queue_lock;                  /* held while a queue is used, and guards: */
+    bool uses_queues; /* see snapshots_lock_queues() */
+    pthread_mutex_t queue_lock;
+    pthread_mutex_t families_lock;               /* guards: */
     struct handle_table queue_families;          /* of queues, as pointers to their names */
     pthread_mutex_t tickets_lock;                /* guards: */
     struct fence_ticket *unfinished;             /* that nobody needs, but the device still uses */
@@ -66,6 +71,15 @@ static inline void snapshots_deliver(struct layer_device *device)
     if (device->snapshots)
         snapshots_deliver_complete(device);
 }
+
+/* Whether a buffer has the usage that copies from it need, with what was added when it was created
+ * (buffers.c). */
+bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer);
+
+/* Where the layer submits to the application's queues at times of its own choosing, around each use
+ * of a queue; nothing elsewhere. */
+void snapshots_lock_queues(struct snapshots *snapshots);
+void snapshots_unlock_queues(struct snapshots *snapshots);
 
 /* False where the queue isn't known. */
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family);

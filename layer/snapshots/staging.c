@@ -53,11 +53,14 @@ static uint32_t memory_type(const struct layer_device *device, uint32_t allowed)
     const VkMemoryPropertyFlags needed =
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     const VkMemoryPropertyFlags wanted[] = {needed | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, needed};
+    /* Others are of extensions, whose features the application may not have enabled. */
+    const VkMemoryPropertyFlags known = wanted[0] | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
     for (int w = 0; w < 2; w++)
-        for (uint32_t i = 0; i < device->memory.memoryTypeCount; i++)
-            if ((allowed >> i & 1) &&
-                (device->memory.memoryTypes[i].propertyFlags & wanted[w]) == wanted[w])
+        for (uint32_t i = 0; i < device->memory.memoryTypeCount; i++) {
+            VkMemoryPropertyFlags flags = device->memory.memoryTypes[i].propertyFlags;
+            if ((allowed >> i & 1) && (flags & wanted[w]) == wanted[w] && !(flags & ~known))
                 return i;
+        }
     return UINT32_MAX;
 }
 
@@ -83,7 +86,7 @@ static VkResult allocate(const struct layer_device *device, struct staging_chunk
     };
     const VkMemoryAllocateInfo allocate_info = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .pNext = &flags,
+        .pNext = device->snapshots->has_addresses ? &flags : NULL,
         .allocationSize = requirements.size,
         .memoryTypeIndex = memory_type(device, requirements.memoryTypeBits),
     };
@@ -95,7 +98,7 @@ static VkResult allocate(const struct layer_device *device, struct staging_chunk
     if (result == VK_SUCCESS)
         result = next->MapMemory(device->handle, chunk->memory, 0, VK_WHOLE_SIZE, 0,
                                  (void **)&chunk->chunk.bytes);
-    if (result == VK_SUCCESS)
+    if (result == VK_SUCCESS && device->snapshots->has_addresses)
         chunk->address = address_of(device, chunk->buffer);
     return result;
 }
@@ -109,7 +112,8 @@ static struct staging_chunk *create_chunk(const struct layer_device *device, uin
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size,
         .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                 (device->snapshots->has_addresses ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0),
     };
     chunk->chunk.size = size;
     if (device->snapshots->next.CreateBuffer(device->handle, &create_info, NULL, &chunk->buffer) ==

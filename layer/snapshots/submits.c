@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Submissions. Each that has recordings is followed by a fence of the layer's own, which tells when
- * its snapshots can be read; the application's fence comes after it, so that whoever sees that one
- * signalled finds the other so. */
+ * its snapshots can be read. On backend cpu the application's fence comes after it, so that whoever
+ * sees that one signalled finds the other so; on backend driver all that the application submits
+ * goes down as it is, and what the layer has no memory for isn't looked at. */
 #include <stdlib.h>
 
 #include "snapshots/commands.h"
 #include "snapshots/recorder.h"
+#include "snapshots/tell.h"
 #include "snapshots/tickets.h"
 
 /* ---- what a submission has to do with snapshots */
@@ -16,8 +18,14 @@ struct submit {
     struct ticket *ticket;
     struct execution **executions;
     uint32_t count, capacity;
+    struct missed_executions missed;
     VkResult result; /* of what was done so far */
 };
+
+/* For the end of an execution whose snapshots are about to be overwritten. The application has
+ * often seen it, and the layer's fence comes a moment later; but of a fence no more is known than
+ * that what comes before it has begun. */
+static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
 static bool reserve(struct submit *submit)
 {
@@ -38,7 +46,7 @@ static bool add_execution(struct submit *submit, struct recording *recording)
         submit->ticket = ticket_create(submit->snapshots, submit->queue);
     if (!submit->ticket || !reserve(submit))
         return false;
-    recording_detach(recording, submit->ticket);
+    submit->missed.unread += recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
     struct execution *execution = execution_create(recording, submit->ticket);
     if (!execution)
         return false;
@@ -49,10 +57,33 @@ static bool add_execution(struct submit *submit, struct recording *recording)
 
 static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
 {
-    struct recording *recording = recording_of(submit->snapshots->device, handle);
-    if (recording && recording->first && submit->result == VK_SUCCESS &&
-        !add_execution(submit, recording))
+    const struct layer_device *device = submit->snapshots->device;
+    struct recording *recording = recording_of(device, handle);
+    tell_left_out(device, handle);
+    if (!recording || !recording->first || submit->result != VK_SUCCESS ||
+        add_execution(submit, recording))
+        return;
+    if (device->cpu) {
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    } else {
+        atomic_store(&recording->is_spoiled, true);
+        submit->missed.unkept++;
+    }
+}
+
+static uint32_t count_overwritten(const struct execution *execution)
+{
+    uint32_t count = atomic_load(&execution->is_overwritten);
+    for (uint32_t i = 0; !count && i < execution->child_count; i++)
+        count += count_overwritten(execution->children[i]);
+    return count;
+}
+
+static void tell(struct submit *submit)
+{
+    for (uint32_t i = 0; i < submit->count; i++)
+        submit->missed.overwritten += count_overwritten(submit->executions[i]);
+    tell_missed(submit->snapshots->device, &submit->missed);
 }
 
 static void release(struct submit *submit)
@@ -70,11 +101,19 @@ static VkResult give_up(struct submit *submit, VkResult result)
     return result;
 }
 
+/* What goes down with the application's batches. */
+static VkFence fence_below(const struct submit *submit, VkFence fence)
+{
+    return submit->count && submit->snapshots->device->cpu ? VK_NULL_HANDLE : fence;
+}
+
 /* The fences, after the application's batches. Where they can't be submitted, nobody will learn of
- * the end of those: the device is as good as lost. */
+ * the end of those: on backend cpu the device is as good as lost. */
 static VkResult submit_fences(const struct submit *submit, VkFence fence)
 {
     VkResult result = ticket_submit(submit->ticket);
+    if (!submit->snapshots->device->cpu)
+        return VK_SUCCESS;
     if (result == VK_SUCCESS && fence)
         result = submit->snapshots->next.QueueSubmit(submit->queue, 0, NULL, fence);
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
@@ -113,13 +152,14 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t sub
     for (uint32_t i = 0; i < submitCount; i++)
         for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
             add_command_buffer(&submit, pSubmits[i].pCommandBuffers[j]);
+    tell(&submit);
     if (submit.result != VK_SUCCESS)
         return give_up(&submit, submit.result);
-    pthread_mutex_lock(&snapshots->queue_lock);
-    VkResult result = snapshots->below.QueueSubmit(queue, submitCount, pSubmits,
-                                                   submit.count ? VK_NULL_HANDLE : fence);
+    snapshots_lock_queues(snapshots);
+    VkResult result =
+        snapshots->below.QueueSubmit(queue, submitCount, pSubmits, fence_below(&submit, fence));
     result = finish(&submit, fence, result);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    snapshots_unlock_queues(snapshots);
     return result;
 }
 
@@ -131,12 +171,13 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
             add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
+    tell(&submit);
     if (submit.result != VK_SUCCESS)
         return give_up(&submit, submit.result);
-    pthread_mutex_lock(&snapshots->queue_lock);
-    VkResult result = next(queue, count, infos, submit.count ? VK_NULL_HANDLE : fence);
+    snapshots_lock_queues(snapshots);
+    VkResult result = next(queue, count, infos, fence_below(&submit, fence));
     result = finish(&submit, fence, result);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    snapshots_unlock_queues(snapshots);
     return result;
 }
 
@@ -155,20 +196,32 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2KHR(VkQueue queue, uint32_t
 
 /* ---- other uses of queues, which the layer uses itself */
 
+void snapshots_lock_queues(struct snapshots *snapshots)
+{
+    if (snapshots->uses_queues)
+        pthread_mutex_lock(&snapshots->queue_lock);
+}
+
+void snapshots_unlock_queues(struct snapshots *snapshots)
+{
+    if (snapshots->uses_queues)
+        pthread_mutex_unlock(&snapshots->queue_lock);
+}
+
 static void note_family(struct snapshots *snapshots, VkQueue queue, uint32_t family)
 {
     uintptr_t name = (uintptr_t)family + 1;
-    pthread_mutex_lock(&snapshots->queue_lock);
+    pthread_mutex_lock(&snapshots->families_lock);
     handle_table_set(&snapshots->queue_families, (uint64_t)(uintptr_t)queue, (void *)name);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    pthread_mutex_unlock(&snapshots->families_lock);
 }
 
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family)
 {
-    pthread_mutex_lock(&snapshots->queue_lock);
+    pthread_mutex_lock(&snapshots->families_lock);
     uintptr_t name =
         (uintptr_t)handle_table_find(&snapshots->queue_families, (uint64_t)(uintptr_t)queue);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    pthread_mutex_unlock(&snapshots->families_lock);
     *family = (uint32_t)name - 1;
     return name != 0;
 }
@@ -195,9 +248,9 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueBindSparse(VkQueue queue, uint32_t
                                                          VkFence fence)
 {
     struct snapshots *snapshots = snapshots_of(queue);
-    pthread_mutex_lock(&snapshots->queue_lock);
+    snapshots_lock_queues(snapshots);
     VkResult result = snapshots->below.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    snapshots_unlock_queues(snapshots);
     return result;
 }
 
@@ -205,9 +258,9 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueuePresentKHR(VkQueue queue,
                                                          const VkPresentInfoKHR *pPresentInfo)
 {
     struct snapshots *snapshots = snapshots_of(queue);
-    pthread_mutex_lock(&snapshots->queue_lock);
+    snapshots_lock_queues(snapshots);
     VkResult result = snapshots->below.QueuePresentKHR(queue, pPresentInfo);
-    pthread_mutex_unlock(&snapshots->queue_lock);
+    snapshots_unlock_queues(snapshots);
     return result;
 }
 
@@ -219,6 +272,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdExecuteCommands(VkCommandBuffer commandB
     for (uint32_t i = 0; i < commandBufferCount; i++) {
         struct recording *recording = recording_of(device, pCommandBuffers[i]);
         struct recorder recorder;
+        tell_left_out(device, pCommandBuffers[i]);
         if (!recording || !recording->first || !recorder_begin(&recorder, commandBuffer))
             continue;
         const struct recorded_item item = {.kind = ITEM_EXECUTE,

@@ -19,6 +19,8 @@ static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
 {
     const struct fence_ticket *own = (const struct fence_ticket *)ticket;
     const struct snapshots *snapshots = own->snapshots;
+    if (!own->is_submitted)
+        return VK_ERROR_DEVICE_LOST; /* or as good as that */
     return snapshots->next.WaitForFences(snapshots->device->handle, 1, &own->fence, VK_TRUE,
                                          nanoseconds);
 }

@@ -33,11 +33,20 @@ struct recorded_place {
     bool geometry_by_pointer; /* of ppGeometries */
 };
 
+/* Why snapshots don't have all that a build reads. */
+enum left_out {
+    LEFT_OUT_NOTHING,
+    LEFT_OUT_MEMORY, /* there was none for them */
+    LEFT_OUT_BUFFER, /* that can't be copied from: it is imported, say, or protected */
+    LEFT_OUT_PLACE,  /* commands of the layer's own would disturb what the application does there */
+};
+
 /* Of addresses and offsets of its own: see recorded_build_normalize(). */
 struct recorded_build {
     struct build_parameters parameters, given; /* given: as they were before; none where they are
                                                   the same */
     struct recorded_place place;
+    enum left_out left_out;
     /* Then its ranges are at an address, and parameters.ranges have the maximum counts. */
     bool is_indirect;
     uint64_t indirect_address, indirect_stride;

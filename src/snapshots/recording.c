@@ -67,6 +67,13 @@ bool recording_add(struct recording *recording, const struct recorded_item *item
     return true;
 }
 
+void recording_leave_out(struct recording *recording, uint32_t position, enum left_out reason)
+{
+    if (recording->left_out_count < LEFT_OUT_NAMED)
+        recording->left_out[recording->left_out_count] = (struct left_out_build){position, reason};
+    recording->left_out_count++;
+}
+
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk)
 {
     if (recording->chunk_count == recording->chunk_capacity) {
@@ -185,7 +192,6 @@ static bool copy_chunks(struct execution *execution)
         unsigned char *copy = malloc(chunk->used + 1);
         if (!copy) {
             free_copies(execution->bases, i);
-            memset(execution->bases, 0, recording->chunk_count * sizeof(unsigned char *));
             return false;
         }
         memcpy(copy, chunk->bytes, chunk->used);
@@ -194,26 +200,53 @@ static bool copy_chunks(struct execution *execution)
     return true;
 }
 
-static void detach(struct execution *execution)
+void execution_lose(struct execution *execution)
 {
-    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    pthread_rwlock_wrlock(&execution->lock);
+    execution->is_lost = true;
+    pthread_rwlock_unlock(&execution->lock);
+    for (uint32_t i = 0; i < execution->child_count; i++)
+        execution_lose(execution->children[i]);
+}
+
+void execution_take_turn(struct execution *execution)
+{
+    atomic_store(&execution->had_turn, true);
+    for (uint32_t i = 0; i < execution->child_count; i++)
+        execution_take_turn(execution->children[i]);
+}
+
+/* False where it is lost by this. */
+static bool detach(struct execution *execution, uint64_t nanoseconds)
+{
+    bool is_kept = true;
+    VkResult result = execution->ticket->wait(execution->ticket,
+                                              atomic_load(&execution->had_turn) ? nanoseconds : 0);
     pthread_rwlock_wrlock(&execution->lock);
     if (!execution->detached) {
-        execution->is_lost = result != VK_SUCCESS || !copy_chunks(execution);
+        is_kept = result == VK_SUCCESS && copy_chunks(execution);
+        if (!is_kept)
+            memset(execution->bases, 0,
+                   execution->recording->chunk_count * sizeof(unsigned char *));
+        execution->is_lost = !is_kept;
         execution->detached = true;
     }
     pthread_rwlock_unlock(&execution->lock);
+    return is_kept;
 }
 
-void recording_detach(struct recording *recording, const struct ticket *next)
+uint32_t recording_detach(struct recording *recording, const struct ticket *next,
+                          uint64_t nanoseconds)
 {
+    uint32_t lost = 0;
     pthread_mutex_lock(&recording->lock);
     struct execution *latest = recording->latest ? execution_share(recording->latest) : NULL;
     pthread_mutex_unlock(&recording->lock);
     if (latest && latest->ticket != next)
-        detach(latest);
+        lost += !detach(latest, nanoseconds);
     execution_release(latest);
     for (const struct recorded_item *item = recording->first; item; item = item->next)
         if (item->kind == ITEM_EXECUTE)
-            recording_detach(item->secondary, next);
+            lost += recording_detach(item->secondary, next, nanoseconds);
+    return lost;
 }

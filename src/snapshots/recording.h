@@ -57,7 +57,7 @@ struct recorded_item {
     struct recording *secondary;
 };
 
-enum { CONSTANT_WORDS = 64 };
+enum { CONSTANT_WORDS = 64, LEFT_OUT_NAMED = 8 };
 
 /* What the application has bound and pushed last, which dispatches of the layer's own disturb.
  * Null handles: nothing. */
@@ -67,6 +67,11 @@ struct compute_state {
     VkPipelineLayout layout; /* of the constants */
     uint32_t constants[CONSTANT_WORDS];
     VkShaderStageFlags stages[CONSTANT_WORDS]; /* that each was pushed for; 0: it was not */
+    bool is_partial;                           /* more was set than can be restored */
+    /* Queries that are active, and whether execution is conditional: dispatches would be counted,
+     * or left out. */
+    uint32_t queries;
+    bool is_conditional;
 };
 
 struct recording {
@@ -79,6 +84,14 @@ struct recording {
     void *user;
     uint32_t secondary_count;
     bool has_targets; /* it or a secondary has results to deliver */
+    /* Builds of which not all could be copied: how many, and the first ones. */
+    uint32_t left_out_count;
+    struct left_out_build {
+        uint32_t position;
+        enum left_out reason;
+    } left_out[LEFT_OUT_NAMED];
+    bool left_out_told;
+    atomic_bool is_spoiled; /* an execution was not kept, so that the others can't be told apart */
     pthread_mutex_t lock;
     struct execution *latest; /* the last one made, while it lives; guarded by the lock */
 };
@@ -91,13 +104,15 @@ struct execution {
     struct ticket *ticket;
     uint64_t deaths;            /* resources_deaths when it was submitted */
     atomic_bool is_overwritten; /* another of the same submission copied to the same chunks */
+    atomic_bool had_turn;       /* nothing that it waits for is still to be submitted */
     /* Guards what follows; read while trees are made of the snapshots, which may ask for others of
      * the same execution: readers are never kept waiting for a writer that waits (the kind that
      * pthread_rwlock_init makes). */
     pthread_rwlock_t lock;
     unsigned char **bases; /* of the chunks; */
     bool detached;         /* of copies of them, for the recording executes again; */
-    bool is_lost;          /* there was no memory for copies, or the device was lost */
+    bool is_lost;          /* there was no memory for copies, it wasn't complete by then, or the
+                              device was lost */
     /* Of the secondaries' works, in the order of their items. */
     struct execution **children;
     uint32_t child_count;
@@ -111,6 +126,8 @@ void recording_release(struct recording *recording);
 
 /* Takes over what the item points to, also where it fails for lack of memory. */
 bool recording_add(struct recording *recording, const struct recorded_item *item);
+/* Notes that not all of a build is in snapshots. */
+void recording_leave_out(struct recording *recording, uint32_t position, enum left_out reason);
 /* Takes over the chunk. */
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk);
 
@@ -118,9 +135,18 @@ struct execution *execution_create(struct recording *recording, struct ticket *t
 struct execution *execution_share(struct execution *execution);
 void execution_release(struct execution *execution);
 
-/* Before the recording is submitted again: waits for the end of the last execution and copies its
- * snapshots, if anything still needs them; likewise for secondaries. Of several executions in the
- * submission that is to come, whose ticket is `next`, the last one's snapshots serve all. */
-void recording_detach(struct recording *recording, const struct ticket *next);
+/* From now on it has no snapshots. */
+void execution_lose(struct execution *execution);
+
+/* Its turn has come, and that of the secondaries'. */
+void execution_take_turn(struct execution *execution);
+
+/* Before the recording is submitted again: copies the snapshots of the last execution, if anything
+ * still needs them; likewise for secondaries. For its end it waits `nanoseconds` at most where its
+ * turn has come, for the rest may wait for what the application does after this call. Returns how
+ * many were lost. Of several executions in the submission that is to come, whose ticket is `next`,
+ * the last one's snapshots serve all. */
+uint32_t recording_detach(struct recording *recording, const struct ticket *next,
+                          uint64_t nanoseconds);
 
 #endif

@@ -46,6 +46,8 @@ struct command_buffer {
     bool knows;
     bool work_lost; /* for lack of memory: what a backend should carry out isn't all in the journal
                      */
+    bool inherits_conditions; /* where a secondary executes, queries or conditional rendering may be
+                                 active */
     struct label_stack labels;
     struct readable_cache readable; /* pages found readable since recording began */
     struct recent_sizes sizes;      /* of the build that was recorded last */

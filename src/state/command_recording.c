@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What recorded commands do to the state of a command buffer. */
+#include "state/chain.h"
 #include "state/command_buffers.h"
 
 /* An empty journal: the one that there is, unless somebody shares it. */
@@ -32,6 +33,15 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     label_stack_clear(&command_buffer->labels);
 }
 
+static bool inherits_conditions(const VkCommandBufferInheritanceInfo *inheritance)
+{
+    const VkCommandBufferInheritanceConditionalRenderingInfoEXT *conditional =
+        chain_find(inheritance->pNext,
+                   VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_CONDITIONAL_RENDERING_INFO_EXT);
+    return inheritance->pipelineStatistics ||
+           (conditional && conditional->conditionalRenderingEnable);
+}
+
 void command_buffer_begin(struct command_buffer *command_buffer,
                           const VkCommandBufferBeginInfo *begin_info, uint64_t deaths,
                           VkResult result)
@@ -44,7 +54,10 @@ void command_buffer_begin(struct command_buffer *command_buffer,
         command_buffer->journal = journal_create(command_buffer->handle);
     if (command_buffer->journal)
         command_buffer->journal->deaths = deaths;
-    /* The flag is ignored for primary command buffers. */
+    /* The flag is ignored for primary command buffers, as is inheritance. */
+    command_buffer->inherits_conditions =
+        command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
+        begin_info->pInheritanceInfo && inherits_conditions(begin_info->pInheritanceInfo);
     command_buffer->in_render_pass =
         command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
         (begin_info->flags & VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT);

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Buffers that builds read: that they can be copied from is added to their usage. */
+#include "cpu/chain_copy.h"
+#include "snapshots/commands.h"
+#include "snapshots/snapshots.h"
+#include "state/chain.h"
+
+/* ---- which */
+
+static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *info)
+{
+    const VkBufferUsageFlags2CreateInfo *flags2 =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO);
+    return flags2 ? flags2->usage : info->usage;
+}
+
+/* With whose usage nobody else is concerned: another process, or a capture that is replayed. What
+ * isn't bound can't be copied, either, and of sparse buffers anything may be so. */
+static bool is_plain(const VkBufferCreateInfo *info)
+{
+    const VkBufferCreateFlags special = VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
+                                        VK_BUFFER_CREATE_PROTECTED_BIT |
+                                        VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT |
+                                        VK_BUFFER_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT;
+    const VkExternalMemoryBufferCreateInfo *external =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO);
+    return !(info->flags & special) && !(external && external->handleTypes);
+}
+
+static bool is_input(const struct layer_device *device, VkBufferUsageFlags2 usage)
+{
+    VkBufferUsageFlags2 inputs =
+        VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+        VK_BUFFER_USAGE_2_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT;
+    if (device->facts.acceleration_structure_indirect_build)
+        inputs |= VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT;
+    if ((usage & inputs) && (usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT))
+        return true;
+    return device->facts.extension.ray_tracing_nv &&
+           (usage & VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR);
+}
+
+static bool needs_usage(const struct layer_device *device, const VkBufferCreateInfo *info)
+{
+    VkBufferUsageFlags2 usage = usage_of(info);
+    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && is_plain(info) &&
+           is_input(device, usage);
+}
+
+/* Copies, with the usage added; the caller ends the copy of the chain. False without memory. */
+static bool add_usage(const VkBufferCreateInfo *info, VkBufferCreateInfo *below,
+                      struct chain_copy *copy)
+{
+    *below = *info;
+    if (chain_copy_begin(copy, info->pNext, VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO) !=
+        VK_SUCCESS)
+        return false;
+    VkBufferUsageFlags2CreateInfo *flags2 = copy->found;
+    if (flags2)
+        flags2->usage |= VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT;
+    else
+        below->usage |= VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+    below->pNext = copy->first;
+    return true;
+}
+
+/* ---- which can be copied from */
+
+static void note(struct snapshots *snapshots, VkBuffer buffer, bool is_copyable)
+{
+    uint64_t handle = (uint64_t)(uintptr_t)buffer;
+    pthread_mutex_lock(&snapshots->buffers_lock);
+    if (is_copyable)
+        handle_table_set(&snapshots->copyable, handle, snapshots);
+    else
+        handle_table_remove(&snapshots->copyable, handle);
+    pthread_mutex_unlock(&snapshots->buffers_lock);
+}
+
+bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer)
+{
+    if (snapshots->device->cpu)
+        return true;
+    pthread_mutex_lock(&snapshots->buffers_lock);
+    bool can = handle_table_find(&snapshots->copyable, (uint64_t)(uintptr_t)buffer);
+    pthread_mutex_unlock(&snapshots->buffers_lock);
+    return can;
+}
+
+static bool can_copy(const VkBufferCreateInfo *info)
+{
+    const VkBufferCreateFlags special =
+        VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_PROTECTED_BIT;
+    return (usage_of(info) & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && !(info->flags & special);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL snapshots_CreateBuffer(VkDevice device,
+                                                      const VkBufferCreateInfo *pCreateInfo,
+                                                      const VkAllocationCallbacks *pAllocator,
+                                                      VkBuffer *pBuffer)
+{
+    struct snapshots *snapshots = snapshots_of(device);
+    const VkBufferCreateInfo *info = pCreateInfo;
+    VkBufferCreateInfo below;
+    struct chain_copy copy = {0};
+    if (needs_usage(snapshots->device, info) && add_usage(info, &below, &copy))
+        info = &below;
+    VkResult result = snapshots->below.CreateBuffer(device, info, pAllocator, pBuffer);
+    if (result == VK_SUCCESS && can_copy(info))
+        note(snapshots, *pBuffer, true);
+    chain_copy_end(&copy);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_DestroyBuffer(VkDevice device, VkBuffer buffer,
+                                                   const VkAllocationCallbacks *pAllocator)
+{
+    struct snapshots *snapshots = snapshots_of(device);
+    note(snapshots, buffer, false);
+    snapshots->below.DestroyBuffer(device, buffer, pAllocator);
+}
+
+/* A command and its older name differ only in which of the next layer's is called. */
+#define DEFINE_GET_REQUIREMENTS(name)                                                              \
+    VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkDevice device,                                   \
+                                                const VkDeviceBufferMemoryRequirements *pInfo,     \
+                                                VkMemoryRequirements2 *pMemoryRequirements)        \
+    {                                                                                              \
+        struct snapshots *snapshots = snapshots_of(device);                                        \
+        VkDeviceBufferMemoryRequirements info = *pInfo;                                            \
+        VkBufferCreateInfo below;                                                                  \
+        struct chain_copy copy = {0};                                                              \
+        if (needs_usage(snapshots->device, info.pCreateInfo) &&                                    \
+            add_usage(info.pCreateInfo, &below, &copy))                                            \
+            info.pCreateInfo = &below;                                                             \
+        snapshots->below.name(device, &info, pMemoryRequirements);                                 \
+        chain_copy_end(&copy);                                                                     \
+    }
+
+DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirements)
+DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirementsKHR)

@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The wording of what level content doesn't look at. */
+#include "snapshots/tell.h"
+
+#include <inttypes.h>
+
+#include "report/text_buffer.h"
+#include "snapshots/recorder.h"
+
+enum { LINE_SIZE = 1024, NAME_SIZE = 256 };
+
+static bool is_told(const struct layer_device *device)
+{
+    return device->level >= LEVEL_CONTENT;
+}
+
+static const char *reason_of(enum left_out reason)
+{
+    switch (reason) {
+    case LEFT_OUT_NOTHING:
+    case LEFT_OUT_MEMORY:
+        break;
+    case LEFT_OUT_BUFFER:
+        return "a buffer that can't be copied from";
+    case LEFT_OUT_PLACE:
+        return "no place for copies";
+    }
+    return "no memory for copies";
+}
+
+static void append_builds(struct text_buffer *text, const struct recording *recording)
+{
+    uint32_t named =
+        recording->left_out_count < LEFT_OUT_NAMED ? recording->left_out_count : LEFT_OUT_NAMED;
+    for (uint32_t i = 0; i < named; i++) {
+        const struct left_out_build *build = &recording->left_out[i];
+        text_append(text, "%s build %" PRIu32 " (%s)", i ? "," : "", build->position,
+                    reason_of(build->reason));
+    }
+    if (named < recording->left_out_count)
+        text_append(text, " and %" PRIu32 " more", recording->left_out_count - named);
+}
+
+/* One command buffer's, whose secondaries have told of theirs when they were executed. */
+void tell_left_out(const struct layer_device *device, VkCommandBuffer handle)
+{
+    struct recording *recording = recording_of(device, handle);
+    if (!is_told(device) || !recording || !recording->left_out_count || recording->left_out_told)
+        return;
+    char line[LINE_SIZE], name[NAME_SIZE];
+    struct text_buffer text;
+    recording->left_out_told = true;
+    object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle,
+                     name, sizeof(name));
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
+                (uint64_t)(uintptr_t)handle);
+    if (name[0])
+        text_append(&text, "[\"%s\"]", name);
+    text_append(&text, " has builds that are not, or not wholly, looked at:");
+    append_builds(&text, recording);
+    text_append(&text, ".");
+    reporter_warn(device->instance->reporter, line);
+}
+
+static void append_executions(struct text_buffer *text, uint32_t count, const char *why)
+{
+    if (count)
+        text_append(text, "%s %" PRIu32 " %s", text->text[text->length - 1] == ':' ? "" : ";",
+                    count, why);
+}
+
+void tell_missed(const struct layer_device *device, const struct missed_executions *missed)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (!is_told(device) || !(missed->unkept || missed->overwritten || missed->unread))
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.level = content: builds are not looked at, of executions "
+                "of command buffers:");
+    append_executions(&text, missed->unkept, "for lack of memory");
+    append_executions(&text, missed->overwritten,
+                      "followed by another of the same command buffer in the submission");
+    append_executions(&text, missed->unread,
+                      "of command buffers that are submitted again before they are complete");
+    text_append(&text, ".");
+    reporter_warn(device->instance->reporter, line);
+}

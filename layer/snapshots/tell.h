@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Telling what level content doesn't look at. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_TELL_H
+#define ASSAY_LAYER_SNAPSHOTS_TELL_H
+
+#include "snapshots/snapshots.h"
+
+/* Builds of a command buffer, and of secondaries that it executes, that were left out when they
+ * were recorded; each recording once. */
+void tell_left_out(const struct layer_device *device, VkCommandBuffer handle);
+
+/* What submissions left out: all builds of so many executions. */
+struct missed_executions {
+    uint32_t unkept;      /* for lack of memory */
+    uint32_t overwritten; /* by another of the same submission */
+    uint32_t unread;      /* before they were submitted again */
+};
+void tell_missed(const struct layer_device *device, const struct missed_executions *missed);
+
+#endif
