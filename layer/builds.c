@@ -177,20 +177,25 @@ static void see_build(void *user, const struct build_view *build)
 
 /* ---- the calls */
 
-/* Large calls want memory, and are often followed by others: the device keeps that of one. */
+/* Large calls want memory, and are often followed by others: the device keeps that of some. */
 enum { LARGE_CALL = 16 };
+
+static struct sweep *_Atomic *spare_of_thread(const struct build_call *call)
+{
+    return &call->device->spares[reader_lock_stripe()].sweep;
+}
 
 static struct sweep *take_sweep(const struct build_call *call)
 {
     if (call->view.info_count <= LARGE_CALL)
         return NULL;
-    struct sweep *spare = atomic_exchange(&call->device->spare_sweep, NULL);
+    struct sweep *spare = atomic_exchange(spare_of_thread(call), NULL);
     return spare ? spare : check_make_sweep();
 }
 
 static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
 {
-    struct sweep *other = sweep ? atomic_exchange(&call->device->spare_sweep, sweep) : NULL;
+    struct sweep *other = sweep ? atomic_exchange(spare_of_thread(call), sweep) : NULL;
     if (other)
         check_free_sweep(other);
 }

@@ -45,7 +45,8 @@ static void free_device(struct layer_device *device)
     object_names_destroy(device->names);
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
-    check_free_sweep(atomic_load(&device->spare_sweep));
+    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
+        check_free_sweep(atomic_load(&device->spares[i].sweep));
     free(device->queue_families);
     free(device);
 }

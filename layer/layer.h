@@ -28,6 +28,7 @@
 #include "state/facts.h"
 #include "state/object_names.h"
 #include "state/query_pools.h"
+#include "state/reader_lock.h"
 #include "state/resources.h"
 #include "state/size_cache.h"
 
@@ -84,8 +85,12 @@ struct layer_device {
     struct submissions *submissions;
     struct execution_order *order;
 
-    /* Memory that checks of large calls leave to each other; NULL while one uses it. */
-    struct sweep *_Atomic spare_sweep;
+    /* Memory that checks of large calls leave to each other, a piece for each of the stripes that
+     * threads have, and each in two cache lines of its own; NULL while one uses it. */
+    union {
+        struct sweep *_Atomic sweep;
+        char size[READER_LOCK_STRIPE_SIZE];
+    } spares[READER_LOCK_STRIPES];
 
     /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices, and as
      * radii of spheres; see formats.h. */

@@ -107,9 +107,7 @@ static void collect_dst(struct executed_call *call, const struct kept_build *kep
     struct check_context *context = call->walk.context;
     const struct build_parameters *given = recorded_build_given(kept->build);
     struct build_view build = view_of(call, kept->build, given->ranges);
-    const struct resource_query query = {.accel = given->info.dstAccelerationStructure,
-                                         .accel_facts = &build.dst};
-    resources_find_all(context->resources, &query, 1);
+    resources_ask_accel(context->resources, given->info.dstAccelerationStructure, &build.dst);
     if (build.dst.alive != YES || build.dst.id != kept->dst_id)
         return;
     view_build_state(context, &build, !given->had_chains);

@@ -47,10 +47,9 @@ static void look_up(const struct content *content, uint64_t reference,
                     struct accel_facts *referenced)
 {
     const struct check_context *context = content->walk->context;
-    struct resource_query query = {.accel = (VkAccelerationStructureKHR)(uintptr_t)reference,
-                                   .accel_facts = referenced};
     if (content->range->geometry->build->call->command == COMMAND_HOST)
-        resources_find_all(context->resources, &query, 1);
+        resources_ask_accel(context->resources, (VkAccelerationStructureKHR)(uintptr_t)reference,
+                            referenced);
     else
         resources_find_referenced(context->resources, reference, context->deaths, referenced);
 }

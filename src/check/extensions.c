@@ -57,8 +57,7 @@ const struct address_facts *chained_input(struct check_context *context,
 {
     struct chained_inputs *chained = geometry->chained;
     uint32_t i = chained->count++;
-    struct resource_query query = {.address = address, .address_facts = &chained->items[i].facts};
     chained->items[i].role = role;
-    resources_find_all(context->resources, &query, 1);
+    resources_ask_address(context->resources, address, &chained->items[i].facts);
     return &chained->items[i].facts;
 }

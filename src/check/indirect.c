@@ -20,9 +20,7 @@ void check_indirect(struct walk *walk, const struct build_view *build, bool with
     walk_indirect(walk, &indirect, LEVEL_PARAMETERS);
     if (!with_state || !indirect.address)
         return;
-    const struct resource_query query = {.address = *indirect.address,
-                                         .address_facts = &indirect.facts};
-    resources_find_all(context->resources, &query, 1);
+    resources_ask_address(context->resources, *indirect.address, &indirect.facts);
     walk_indirect(walk, &indirect, LEVEL_STATE);
     if (context->see_input)
         context->see_input(context->user, build, 0, INPUT_INDIRECT, &indirect.facts);

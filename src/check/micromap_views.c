@@ -179,9 +179,7 @@ void view_opacity_state(struct check_context *context, struct geometry_view *geo
                         struct opacity_view *view)
 {
     const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
-    const struct resource_query query = {.accel = opacity->micromap,
-                                         .accel_facts = &view->micromap};
-    resources_find_all(context->resources, &query, 1);
+    resources_ask_accel(context->resources, opacity->micromap, &view->micromap);
     if (view->micromap.alive == NO)
         view->micromap.of_another_device = context->of_another_device(
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)view->micromap.handle);

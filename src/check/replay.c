@@ -188,12 +188,6 @@ static void keep_entries(struct build_states *known, struct journal_cursor curso
         keep_entry(known, entry);
 }
 
-static bool asks_for_a_source(const struct journal_entry *entry)
-{
-    return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
-           entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
-}
-
 /* Entries before `mark`, when the first that asks for a source comes. */
 static void learn(struct command_buffer *command_buffer, const struct journal_mark *mark)
 {
@@ -210,8 +204,8 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
 {
     struct journal *journal = command_buffer->journal;
     struct journal_cursor cursor = journal_start_after(journal, mark);
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (!command_buffer->knows && asks_for_a_source(entry))
+    for (struct journal_entry *entry; journal->asks && (entry = journal_next(&cursor));) {
+        if (!command_buffer->knows && journal_asks(entry))
             learn(command_buffer, mark);
         if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
             replay_record_micromap(replay, &command_buffer->known, journal, entry);

@@ -255,30 +255,31 @@ void view_geometry_state(struct check_context *context, struct geometry_view *ge
 
 /* Look-ups. */
 
-struct query_list {
-    struct resource_query items[RESOURCE_QUERIES_MAX];
-    unsigned count;
-};
+enum { ACCELS_OF_BUILD = 2, ADDRESSES_OF_BUILD = 1, ADDRESSES_OF_GEOMETRY = 3 };
+_Static_assert(VIEWS_MAX *ACCELS_OF_BUILD <= RESOURCE_ACCEL_QUERIES &&
+                   VIEWS_MAX * (ADDRESSES_OF_BUILD + ADDRESSES_OF_GEOMETRY) <=
+                       RESOURCE_ADDRESS_QUERIES,
+               "all of the views are asked for together");
 
-enum { QUERIES_OF_BUILD = 3, QUERIES_OF_GEOMETRY = 3 };
-_Static_assert(VIEWS_MAX *(QUERIES_OF_BUILD + QUERIES_OF_GEOMETRY) <= RESOURCE_QUERIES_MAX,
-               "all of the views fit in one list");
-
-static void ask_for_accel(struct query_list *queries, VkAccelerationStructureKHR accel,
+static void ask_for_accel(struct resource_queries *queries, VkAccelerationStructureKHR accel,
                           struct accel_facts *facts)
 {
-    queries->items[queries->count++] =
-        (struct resource_query){.accel = accel, .accel_facts = facts};
+    if (!accel) {
+        *facts = (struct accel_facts){0};
+        return;
+    }
+    queries->accels[queries->accel_count].handle = accel;
+    queries->accels[queries->accel_count++].facts = facts;
 }
 
-static void ask_for_address(struct query_list *queries, VkDeviceAddress address,
+static void ask_for_address(struct resource_queries *queries, VkDeviceAddress address,
                             struct address_facts *facts)
 {
-    queries->items[queries->count++] =
-        (struct resource_query){.address = address, .address_facts = facts};
+    queries->addresses[queries->address_count].address = address;
+    queries->addresses[queries->address_count++].facts = facts;
 }
 
-static void ask_for_build(struct query_list *queries, struct build_view *build)
+static void ask_for_build(struct resource_queries *queries, struct build_view *build)
 {
     ask_for_accel(queries, build->info->dstAccelerationStructure, &build->dst);
     ask_for_accel(queries, build->info->srcAccelerationStructure, &build->src);
@@ -286,7 +287,7 @@ static void ask_for_build(struct query_list *queries, struct build_view *build)
         ask_for_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
 }
 
-static void ask_for_geometry(struct query_list *queries, struct geometry_view *geometry)
+static void ask_for_geometry(struct resource_queries *queries, struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
@@ -311,20 +312,20 @@ static void ask_for_geometry(struct query_list *queries, struct geometry_view *g
 void view_builds_found(struct check_context *context, struct build_view *builds,
                        struct geometry_view *first_geometries, unsigned count)
 {
-    struct query_list queries;
-    queries.count = 0;
+    struct resource_queries queries;
+    queries.accel_count = queries.address_count = 0;
     for (unsigned i = 0; i < count; i++) {
         ask_for_build(&queries, &builds[i]);
         if (builds[i].geometry_count)
             ask_for_geometry(&queries, &first_geometries[i]);
     }
-    resources_find_all(context->resources, queries.items, queries.count);
+    resources_find_all(context->resources, &queries);
 }
 
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry)
 {
-    struct query_list queries;
-    queries.count = 0;
+    struct resource_queries queries;
+    queries.accel_count = queries.address_count = 0;
     ask_for_geometry(&queries, geometry);
-    resources_find_all(context->resources, queries.items, queries.count);
+    resources_find_all(context->resources, &queries);
 }

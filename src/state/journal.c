@@ -88,6 +88,19 @@ static void release_entry(struct journal_entry *entry)
         free(entry->ranges);
 }
 
+bool journal_asks(const struct journal_entry *entry)
+{
+    return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
+           entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
+}
+
+static bool holds_something(const struct journal_entry *entry)
+{
+    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
+        return entry->built.shapes || entry->built.compacted_size;
+    return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
+}
+
 void journal_add(struct journal *journal, const struct journal_entry *entry)
 {
     struct journal_entry_chunk *chunk =
@@ -98,6 +111,8 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
         journal->incomplete = true;
         return;
     }
+    journal->holds |= holds_something(entry);
+    journal->asks |= journal_asks(entry);
     chunk->items[chunk->head.count++] = *entry;
 }
 
@@ -186,7 +201,7 @@ void journal_take_back(struct journal *journal, const struct journal_mark *mark)
     if (!journal->entries.first && !journal->inputs.first)
         return;
     struct journal_cursor cursor = journal_start_after(journal, mark);
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));)
+    for (struct journal_entry *entry; journal->holds && (entry = journal_next(&cursor));)
         release_entry(entry);
     cut(&journal->entries, mark->entries, mark->entry_count);
     cut(&journal->inputs, mark->inputs, mark->input_count);
@@ -220,6 +235,7 @@ void journal_clear(struct journal *journal)
 {
     struct journal_mark start = {0};
     journal_take_back(journal, &start);
+    journal->holds = journal->asks = false;
     while (journal->label_count)
         label_stack_clear(&journal->labels[--journal->label_count]);
     if (journal->work)

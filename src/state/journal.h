@@ -153,6 +153,8 @@ struct journal {
     void *work;
     void (*release_work)(void *work);
     bool binds;      /* it has entries JOURNAL_BIND, and no others */
+    bool holds;      /* entries hold something that must be released */
+    bool asks;       /* entries ask what a structure was built with, see journal_asks */
     bool has_events; /* its own, or those of secondaries */
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
@@ -191,6 +193,9 @@ struct journal_mark {
 
 struct journal_mark journal_mark(const struct journal *journal);
 void journal_take_back(struct journal *journal, const struct journal_mark *mark);
+
+/* Whether what an entry means depends on what its source was built with. */
+bool journal_asks(const struct journal_entry *entry);
 
 /* The entry after one, or the first for an empty cursor; NULL at the end. */
 struct journal_cursor {

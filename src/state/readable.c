@@ -24,22 +24,27 @@ static bool is_readable_page(uintptr_t end)
 /* The end of a known range that holds `address`, or 0. */
 static uintptr_t known_end(const struct readable_cache *cache, uintptr_t address)
 {
-    for (unsigned i = 0; i < READABLE_RANGES; i++)
+    for (unsigned i = 0; i < cache->count; i++)
         if (cache->ranges[i].begin <= address && address < cache->ranges[i].end)
             return cache->ranges[i].end;
     return 0;
 }
 
-/* The known range that ends at `address`, or the oldest one, emptied to begin there. */
-static unsigned range_to_grow(struct readable_cache *cache, uintptr_t address)
+/* Adds a page to the known range that it goes on with, or as a new range. */
+static void add_page(struct readable_cache *cache, uintptr_t begin, uintptr_t end)
 {
-    for (unsigned i = 0; i < READABLE_RANGES; i++)
-        if (cache->ranges[i].end == address && cache->ranges[i].begin != address)
-            return i;
-    unsigned oldest = cache->oldest;
-    cache->oldest = (oldest + 1) % READABLE_RANGES;
-    cache->ranges[oldest].begin = cache->ranges[oldest].end = address;
-    return oldest;
+    unsigned range = 0;
+    while (range < cache->count && cache->ranges[range].end != begin)
+        range++;
+    if (range == READABLE_RANGES) {
+        range = cache->oldest;
+        cache->oldest = (range + 1) % READABLE_RANGES;
+        cache->ranges[range].begin = begin;
+    } else if (range == cache->count) {
+        cache->count++;
+        cache->ranges[range].begin = begin;
+    }
+    cache->ranges[range].end = end;
 }
 
 /* Probes the page of `address`. Returns the end of what can be read, or 0. */
@@ -49,8 +54,8 @@ static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
     uintptr_t page = address & ~(size - 1);
     if (!is_readable_page(page + size))
         return 0;
-    unsigned range = range_to_grow(cache, page);
-    return cache->ranges[range].end = page + size;
+    add_page(cache, page, page + size);
+    return page + size;
 }
 
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)
@@ -69,11 +74,6 @@ size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t
         at = end;
     }
     return size;
-}
-
-bool readable(struct readable_cache *cache, const void *pointer, size_t size)
-{
-    return readable_extent(cache, pointer, size) == size;
 }
 
 size_t readable_copy(void *to, const void *from, size_t size)

@@ -19,16 +19,26 @@ enum { READABLE_RANGES = 8 };
  * locked. */
 struct readable_cache {
     struct {
-        uintptr_t begin, end; /* addresses; equal: empty */
+        uintptr_t begin, end; /* addresses */
     } ranges[READABLE_RANGES];
+    unsigned count;
     unsigned oldest; /* the next to be replaced */
 };
 
-/* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. */
-bool readable(struct readable_cache *cache, const void *pointer, size_t size);
-
 /* How many bytes from `pointer` on can be read, at most `size`. */
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size);
+
+/* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. */
+static inline bool readable(struct readable_cache *cache, const void *pointer, size_t size)
+{
+    uintptr_t begin = (uintptr_t)pointer;
+    for (unsigned i = cache->count; i-- > 0;)
+        if (cache->ranges[i].begin <= begin && begin < cache->ranges[i].end &&
+            size <= cache->ranges[i].end - begin)
+            return true;
+    return readable_extent(cache, pointer, size) == size;
+}
+
 /* Copies as much of [from, from + size) as can be read from its begin on; `size` is a page at most.
  * Returns how much that was. */
 size_t readable_copy(void *to, const void *from, size_t size);

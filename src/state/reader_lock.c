@@ -16,9 +16,9 @@ void reader_lock_destroy(struct reader_lock *lock)
         pthread_mutex_destroy(&lock->stripes[i].lock);
 }
 
-/* Threads take stripes in turn. A thread-local integer needs no destructor, so the library can be
+/* A thread-local integer needs no destructor, so the library can be
  * unloaded while threads that used it live on. */
-static unsigned stripe_of_thread(void)
+unsigned reader_lock_stripe(void)
 {
     static atomic_uint next;
     static _Thread_local unsigned stripe = READER_LOCK_STRIPES;
@@ -29,7 +29,7 @@ static unsigned stripe_of_thread(void)
 
 unsigned reader_lock_enter(struct reader_lock *lock)
 {
-    unsigned stripe = stripe_of_thread();
+    unsigned stripe = reader_lock_stripe();
     pthread_mutex_lock(&lock->stripes[stripe].lock);
     return stripe;
 }

@@ -27,6 +27,9 @@ struct reader_lock {
         .stripes = { [0 ... READER_LOCK_STRIPES - 1] = {.lock = PTHREAD_MUTEX_INITIALIZER} }       \
     }
 
+/* A number below READER_LOCK_STRIPES, of this thread: threads take them in turn. */
+unsigned reader_lock_stripe(void);
+
 void reader_lock_init(struct reader_lock *lock);
 void reader_lock_destroy(struct reader_lock *lock);
 

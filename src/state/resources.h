@@ -109,20 +109,29 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
 void resources_find_nv_accel(const struct resources *resources, VkAccelerationStructureNV handle,
                              struct nv_accel_facts *facts);
 
-/* A look-up of one of both. */
-struct resource_query {
-    VkAccelerationStructureKHR accel;
-    struct accel_facts *accel_facts; /* or NULL, then */
-    VkDeviceAddress address;
-    struct address_facts *address_facts;
+/* Look-ups of one thing that take the lock themselves. */
+void resources_ask_accel(struct resources *resources, VkAccelerationStructureKHR handle,
+                         struct accel_facts *facts);
+void resources_ask_address(struct resources *resources, VkDeviceAddress address,
+                           struct address_facts *facts);
+
+/* Look-ups to be answered together. */
+enum { RESOURCE_ACCEL_QUERIES = 16, RESOURCE_ADDRESS_QUERIES = 32 };
+struct resource_queries {
+    unsigned accel_count, address_count;
+    struct {
+        VkAccelerationStructureKHR handle;
+        struct accel_facts *facts;
+    } accels[RESOURCE_ACCEL_QUERIES];
+    struct {
+        VkDeviceAddress address;
+        struct address_facts *facts;
+    } addresses[RESOURCE_ADDRESS_QUERIES];
 };
 
-enum { RESOURCE_QUERIES_MAX = 64 };
-
-/* Answers up to RESOURCE_QUERIES_MAX queries, faster than one by one: records that are not in the
- * processor's cache are fetched together. Takes the lock itself. */
-void resources_find_all(struct resources *resources, const struct resource_query *queries,
-                        unsigned count);
+/* Answers them, faster than one by one: records that are not in the processor's cache are fetched
+ * together. Takes the lock itself. */
+void resources_find_all(struct resources *resources, const struct resource_queries *queries);
 
 /* Whether all of the bytes lie in live memory for who follows a clock. NO: `missing` gets the first
  * that don't. Takes the lock itself. */

@@ -246,43 +246,56 @@ static const struct accel_record *fetch_accel(const struct resources *resources,
     return accel;
 }
 
-/* What a query has found before it is answered. */
-union found {
-    const struct accel_record *accel;
-    struct address_position position;
+/* What queries have found before they are answered. */
+struct found {
+    const struct accel_record *accels[RESOURCE_ACCEL_QUERIES];
+    struct address_position positions[RESOURCE_ADDRESS_QUERIES];
 };
 
 /* In steps, each of which needs what the one before has fetched. */
-static void locate_all(const struct resources *resources, const struct resource_query *queries,
-                       unsigned count, union found *found)
+static void locate_all(const struct resources *resources, const struct resource_queries *queries,
+                       struct found *found)
 {
-    for (unsigned i = 0; i < count; i++)
-        if (queries[i].accel_facts)
-            handle_table_prefetch(&resources->accels, (uint64_t)(uintptr_t)queries[i].accel);
-        else
-            found[i].position = address_map_find_chunk(&resources->addresses, queries[i].address);
-    for (unsigned i = 0; i < count; i++)
-        if (!queries[i].accel_facts)
-            address_map_find_entry(&resources->addresses, queries[i].address, &found[i].position);
-    for (unsigned i = 0; i < count; i++)
-        if (queries[i].accel_facts)
-            found[i].accel = fetch_accel(resources, queries[i].accel);
-        else
-            address_map_fetch(&resources->addresses, found[i].position);
+    const struct address_map *map = &resources->addresses;
+    for (unsigned i = 0; i < queries->accel_count; i++)
+        handle_table_prefetch(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
+    for (unsigned i = 0; i < queries->address_count; i++)
+        found->positions[i] = address_map_find_chunk(map, queries->addresses[i].address);
+    for (unsigned i = 0; i < queries->accel_count; i++)
+        found->accels[i] = fetch_accel(resources, queries->accels[i].handle);
+    for (unsigned i = 0; i < queries->address_count; i++)
+        address_map_find_entry(map, queries->addresses[i].address, &found->positions[i]);
+    for (unsigned i = 0; i < queries->address_count; i++)
+        address_map_fetch(map, found->positions[i]);
 }
 
-void resources_find_all(struct resources *resources, const struct resource_query *queries,
-                        unsigned count)
+void resources_find_all(struct resources *resources, const struct resource_queries *queries)
 {
-    union found found[RESOURCE_QUERIES_MAX];
+    struct found found;
     unsigned token = resources_begin_reading(resources);
-    locate_all(resources, queries, count, found);
-    for (unsigned i = 0; i < count; i++)
-        if (queries[i].accel_facts)
-            describe_accel(resources, queries[i].accel, found[i].accel, queries[i].accel_facts);
-        else
-            describe_address(resources, queries[i].address, found[i].position,
-                             queries[i].address_facts);
+    locate_all(resources, queries, &found);
+    for (unsigned i = 0; i < queries->accel_count; i++)
+        describe_accel(resources, queries->accels[i].handle, found.accels[i],
+                       queries->accels[i].facts);
+    for (unsigned i = 0; i < queries->address_count; i++)
+        describe_address(resources, queries->addresses[i].address, found.positions[i],
+                         queries->addresses[i].facts);
+    resources_end_reading(resources, token);
+}
+
+void resources_ask_accel(struct resources *resources, VkAccelerationStructureKHR handle,
+                         struct accel_facts *facts)
+{
+    unsigned token = resources_begin_reading(resources);
+    resources_find_accel(resources, handle, facts);
+    resources_end_reading(resources, token);
+}
+
+void resources_ask_address(struct resources *resources, VkDeviceAddress address,
+                           struct address_facts *facts)
+{
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, facts);
     resources_end_reading(resources, token);
 }
 
