@@ -4,6 +4,7 @@
 
 #include "build_call.h"
 #include "check/content_executed.h"
+#include "compare/comparer.h"
 #include "contents.h"
 
 /* While snapshots are read they are locked, so what is found is told afterwards. */
@@ -208,8 +209,9 @@ static const struct content_note *find_note(struct reading *reading,
     return NULL;
 }
 
-static void read_build(struct read_buffer *buffer, const struct recorded_build *build)
+static void read_build(struct read_buffer *buffer, const struct recorded_item *item)
 {
+    const struct recorded_build *build = item->build;
     struct reading *reading = buffer->reading;
     const struct journal_entry *entry = find_entry(buffer, build->place.position);
     const struct content_note *note = find_note(reading, entry);
@@ -229,19 +231,21 @@ static void read_build(struct read_buffer *buffer, const struct recorded_build *
     };
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
+    comparer_keep(reading->ran->device->comparer, buffer->journal, item, &executed.memory);
     snapshot_memory_close(&memory);
     if (note)
         replay_judge_contents(&reading->replay, note);
 }
 
-static void read_item(struct read_buffer *buffer, const struct recorded_build *build)
+static void read_item(struct read_buffer *buffer, const struct recorded_item *item)
 {
-    if (!is_of_call(buffer->call, &build->place)) {
+    const struct recorded_place *place = &item->build->place;
+    if (!is_of_call(buffer->call, place)) {
         leave_call(buffer->call);
-        buffer->call = begin_call(buffer->reading, buffer->journal, &build->place);
+        buffer->call = begin_call(buffer->reading, buffer->journal, place);
     }
     if (buffer->call)
-        read_build(buffer, build);
+        read_build(buffer, item);
 }
 
 /* ---- command buffers */
@@ -269,7 +273,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
     for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
         if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE) &&
             item->build->place.command != COMMAND_NV)
-            read_item(&buffer, item->build);
+            read_item(&buffer, item);
         if (item->kind != ITEM_EXECUTE)
             continue;
         const struct journal *secondary = find_secondary(&buffer, item->secondary);
@@ -300,4 +304,5 @@ void contents_read(const struct ran_execution *ran)
         end_call(call);
     }
     tell_findings(&reading);
+    comparer_run(ran->device->comparer, ran->queue);
 }

@@ -3,6 +3,8 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+#include "compare/comparer.h"
+#include "compare/enable.h"
 #include "contents.h"
 #include "cpu/overlay.h"
 #include "host_work.h"
@@ -38,6 +40,7 @@ static void free_device(struct layer_device *device)
     submissions_destroy(device->submissions);
     contents_destroy(device->contents);
     command_buffers_destroy(device->command_buffers); /* and their work for the backend */
+    comparer_destroy(device->comparer);
     cpu_overlay_destroy(device->cpu);
     snapshots_destroy(device->snapshots);
     resources_destroy(device->resources);
@@ -80,7 +83,28 @@ static VkResult follow_submissions(struct layer_device *device)
     return execution_order_create(&device->order, &hooks);
 }
 
+/* Below the layer. */
+static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice create,
+                              const VkDeviceCreateInfo *create_info,
+                              const VkAllocationCallbacks *allocator,
+                              struct compare_enabling *enabling, VkDevice *handle)
+{
+    VkLayerDeviceCreateInfo *link = layer_device_link(create_info);
+    VkLayerDeviceLink *below = link->u.pLayerInfo;
+    if (device->instance->backend == BACKEND_CPU)
+        return cpu_create_device(device, create, create_info, allocator, handle);
+    compare_enabling_begin(device, create_info, enabling);
+    VkResult result = create(device->physical_device, enabling->info, allocator, handle);
+    if (result != VK_SUCCESS && enabling->is_added) {
+        compare_enabling_undo(enabling, create_info);
+        link->u.pLayerInfo = below; /* where layers below have moved it on */
+        result = create(device->physical_device, create_info, allocator, handle);
+    }
+    return result;
+}
+
 static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *create_info,
+                       const struct compare_enabling *enabling,
                        PFN_vkGetDeviceProcAddr next_proc_addr)
 {
     vkuInitDeviceDispatchTable(device->handle, &device->vk, next_proc_addr);
@@ -94,6 +118,8 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         result = snapshots_create(device, create_info);
     if (result == VK_SUCCESS)
         result = contents_create(device);
+    if (result == VK_SUCCESS)
+        result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
         result = follow_submissions(device);
     if (result == VK_SUCCESS)
@@ -124,25 +150,27 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     device->physical_device = physicalDevice;
     device->instance = instance;
-    VkResult result = instance->backend == BACKEND_CPU
-                          ? cpu_create_device(device, create, pCreateInfo, pAllocator, pDevice)
-                          : create(physicalDevice, pCreateInfo, pAllocator, pDevice);
+    struct compare_enabling enabling = {0};
+    VkResult result = create_device(device, create, pCreateInfo, pAllocator, &enabling, pDevice);
     if (result != VK_SUCCESS)
         goto fail_create;
 
     device->handle = *pDevice;
-    result = set_up(device, pCreateInfo, next_proc_addr);
+    result = set_up(device, pCreateInfo, &enabling, next_proc_addr);
     if (result != VK_SUCCESS)
         goto fail_set_up;
+    compare_enabling_end(&enabling);
     return VK_SUCCESS;
 
 fail_set_up:;
     PFN_vkDestroyDevice destroy = device->vk.DestroyDevice;
+    compare_enabling_end(&enabling);
     free_device(device);
     destroy(*pDevice, pAllocator);
     *pDevice = VK_NULL_HANDLE;
     return result;
 fail_create:
+    compare_enabling_end(&enabling);
     free_device(device);
     return result;
 }

@@ -62,6 +62,7 @@ struct layer_device {
     struct cpu_overlay *cpu;     /* backend cpu (cpu/overlay.h); NULL on backend driver */
     struct snapshots *snapshots; /* of what builds read (snapshots/snapshots.h), or NULL */
     struct contents *contents;   /* what of them waits to be judged (contents.h), or NULL */
+    struct comparer *comparer;   /* setting compare_rays (compare/comparer.h), or NULL */
 
     /* Never change after creation. */
     struct device_facts facts;

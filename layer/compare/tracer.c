@@ -23,11 +23,17 @@ _Static_assert(sizeof(struct compare_ray) == 32 && sizeof(struct compare_hit) ==
 
 enum { GROUP = 64, BATCH = 16384 /* rays of a submission */ };
 
+/* The queue may wait for what the application does only after the call that waits for it. */
+#define WAIT_NANOSECONDS ((uint64_t)10 * 1000 * 1000 * 1000)
+
+struct work;
+
 struct tracer {
     struct compare_device device;
     VkDescriptorSetLayout set_layout;
     VkPipelineLayout layout;
     VkPipeline pipeline;
+    struct work *late; /* that the device may still use; guarded by the caller */
 };
 
 /* ---- the pipeline */
@@ -103,23 +109,10 @@ VkResult tracer_create(const struct compare_device *device, struct tracer **out)
     return result;
 }
 
-void tracer_destroy(struct tracer *tracer)
-{
-    if (!tracer)
-        return;
-    const VkuDeviceDispatchTable *vk = tracer->device.vk;
-    if (tracer->pipeline)
-        vk->DestroyPipeline(tracer->device.handle, tracer->pipeline, NULL);
-    if (tracer->layout)
-        vk->DestroyPipelineLayout(tracer->device.handle, tracer->layout, NULL);
-    if (tracer->set_layout)
-        vk->DestroyDescriptorSetLayout(tracer->device.handle, tracer->set_layout, NULL);
-    free(tracer);
-}
-
 /* ---- a job */
 
 struct work {
+    struct work *next;
     const struct tracer *tracer;
     const struct compare_device *device;
     const struct tracer_job *job;
@@ -146,6 +139,7 @@ static void free_work(struct work *work)
     compare_structure_free(device, &work->bottom);
     compare_buffer_free(device, &work->rays);
     compare_buffer_free(device, &work->answers);
+    free(work);
 }
 
 static VkResult create_commands(struct work *work)
@@ -274,7 +268,8 @@ static VkResult submit(const struct work *work)
     VkResult result = device->vk->QueueSubmit(work->job->queue, 1, &info, work->fence);
     pthread_mutex_unlock(device->queue_lock);
     if (result == VK_SUCCESS)
-        result = device->vk->WaitForFences(device->handle, 1, &work->fence, VK_TRUE, UINT64_MAX);
+        result =
+            device->vk->WaitForFences(device->handle, 1, &work->fence, VK_TRUE, WAIT_NANOSECONDS);
     if (result == VK_SUCCESS)
         result = device->vk->ResetFences(device->handle, 1, &work->fence);
     return result;
@@ -305,12 +300,42 @@ static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)
 
 VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job)
 {
-    struct work work = {.tracer = tracer, .device = &tracer->device, .job = job};
-    VkResult result = create_work(&work);
+    struct work *work = calloc(1, sizeof(*work));
+    if (!work)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    work->tracer = tracer;
+    work->device = &tracer->device;
+    work->job = job;
+    VkResult result = create_work(work);
     for (uint32_t first = 0; first < job->ray_count && result == VK_SUCCESS; first += BATCH) {
         uint32_t left = job->ray_count - first;
-        result = trace_batch(&work, first, left < BATCH ? left : BATCH);
+        result = trace_batch(work, first, left < BATCH ? left : BATCH);
     }
-    free_work(&work);
+    if (result == VK_TIMEOUT) {
+        work->next = tracer->late;
+        tracer->late = work;
+    } else {
+        free_work(work);
+    }
     return result;
+}
+
+void tracer_destroy(struct tracer *tracer)
+{
+    if (!tracer)
+        return;
+    const VkuDeviceDispatchTable *vk = tracer->device.vk;
+    while (tracer->late) {
+        struct work *late = tracer->late;
+        tracer->late = late->next;
+        vk->WaitForFences(tracer->device.handle, 1, &late->fence, VK_TRUE, WAIT_NANOSECONDS);
+        free_work(late);
+    }
+    if (tracer->pipeline)
+        vk->DestroyPipeline(tracer->device.handle, tracer->pipeline, NULL);
+    if (tracer->layout)
+        vk->DestroyPipelineLayout(tracer->device.handle, tracer->layout, NULL);
+    if (tracer->set_layout)
+        vk->DestroyDescriptorSetLayout(tracer->device.handle, tracer->set_layout, NULL);
+    free(tracer);
 }

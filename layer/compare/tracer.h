@@ -7,9 +7,10 @@
 #include "compare/memory.h"
 #include "compare/trace_data.h"
 
-/* The pipeline that traces, one a device. From any thread. */
+/* The pipeline that traces, one a device. Used by one thread at a time. */
 struct tracer;
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer);
+/* The device is idle by then. */
 void tracer_destroy(struct tracer *tracer); /* NULL: nothing */
 
 /* Of a BLAS: it is built from the first input; if there is another, then updated from that one.
@@ -24,7 +25,7 @@ struct tracer_job {
     struct compare_answer *answers;
 };
 
-/* Submits to the queue and waits. */
+/* Submits to the queue and waits, each time 10 seconds at most: VK_TIMEOUT. */
 VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job);
 
 #endif

@@ -3,6 +3,7 @@
  * vertices, strides and counts stay, since drivers err there. */
 #include "compare/input.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "build/formats.h"
@@ -135,4 +136,61 @@ void compare_input_place(const struct compare_input *input, uint64_t address, un
             *addresses[j] = address + at;
         }
     }
+}
+
+/* ---- copies */
+
+static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    const struct input_copy *copy = context;
+    uint64_t offset = address - (uint64_t)(uintptr_t)copy->bytes;
+    *bytes = NULL;
+    if (offset >= copy->size)
+        return 0;
+    *bytes = copy->bytes + offset;
+    return size < copy->size - offset ? size : copy->size - offset;
+}
+
+static VkResult fill(const struct compare_input *input, struct input_copy *copy)
+{
+    const struct build_parameters *from = input->parameters;
+    uint32_t count = from->info.geometryCount;
+    copy->size = compare_input_size(input);
+    if (copy->size == UINT64_MAX)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    copy->parameters.info = from->info;
+    copy->parameters.info.pGeometries = NULL;
+    copy->parameters.info.ppGeometries = NULL;
+    VkResult result = build_parameters_allocate(&copy->parameters, count);
+    copy->bytes = aligned_alloc(COMPARE_ALIGNMENT, copy->size);
+    if (result != VK_SUCCESS || !copy->bytes)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    memset(copy->bytes, 0, copy->size);
+    compare_input_place(input, (uint64_t)(uintptr_t)copy->bytes, copy->bytes,
+                        copy->parameters.geometries);
+    for (uint32_t i = 0; i < count; i++)
+        copy->parameters.ranges[i] = from->ranges[i];
+    return VK_SUCCESS;
+}
+
+struct input_copy *input_copy_create(const struct compare_input *input)
+{
+    struct input_copy *copy = calloc(1, sizeof(*copy));
+    if (!copy)
+        return NULL;
+    copy->memory = (struct input_memory){.find = find, .context = copy};
+    copy->input = (struct compare_input){&copy->parameters, &copy->memory};
+    if (fill(input, copy) == VK_SUCCESS)
+        return copy;
+    input_copy_free(copy);
+    return NULL;
+}
+
+void input_copy_free(struct input_copy *copy)
+{
+    if (!copy)
+        return;
+    build_parameters_release(&copy->parameters);
+    free(copy->bytes);
+    free(copy);
 }

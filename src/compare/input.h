@@ -28,4 +28,16 @@ uint64_t compare_input_size(const struct compare_input *input);
 void compare_input_place(const struct compare_input *input, uint64_t address, unsigned char *bytes,
                          VkAccelerationStructureGeometryKHR *geometries);
 
+/* An input that was placed in memory of its own, and stays where it is. */
+struct input_copy {
+    struct compare_input input; /* of what follows */
+    struct build_parameters parameters;
+    struct input_memory memory;
+    unsigned char *bytes;
+    uint64_t size;
+};
+/* NULL without memory, or where compare_input_size() is UINT64_MAX. */
+struct input_copy *input_copy_create(const struct compare_input *input);
+void input_copy_free(struct input_copy *copy); /* NULL: nothing */
+
 #endif

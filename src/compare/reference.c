@@ -3,7 +3,6 @@
 #include "compare/reference.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Room that the builder's structures and scratch are aligned to. */
 static void *allocate(uint64_t size)
@@ -12,48 +11,7 @@ static void *allocate(uint64_t size)
     return aligned_alloc(BUILDER_ALIGNMENT, room ? room : BUILDER_ALIGNMENT);
 }
 
-static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
-{
-    const struct reference *reference = context;
-    uint64_t offset = address - (uint64_t)(uintptr_t)reference->bytes;
-    *bytes = NULL;
-    if (offset >= reference->size)
-        return 0;
-    *bytes = reference->bytes + offset;
-    return size < reference->size - offset ? size : reference->size - offset;
-}
-
-/* A copy, laid out as the driver's is. */
-static VkResult copy_input(const struct compare_input *input, struct reference *reference)
-{
-    const struct build_parameters *from = input->parameters;
-    struct build_parameters *to = &reference->placed;
-    uint32_t count = from->info.geometryCount;
-    to->info = from->info;
-    reference->size = compare_input_size(input);
-    VkResult result = build_parameters_allocate(to, count);
-    if (result != VK_SUCCESS)
-        return result;
-    reference->bytes = aligned_alloc(COMPARE_ALIGNMENT, reference->size);
-    if (!reference->bytes)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    memset(reference->bytes, 0, reference->size);
-    compare_input_place(input, (uint64_t)(uintptr_t)reference->bytes, reference->bytes,
-                        to->geometries);
-    for (uint32_t i = 0; i < count; i++) {
-        VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-            &to->geometries[i].geometry.triangles;
-        to->ranges[i] = from->ranges[i];
-        if (to->geometries[i].geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            triangles->maxVertex -= to->ranges[i].firstVertex < triangles->maxVertex
-                                        ? to->ranges[i].firstVertex
-                                        : triangles->maxVertex;
-    }
-    reference->memory = (struct input_memory){.find = find, .context = reference};
-    return VK_SUCCESS;
-}
-
-static bool is_comparable(const struct build_parameters *build)
+bool reference_takes(const struct build_parameters *build)
 {
     VkGeometryTypeKHR type = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     if (build->info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
@@ -66,6 +24,17 @@ static bool is_comparable(const struct build_parameters *build)
             return false;
     }
     return type == VK_GEOMETRY_TYPE_TRIANGLES_KHR || type == VK_GEOMETRY_TYPE_AABBS_KHR;
+}
+
+/* maxVertex counts from vertexData, the builder's from the first vertex. */
+static void limit_vertices(const struct build_parameters *build, struct build_input *input)
+{
+    for (uint32_t i = 0; i < build->info.geometryCount; i++) {
+        struct builder_triangles *triangles = &input->geometries[i].triangles;
+        uint32_t first = build->ranges[i].firstVertex;
+        if (build->geometries[i].geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+            triangles->max_vertex -= first < triangles->max_vertex ? first : triangles->max_vertex;
+    }
 }
 
 static VkResult open_sources(struct reference *reference)
@@ -107,19 +76,18 @@ static VkResult build(struct reference *reference)
     return result == BUILDER_OK ? VK_SUCCESS : VK_ERROR_FORMAT_NOT_SUPPORTED;
 }
 
-VkResult reference_open(const struct compare_input *input, struct reference *reference)
+VkResult reference_open(const struct input_copy *copy, struct reference *reference)
 {
-    const struct build_parameters *parameters = input->parameters;
+    const struct build_parameters *parameters = &copy->parameters;
     *reference = (struct reference){.geometry_count = parameters->info.geometryCount};
-    if (!is_comparable(parameters) || compare_input_size(input) == UINT64_MAX)
+    if (!reference_takes(parameters))
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
     reference->is_aabbs = parameters->info.geometryCount > 0 &&
                           parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    VkResult result = copy_input(input, reference);
-    if (result == VK_SUCCESS)
-        result = build_input_open(&reference->placed, &reference->memory, &reference->input);
+    VkResult result = build_input_open(parameters, &copy->memory, &reference->input);
     if (result != VK_SUCCESS)
         return result;
+    limit_vertices(parameters, &reference->input);
     reference->input.input.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
     result = open_sources(reference);
     return result == VK_SUCCESS ? build(reference) : result;
@@ -130,8 +98,6 @@ void reference_close(struct reference *reference)
     free(reference->structure);
     free(reference->sources);
     build_input_close(&reference->input);
-    build_parameters_release(&reference->placed);
-    free(reference->bytes);
     *reference = (struct reference){0};
 }
 

@@ -9,10 +9,6 @@
 
 /* Of triangles or of AABBs. */
 struct reference {
-    unsigned char *bytes; /* a copy of the input's, and where it is; owned */
-    uint64_t size;
-    struct build_parameters placed;
-    struct input_memory memory;
     struct build_input input;
     struct source *sources; /* one a geometry; owned */
     uint32_t geometry_count;
@@ -23,10 +19,12 @@ struct reference {
     struct builder_report report;
 };
 
-/* VK_ERROR_FORMAT_NOT_SUPPORTED: an input of another kind, or of which not all is known. The
- * reference stays where it is. Whatever was made is freed by reference_close(), also after a
- * failure. */
-VkResult reference_open(const struct compare_input *input, struct reference *reference);
+/* Whether an input is of a kind that can be compared. */
+bool reference_takes(const struct build_parameters *build);
+
+/* VK_ERROR_FORMAT_NOT_SUPPORTED where the builder finds that it isn't whole. The copy must live as
+ * long. Whatever was made is freed by reference_close(), also after a failure. */
+VkResult reference_open(const struct input_copy *copy, struct reference *reference);
 void reference_close(struct reference *reference);
 
 enum source_state reference_triangle(const struct reference *reference, uint32_t geometry,

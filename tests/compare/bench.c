@@ -7,15 +7,15 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
 /* ---- the device */
 
 static const char *const extensions[] = {
-    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-    VK_KHR_RAY_QUERY_EXTENSION_NAME,
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_KHR_RAY_QUERY_EXTENSION_NAME, /* without the layer, which enables it itself */
 };
 
 static VkResult create_device(struct bench *bench)
@@ -41,29 +41,82 @@ static VkResult create_device(struct bench *bench)
         .pNext = &features,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = sizeof(extensions) / sizeof(*extensions),
+        .enabledExtensionCount = bench->kind == BENCH_LAYER ? 2 : 3,
         .ppEnabledExtensionNames = extensions,
     };
+    if (bench->kind == BENCH_LAYER)
+        structures.pNext = NULL;
     return vkCreateDevice(bench->physical, &info, NULL, &bench->device);
+}
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                           VkDebugUtilsMessageTypeFlagsEXT types,
+                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
+                                           void *user)
+{
+    struct heard *heard = user;
+    (void)severity;
+    (void)types;
+    heard->count++;
+    snprintf(heard->last, sizeof(heard->last), "%s", data->pMessage);
+    for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)
+        if (data->pMessageIdName && strcmp(data->pMessageIdName, difference_id(d)) == 0) {
+            heard->counts[d]++;
+            snprintf(heard->texts[d], sizeof(heard->texts[d]), "%s", data->pMessage);
+        }
+    return VK_FALSE;
+}
+
+static VkResult create_messenger(struct bench *bench)
+{
+    const VkDebugUtilsMessengerCreateInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                       VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+        .pfnUserCallback = hear,
+        .pUserData = &bench->heard,
+    };
+    PFN_vkCreateDebugUtilsMessengerEXT create =
+        (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(bench->instance,
+                                                                  "vkCreateDebugUtilsMessengerEXT");
+    return create(bench->instance, &info, NULL, &bench->messenger);
 }
 
 static VkResult create_instance(struct bench *bench)
 {
+    static const char *const layer = "VK_LAYER_ASSAY_validation";
+    static const char *const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    const uint32_t has_layer = bench->kind == BENCH_LAYER;
     const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                            .apiVersion = VK_API_VERSION_1_3};
     const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .pApplicationInfo = &application};
+                                       .pApplicationInfo = &application,
+                                       .enabledLayerCount = has_layer,
+                                       .ppEnabledLayerNames = &layer,
+                                       .enabledExtensionCount = has_layer,
+                                       .ppEnabledExtensionNames = &extension};
     uint32_t count = 1;
     VkResult result = vkCreateInstance(&info, NULL, &bench->instance);
     if (result == VK_SUCCESS)
         result = vkEnumeratePhysicalDevices(bench->instance, &count, &bench->physical);
-    return result == VK_SUCCESS || result == VK_INCOMPLETE ? VK_SUCCESS : result;
+    if (result == VK_INCOMPLETE)
+        result = VK_SUCCESS;
+    return result == VK_SUCCESS && has_layer ? create_messenger(bench) : result;
 }
 
-const char *bench_open(struct bench *bench)
+static VkResult create_pool(struct bench *bench)
 {
-    *bench = (struct bench){0};
-    setenv("VK_LOADER_LAYERS_DISABLE", "~all~", 1);
+    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    return bench->vk.CreateCommandPool(bench->device, &info, NULL, &bench->pool);
+}
+
+const char *bench_open(struct bench *bench, enum bench_kind kind)
+{
+    *bench = (struct bench){.kind = kind};
+    setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
+    setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
     setenv("VK_DRIVER_FILES", LAVAPIPE_MANIFEST, 0);
     unsetenv("VK_INSTANCE_LAYERS");
     if (create_instance(bench) != VK_SUCCESS)
@@ -89,16 +142,51 @@ const char *bench_open(struct bench *bench)
         .scratch_alignment = limits.minAccelerationStructureScratchOffsetAlignment,
         .queue_lock = &bench->queue_lock,
     };
+    if (kind == BENCH_LAYER)
+        return create_pool(bench) == VK_SUCCESS ? NULL : "no command pool";
     return tracer_create(&bench->compare, &bench->tracer) == VK_SUCCESS ? NULL : "no pipeline";
 }
 
 void bench_close(struct bench *bench)
 {
+    PFN_vkDestroyDebugUtilsMessengerEXT destroy =
+        (PFN_vkDestroyDebugUtilsMessengerEXT)vkGetInstanceProcAddr(
+            bench->instance, "vkDestroyDebugUtilsMessengerEXT");
     tracer_destroy(bench->tracer);
+    if (bench->pool)
+        vkDestroyCommandPool(bench->device, bench->pool, NULL);
     if (bench->device)
         vkDestroyDevice(bench->device, NULL);
+    if (bench->messenger)
+        destroy(bench->instance, bench->messenger, NULL);
     if (bench->instance)
         vkDestroyInstance(bench->instance, NULL);
+}
+
+VkCommandBuffer bench_begin(struct bench *bench)
+{
+    const VkCommandBufferAllocateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = bench->pool,
+        .commandBufferCount = 1,
+    };
+    const VkCommandBufferBeginInfo begin_info = {.sType =
+                                                     VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    VkCommandBuffer commands;
+    assert_int_equal(vkAllocateCommandBuffers(bench->device, &info, &commands), VK_SUCCESS);
+    assert_int_equal(vkBeginCommandBuffer(commands, &begin_info), VK_SUCCESS);
+    return commands;
+}
+
+void bench_finish(struct bench *bench, VkCommandBuffer commands)
+{
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .commandBufferCount = 1,
+                               .pCommandBuffers = &commands};
+    assert_int_equal(vkEndCommandBuffer(commands), VK_SUCCESS);
+    assert_int_equal(vkQueueSubmit(bench->queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_int_equal(vkQueueWaitIdle(bench->queue), VK_SUCCESS);
+    vkFreeCommandBuffers(bench->device, bench->pool, 1, &commands);
 }
 
 /* ---- comparing */
@@ -108,7 +196,9 @@ void bench_compare(struct bench *bench, const struct subject *source, const stru
 {
     struct reference reference;
     struct rays rays;
-    assert_int_equal(reference_open(&subject->input, &reference), VK_SUCCESS);
+    struct input_copy *copy = input_copy_create(&subject->input);
+    assert_non_null(copy);
+    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
     assert_int_equal(rays_create(&reference, count, &rays), VK_SUCCESS);
     struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
     assert_non_null(answers);
@@ -129,4 +219,5 @@ void bench_compare(struct bench *bench, const struct subject *source, const stru
     free(answers);
     rays_free(&rays);
     reference_close(&reference);
+    input_copy_free(copy);
 }

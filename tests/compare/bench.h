@@ -1,12 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A device that traces, without the layer. */
+/* A device of lavapipe: one that traces, without the layer; or one that only builds, below it. */
 #ifndef TESTS_COMPARE_BENCH_H
 #define TESTS_COMPARE_BENCH_H
 
 #include "compare/tracer.h"
 #include "subject.h"
 
+enum bench_kind { BENCH_DRIVER, BENCH_LAYER };
+
+/* Messages of the layer. */
+struct heard {
+    uint32_t count, counts[DIFFERENCE_COUNT];
+    char texts[DIFFERENCE_COUNT][4096], last[4096]; /* the last ones */
+};
+
 struct bench {
+    enum bench_kind kind;
+    struct heard heard;
+    VkDebugUtilsMessengerEXT messenger;
+    VkCommandPool pool;                   /* BENCH_LAYER */
     char driver[VK_MAX_DRIVER_INFO_SIZE]; /* its version */
     VkInstance instance;
     VkPhysicalDevice physical;
@@ -20,8 +32,12 @@ struct bench {
 };
 
 /* NULL, or why there is no such device here. */
-const char *bench_open(struct bench *bench);
+const char *bench_open(struct bench *bench, enum bench_kind kind);
 void bench_close(struct bench *bench);
+
+/* A command buffer, which is submitted and waited for. */
+VkCommandBuffer bench_begin(struct bench *bench);
+void bench_finish(struct bench *bench, VkCommandBuffer commands);
 
 /* `source`: what is built first and then updated; or NULL. Ends the test where something fails. */
 void bench_compare(struct bench *bench, const struct subject *source, const struct subject *subject,

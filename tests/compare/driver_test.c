@@ -136,6 +136,35 @@ static void test_fan(void **state)
                                     tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
 }
 
+/* What isn't at a shared edge or vertex is right. */
+static void test_sphere(void **state)
+{
+    (void)state;
+    enum { RINGS = 60, SEGMENTS = 120 };
+    static float vertices[RINGS + 1][SEGMENTS][3];
+    static uint32_t indices[RINGS * SEGMENTS][6];
+    for (uint32_t i = 0; i <= RINGS; i++)
+        for (uint32_t j = 0; j < SEGMENTS; j++) {
+            double polar = M_PI * i / RINGS, around = 2 * M_PI * j / SEGMENTS;
+            double radius = i == 0 || i == RINGS ? 0 : sin(polar);
+            vertices[i][j][0] = (float)(radius * cos(around));
+            vertices[i][j][1] = (float)(radius * sin(around));
+            vertices[i][j][2] = (float)cos(polar);
+        }
+    for (uint32_t i = 0; i < RINGS * SEGMENTS; i++) {
+        uint32_t next = i % SEGMENTS == SEGMENTS - 1 ? i + 1 - SEGMENTS : i + 1;
+        const uint32_t corners[6] = {i, i + SEGMENTS, next + SEGMENTS, i, next + SEGMENTS, next};
+        memcpy(indices[i], corners, sizeof(corners));
+    }
+    subject_begin(&subject);
+    subject_triangles(&subject, &vertices[0][0][0], (RINGS + 1) * SEGMENTS, &indices[0][0],
+                      2 * RINGS * SEGMENTS);
+    compare(NULL, "a sphere");
+    assert_true(tally.once > RAYS / 2);
+    assert_int_equal(tally.all, tally.counts[DIFFERENCE_MISSED][REASON_SHARED] +
+                                    tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
+}
+
 static void test_first_vertex(void **state)
 {
     (void)state;
@@ -169,7 +198,7 @@ static void test_inactive(void **state)
 static int open_bench(void **state)
 {
     (void)state;
-    const char *lacks = bench_open(&bench);
+    const char *lacks = bench_open(&bench, BENCH_DRIVER);
     if (lacks) {
         print_message("skipped: %s\n", lacks);
         exit(77);
@@ -192,7 +221,8 @@ int main(void)
         cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
         cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),
         cmocka_unit_test(test_boxes),        cmocka_unit_test(test_fan),
-        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
+        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_sphere),
+        cmocka_unit_test(test_inactive),
     };
     return cmocka_run_group_tests(tests, open_bench, close_bench);
 }

@@ -1,0 +1,361 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is compared, what is kept for it, and what is told. */
+#include "compare/comparer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "compare/enable.h"
+#include "compare/summary.h"
+#include "compare/tracer.h"
+#include "snapshots/snapshots.h"
+
+/* Inputs that wait to be compared, and those of structures that may be updated. */
+#define KEPT_MAX ((uint64_t)256 << 20)
+
+/* An input that several may need. */
+struct kept_input {
+    unsigned references;
+    struct input_copy *copy;
+};
+
+/* A build to compare. */
+struct kept_build {
+    struct kept_build *next;
+    const struct journal *journal;
+    struct recorded_place place;
+    struct kept_input *input, *source; /* `source`: of an update, what it is built from first */
+};
+
+struct comparer {
+    struct layer_device *device;
+    struct compare_device below;
+    struct tracer *tracer; /* made when it is first needed */
+    struct kept_build *builds, **last;
+    struct handle_table updatable; /* from structures to the inputs that they were built from */
+    uint64_t kept_size;
+    uint64_t not_known, failed; /* builds that were not compared */
+    bool is_stopped;            /* the driver has failed */
+};
+
+/* ---- inputs */
+
+static void release_input(struct comparer *comparer, struct kept_input *input)
+{
+    if (!input || --input->references > 0)
+        return;
+    comparer->kept_size -= input->copy->size;
+    input_copy_free(input->copy);
+    free(input);
+}
+
+static struct kept_input *share_input(struct kept_input *input)
+{
+    input->references++;
+    return input;
+}
+
+static struct kept_input *keep_input(struct comparer *comparer, const struct compare_input *input)
+{
+    uint64_t size = compare_input_size(input);
+    if (size > KEPT_MAX || comparer->kept_size > KEPT_MAX - size)
+        return NULL;
+    struct kept_input *kept = calloc(1, sizeof(*kept));
+    if (!kept)
+        return NULL;
+    kept->references = 1;
+    kept->copy = input_copy_create(input);
+    if (!kept->copy) {
+        free(kept);
+        return NULL;
+    }
+    comparer->kept_size += kept->copy->size;
+    return kept;
+}
+
+static void set_updatable(struct comparer *comparer, uint64_t structure, struct kept_input *input)
+{
+    struct kept_input *before = handle_table_remove(&comparer->updatable, structure);
+    if (input && structure && handle_table_set(&comparer->updatable, structure, input))
+        share_input(input);
+    release_input(comparer, before);
+}
+
+static void free_build(struct comparer *comparer, struct kept_build *build)
+{
+    release_input(comparer, build->input);
+    release_input(comparer, build->source);
+    free(build);
+}
+
+/* ---- creation */
+
+static uint32_t scratch_alignment(const struct layer_device *device)
+{
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &limits};
+    device->instance->vk.GetPhysicalDeviceProperties2(device->physical_device, &properties);
+    uint32_t alignment = limits.minAccelerationStructureScratchOffsetAlignment;
+    return alignment ? alignment : 1;
+}
+
+VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling)
+{
+    struct snapshots *snapshots = device->snapshots;
+    if (!enabling->is_wanted || !snapshots)
+        return VK_SUCCESS;
+    if (!enabling->is_enabled || !device->instance->vk.GetPhysicalDeviceProperties2) {
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.compare_rays needs VK_KHR_ray_query, which the device "
+                      "doesn't have, or not in the version of Vulkan that the application asks "
+                      "for (1.2 is needed); no rays are compared.");
+        return VK_SUCCESS;
+    }
+    struct comparer *comparer = calloc(1, sizeof(*comparer));
+    if (!comparer)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    comparer->device = device;
+    comparer->last = &comparer->builds;
+    comparer->below = (struct compare_device){
+        .handle = device->handle,
+        .vk = &snapshots->next,
+        .memory = &device->memory,
+        .scratch_alignment = scratch_alignment(device),
+        .set_loader_data = snapshots->set_loader_data,
+        .queue_lock = &snapshots->queue_lock,
+    };
+    device->comparer = comparer;
+    return VK_SUCCESS;
+}
+
+static void warn_of_failures(const struct comparer *comparer)
+{
+    char line[320];
+    if (comparer->not_known + comparer->failed == 0)
+        return;
+    snprintf(line, sizeof(line),
+             "assay_validation.compare_rays: %llu builds were not compared: of %llu not all of the "
+             "input was known, or it was too much to keep; for %llu the driver or the layer had no "
+             "memory, or the driver took too long.",
+             (unsigned long long)(comparer->not_known + comparer->failed),
+             (unsigned long long)comparer->not_known, (unsigned long long)comparer->failed);
+    reporter_warn(comparer->device->instance->reporter, line);
+}
+
+static void release_updatable(void *record, void *context)
+{
+    release_input(context, record);
+}
+
+void comparer_destroy(struct comparer *comparer)
+{
+    if (!comparer)
+        return;
+    warn_of_failures(comparer);
+    while (comparer->builds) {
+        struct kept_build *build = comparer->builds;
+        comparer->builds = build->next;
+        free_build(comparer, build);
+    }
+    handle_table_each(&comparer->updatable, release_updatable, comparer);
+    handle_table_release(&comparer->updatable);
+    tracer_destroy(comparer->tracer);
+    free(comparer);
+}
+
+/* ---- keeping */
+
+/* The parameters of an indirect build have its ranges only now. */
+static bool read_parameters(const struct recorded_build *build, const struct input_memory *memory,
+                            struct build_parameters *parameters)
+{
+    const struct build_parameters *given = recorded_build_given(build);
+    uint32_t count = given->info.geometryCount;
+    *parameters = *given;
+    if (!build->is_indirect || count == 0)
+        return true;
+    parameters->ranges = calloc(count, sizeof(*parameters->ranges));
+    if (parameters->ranges)
+        recorded_build_read_ranges(build, memory, parameters->ranges);
+    return parameters->ranges;
+}
+
+static bool has_same_shape(const struct input_copy *a, const struct input_copy *b)
+{
+    uint32_t count = a->parameters.info.geometryCount;
+    if (b->parameters.info.geometryCount != count)
+        return false;
+    for (uint32_t i = 0; i < count; i++)
+        if (a->parameters.ranges[i].primitiveCount != b->parameters.ranges[i].primitiveCount)
+            return false;
+    return true;
+}
+
+static void add_build(struct comparer *comparer, const struct journal *journal,
+                      const struct recorded_place *place, struct kept_input *input,
+                      struct kept_input *source)
+{
+    struct kept_build *build = calloc(1, sizeof(*build));
+    if (!build) {
+        comparer->failed++;
+        return;
+    }
+    build->journal = journal;
+    build->place = *place;
+    build->input = share_input(input);
+    build->source = source ? share_input(source) : NULL;
+    *comparer->last = build;
+    comparer->last = &build->next;
+}
+
+static void keep_build(struct comparer *comparer, const struct journal *journal,
+                       const struct recorded_item *item, const struct compare_input *input)
+{
+    bool is_update = item->kind == ITEM_UPDATE;
+    struct kept_input *source =
+        is_update ? handle_table_find(&comparer->updatable, item->src) : NULL;
+    struct kept_input *kept = keep_input(comparer, input);
+    bool is_known = kept && (!is_update || (source && has_same_shape(source->copy, kept->copy)));
+    if (is_known)
+        add_build(comparer, journal, &item->build->place, kept, source);
+    else
+        comparer->not_known++;
+    if (is_update)
+        set_updatable(comparer, item->dst, source);
+    else
+        set_updatable(comparer, item->dst,
+                      input->parameters->info.flags &
+                              VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
+                          ? kept
+                          : NULL);
+    release_input(comparer, kept);
+}
+
+void comparer_keep(struct comparer *comparer, const struct journal *journal,
+                   const struct recorded_item *item, const struct input_memory *memory)
+{
+    struct build_parameters parameters;
+    if (!comparer || comparer->is_stopped)
+        return;
+    const struct build_parameters *given = recorded_build_given(item->build);
+    if (given->had_chains || item->build->place.command == COMMAND_NV || !reference_takes(given)) {
+        set_updatable(comparer, item->dst, NULL);
+        return;
+    }
+    if (!read_parameters(item->build, memory, &parameters)) {
+        comparer->failed++;
+        return;
+    }
+    keep_build(comparer, journal, item, &(struct compare_input){&parameters, memory});
+    if (item->build->is_indirect)
+        free(parameters.ranges);
+}
+
+/* ---- comparing */
+
+static void tell(const struct comparer *comparer, const struct kept_build *build, VkQueue queue,
+                 const struct summary *summary, const struct rays *rays)
+{
+    const struct layer_device *device = comparer->device;
+    const struct call_origin origin = {
+        .device = device->handle,
+        .command_buffer = build->journal->command_buffer,
+        .build_index = build->place.position - build->place.info,
+        .names = device->names,
+        .labels = journal_labels_at(build->journal, build->place.position),
+        .queue = queue,
+    };
+    for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {
+        char words[SUMMARY_TEXT];
+        const struct judgement *judgement = &summary->found[d].judgement;
+        if (summary->found[d].count == 0 ||
+            !reporter_wants_difference(device->instance->reporter, d))
+            continue;
+        struct finding finding;
+        const struct location location = {
+            .command = build->place.command,
+            .subject = judgement->reason == REASON_NO_SUCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY,
+            .build = build->place.info,
+            .geometry = judgement->geometry,
+            .geometry_by_pointer = build->place.geometry_by_pointer,
+        };
+        summary_describe(summary, rays, d, words);
+        violated(&finding, "", "{}", text(words));
+        reporter_send_difference(device->instance->reporter, d, &location, &origin, &finding);
+    }
+}
+
+static VkResult trace(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
+                      const struct rays *rays, struct compare_answer *answers)
+{
+    struct tracer_job job = {
+        .queue = queue,
+        .input_count = 1,
+        .inputs = {build->input->copy->input},
+        .ray_count = rays->count,
+        .rays = rays->rays,
+        .answers = answers,
+    };
+    if (build->source) {
+        job.inputs[0] = build->source->copy->input;
+        job.inputs[job.input_count++] = build->input->copy->input;
+    }
+    if (!snapshots_queue_family(comparer->device->snapshots, queue, &job.queue_family))
+        return VK_ERROR_UNKNOWN;
+    VkResult result =
+        comparer->tracer ? VK_SUCCESS : tracer_create(&comparer->below, &comparer->tracer);
+    if (result == VK_SUCCESS)
+        result = tracer_run(comparer->tracer, &job);
+    return result;
+}
+
+static VkResult compare(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
+                        const struct reference *reference)
+{
+    const struct settings *settings = reporter_settings(comparer->device->instance->reporter);
+    struct rays rays;
+    VkResult result = rays_create(reference, settings->compare_rays, &rays);
+    struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
+    if (result == VK_SUCCESS && !answers)
+        result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (result == VK_SUCCESS && rays.count)
+        result = trace(comparer, build, queue, &rays, answers);
+    if (result == VK_SUCCESS) {
+        struct summary summary;
+        summary_make(reference, &rays, answers, &summary);
+        tell(comparer, build, queue, &summary, &rays);
+    }
+    free(answers);
+    rays_free(&rays);
+    return result;
+}
+
+static void compare_build(struct comparer *comparer, const struct kept_build *build, VkQueue queue)
+{
+    struct reference reference;
+    VkResult result = reference_open(build->input->copy, &reference);
+    if (result == VK_SUCCESS)
+        result = compare(comparer, build, queue, &reference);
+    reference_close(&reference);
+    comparer->not_known += result == VK_ERROR_FORMAT_NOT_SUPPORTED;
+    comparer->failed += result != VK_SUCCESS && result != VK_ERROR_FORMAT_NOT_SUPPORTED;
+    comparer->is_stopped |= result == VK_ERROR_DEVICE_LOST || result == VK_TIMEOUT;
+}
+
+void comparer_run(struct comparer *comparer, VkQueue queue)
+{
+    while (comparer && comparer->builds) {
+        struct kept_build *build = comparer->builds;
+        comparer->builds = build->next;
+        if (!comparer->builds)
+            comparer->last = &comparer->builds;
+        if (comparer->is_stopped)
+            comparer->failed++;
+        else
+            compare_build(comparer, build, queue);
+        free_build(comparer, build);
+    }
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Ray queries for the layer itself: where rays are to be compared and the application doesn't
+ * enable VK_KHR_ray_query, the layer adds it. */
+#ifndef ASSAY_LAYER_COMPARE_ENABLE_H
+#define ASSAY_LAYER_COMPARE_ENABLE_H
+
+#include "cpu/chain_copy.h"
+#include "layer.h"
+
+struct compare_enabling {
+    const VkDeviceCreateInfo *info; /* to create the device with */
+    bool is_wanted;                 /* rays are to be compared, and the device builds */
+    bool is_enabled;                /* the device will have ray queries */
+    bool is_added;                  /* by the layer */
+    /* What `info` may point to. */
+    VkDeviceCreateInfo changed;
+    VkPhysicalDeviceRayQueryFeaturesKHR features;
+    struct chain_copy chain;
+    const char **names;
+};
+
+/* Without memory nothing is added. */
+void compare_enabling_begin(const struct layer_device *device, const VkDeviceCreateInfo *info,
+                            struct compare_enabling *enabling);
+/* The device couldn't be created so. */
+void compare_enabling_undo(struct compare_enabling *enabling, const VkDeviceCreateInfo *info);
+void compare_enabling_end(struct compare_enabling *enabling);
+
+#endif

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Counting differences, and their words. */
+#include "compare/summary.h"
+
+#include <inttypes.h>
+
+#include "report/text_buffer.h"
+
+void summary_make(const struct reference *reference, const struct rays *rays,
+                  const struct compare_answer *answers, struct summary *summary)
+{
+    *summary = (struct summary){.rays = rays->count};
+    for (uint32_t i = 0; i < rays->count; i++) {
+        struct judgement judgement;
+        if (!judge_ray(reference, rays, i, &answers[i], &judgement))
+            continue;
+        if (summary->found[judgement.difference].count++ > 0)
+            continue;
+        summary->found[judgement.difference].ray = i;
+        summary->found[judgement.difference].judgement = judgement;
+    }
+}
+
+static const char *name_of(enum difference difference)
+{
+    switch (difference) {
+    case DIFFERENCE_MISSED:
+        return "is missed by the driver";
+    case DIFFERENCE_DOUBLE:
+        return "is met by the driver beside another at what they share";
+    case DIFFERENCE_EXTRA:
+        return "is met by the driver where it isn't";
+    case DIFFERENCE_PRIMITIVE:
+        return "is what the driver names in another's place";
+    case DIFFERENCE_DISTANCE:
+        return "is met by the driver at another distance";
+    case DIFFERENCE_BARYCENTRICS:
+        return "is met by the driver at other barycentrics";
+    case DIFFERENCE_FACING:
+        return "is met by the driver from the other side";
+    case DIFFERENCE_COUNT:
+        break;
+    }
+    return "";
+}
+
+static void append_aim(struct text_buffer *text, const struct aim *aim)
+{
+    static const char *const corners[] = {"first", "second", "third"};
+    switch (aim->at) {
+    case AIM_ANYWHERE:
+        text_append(text, "at random");
+        return;
+    case AIM_PRIMITIVE:
+        text_append(text, "aimed at geometry %" PRIu32 ", primitive %" PRIu32, aim->geometry,
+                    aim->primitive);
+        return;
+    case AIM_EDGE:
+        text_append(text,
+                    "aimed at the edge of geometry %" PRIu32 ", primitive %" PRIu32
+                    " from its %s vertex to its %s",
+                    aim->geometry, aim->primitive, corners[aim->corner],
+                    corners[(aim->corner + 1) % 3]);
+        return;
+    case AIM_VERTEX:
+        text_append(text, "aimed at the %s vertex of geometry %" PRIu32 ", primitive %" PRIu32,
+                    corners[aim->corner], aim->geometry, aim->primitive);
+        return;
+    case AIM_LIMIT:
+        text_append(text,
+                    "whose range meets geometry %" PRIu32 ", primitive %" PRIu32 " in one point",
+                    aim->geometry, aim->primitive);
+        return;
+    }
+}
+
+static void append_ray(struct text_buffer *text, const struct compare_ray *ray)
+{
+    text_append(text,
+                "the ray from (%.9g, %.9g, %.9g) in direction (%.9g, %.9g, %.9g), tmin %.9g, ",
+                ray->origin[0], ray->origin[1], ray->origin[2], ray->direction[0],
+                ray->direction[1], ray->direction[2], ray->t_min);
+    text_append(text, "tmax %.9g", ray->t_max);
+}
+
+static void append_reference(struct text_buffer *text, const struct judgement *judgement)
+{
+    const struct trace_hit *hit = &judgement->reference;
+    if (!judgement->has_reference) {
+        text_append(text, "Reference: no hit of it");
+        return;
+    }
+    text_append(text, "Reference: geometry %" PRIu32 ", primitive %" PRIu32 ", t %.9g",
+                hit->geometry, hit->primitive, hit->t);
+    if (!hit->is_aabb)
+        text_append(text, ", barycentrics %.9g and %.9g, %s", hit->u, hit->v,
+                    hit->front_face ? "front" : "back");
+}
+
+static void append_driver(struct text_buffer *text, const struct judgement *judgement)
+{
+    const struct compare_hit *hit = &judgement->driver;
+    if (!judgement->has_driver) {
+        text_append(text, ". Driver: no hit");
+        return;
+    }
+    text_append(text, ". Driver: geometry %" PRIu32 ", primitive %" PRIu32, hit->geometry,
+                hit->primitive);
+    if (hit->instance)
+        text_append(text, ", instance %" PRIu32, hit->instance);
+    if (!(hit->kind & COMPARE_AABB))
+        text_append(text, ", t %.9g, barycentrics %.9g and %.9g, %s", hit->t, hit->u, hit->v,
+                    hit->kind & COMPARE_FRONT ? "front" : "back");
+}
+
+static void append_fan(struct text_buffer *text, const struct fan *fan, const struct aim *aim)
+{
+    text_append(text, "the ray meets exactly one of the triangles that share this %s (",
+                aim->at == AIM_EDGE ? "edge" : "vertex");
+    for (uint32_t i = 0; i < fan->count; i++)
+        text_append(text, "%s%" PRIu32, i ? ", " : "", fan->primitives[i]);
+    text_append(text, ")");
+}
+
+/* The verdict. */
+static void append_reason(struct text_buffer *text, const struct judgement *judgement,
+                          const struct fan *fan, const struct aim *aim)
+{
+    text_append(text, ". By exact arithmetic ");
+    switch (judgement->reason) {
+    case REASON_MEETS:
+        text_append(text, "the ray meets the primitive, away from its boundary");
+        if (judgement->difference != DIFFERENCE_MISSED)
+            text_append(text, ", at t %.9g, barycentrics %.9g and %.9g", judgement->t, judgement->u,
+                        judgement->v);
+        return;
+    case REASON_SHARED:
+        append_fan(text, fan, aim);
+        return;
+    case REASON_PASSES:
+        text_append(text, "the ray passes the primitive that the driver names");
+        return;
+    case REASON_BEYOND:
+        text_append(text, "the primitive that the driver names lies beyond tmin or tmax, at t %.9g",
+                    judgement->t);
+        return;
+    case REASON_INACTIVE:
+        text_append(text, "nothing is to be decided: the primitive is inactive, its X is NaN");
+        return;
+    case REASON_NO_SUCH:
+        text_append(text, "nothing is to be decided: the input has no such primitive");
+        return;
+    case REASON_LIMIT:
+        text_append(text, "the box is met at tmin or tmax itself, which counts");
+        return;
+    case REASON_NOT_FIRST:
+        text_append(text, "a nearer triangle is met, which the driver, too, has as a candidate");
+        return;
+    }
+}
+
+void summary_describe(const struct summary *summary, const struct rays *rays,
+                      enum difference difference, char out[SUMMARY_TEXT])
+{
+    const struct judgement *judgement = &summary->found[difference].judgement;
+    uint32_t ray = summary->found[difference].ray;
+    struct text_buffer text;
+    text_begin(&text, out, SUMMARY_TEXT);
+    text_append(&text, "primitive %" PRIu32 " %s: ", judgement->primitive, name_of(difference));
+    append_ray(&text, &rays->rays[ray]);
+    text_append(&text, ", ");
+    append_aim(&text, &rays->aims[ray]);
+    text_append(&text, ". ");
+    append_reference(&text, judgement);
+    append_driver(&text, judgement);
+    append_reason(&text, judgement, &rays->fans[ray], &rays->aims[ray]);
+    text_append(&text, ". So differ %" PRIu32 " of %" PRIu32 " rays",
+                summary->found[difference].count, summary->rays);
+}

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The layer compares what an application builds on lavapipe: which messages come, and that none
+ * comes where the driver is right. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "bench.h"
+#include "compare/structures.h"
+
+static struct bench bench;
+static struct subject subject;
+
+/* Builds on the application's queue, in memory of its own; `source` as in bench_compare(). */
+static void build(const struct subject *source)
+{
+    const struct compare_device *device = &bench.compare;
+    struct compare_structure structure = {0}, update = {0};
+    const struct subject *first = source ? source : &subject;
+    VkCommandBuffer commands = bench_begin(&bench);
+    assert_int_equal(compare_structure_create(device, &first->input, NULL, &structure), VK_SUCCESS);
+    compare_structure_build(device, commands, &first->input, NULL, &structure);
+    if (source) {
+        assert_int_equal(compare_structure_create(device, &subject.input, &structure, &update),
+                         VK_SUCCESS);
+        compare_structure_build(device, commands, &subject.input, &structure, &update);
+    }
+    bench.heard = (struct heard){0};
+    bench_finish(&bench, commands);
+    compare_structure_free(device, &update);
+    compare_structure_free(device, &structure);
+}
+
+static void expect_silence(const struct subject *source)
+{
+    build(source);
+    if (bench.heard.count)
+        fail_msg("%s", bench.heard.last);
+}
+
+/* The message is there if this is the lavapipe that errs. */
+static void expect_defect(enum difference difference, const char *words)
+{
+    build(NULL);
+    if (!strstr(bench.driver, "Mesa 25.0.7"))
+        return;
+    if (bench.heard.counts[difference] != 1)
+        fail_msg("%s: %u times", difference_id(difference), bench.heard.counts[difference]);
+    if (!strstr(bench.heard.texts[difference], words))
+        fail_msg("\"%s\" is not in: %s", words, bench.heard.texts[difference]);
+}
+
+static void test_right(void **state)
+{
+    (void)state;
+    struct subject source;
+    float before[9 * SOUP_TRIANGLES];
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    expect_silence(NULL);
+    subject.ranges[0] = (VkAccelerationStructureBuildRangeInfoKHR){50, 36 * 5, 0, 0};
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, 20);
+    expect_silence(NULL);
+
+    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
+        before[i] = 11 - soup_vertices[i];
+    subject_begin(&source);
+    subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    expect_silence(&source);
+}
+
+static void test_fan(void **state)
+{
+    (void)state;
+    subject_begin(&subject);
+    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    expect_defect(DIFFERENCE_MISSED,
+                  "By exact arithmetic the ray meets exactly one of the triangles that share");
+    expect_defect(DIFFERENCE_DOUBLE, "pInfos[0].pGeometries[0] primitive ");
+}
+
+static void test_first_vertex(void **state)
+{
+    (void)state;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
+    subject.ranges[0].firstVertex = 30;
+    expect_defect(DIFFERENCE_MISSED, "the ray meets the primitive, away from its boundary");
+    expect_defect(DIFFERENCE_EXTRA, "passes the primitive that the driver names");
+    expect_defect(DIFFERENCE_PRIMITIVE, "in another's place");
+}
+
+static void test_inactive(void **state)
+{
+    (void)state;
+    float vertices[9 * SOUP_TRIANGLES];
+    memcpy(vertices, soup_vertices, sizeof(vertices));
+    for (int i = 1; i <= 3; i++)
+        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
+    subject_begin(&subject);
+    subject_triangles(&subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    expect_defect(DIFFERENCE_MISSED, "Driver: no hit");
+}
+
+static void test_boxes(void **state)
+{
+    (void)state;
+    VkAabbPositionsKHR boxes[BOXES];
+    boxes_fill(boxes);
+    subject_begin(&subject);
+    subject_boxes(&subject, boxes, BOXES);
+    expect_defect(DIFFERENCE_MISSED, "the box is met at tmin or tmax itself, which counts");
+    assert_true(bench.heard.count <= 1);
+}
+
+static int open_bench(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "4096", 1);
+    setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
+    const char *lacks = bench_open(&bench, BENCH_LAYER);
+    if (lacks) {
+        print_message("skipped: %s\n", lacks);
+        exit(77);
+    }
+    soup_fill();
+    return 0;
+}
+
+static int close_bench(void **state)
+{
+    (void)state;
+    bench_close(&bench);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_right),        cmocka_unit_test(test_fan),
+        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
+        cmocka_unit_test(test_boxes),
+    };
+    return cmocka_run_group_tests(tests, open_bench, close_bench);
+}
