@@ -88,7 +88,7 @@ typedef AssayAnswer(VKAPI_PTR *PFN_AssayCandidate)(void *userData, uint32_t rayI
  *
  * VK_SUCCESS; VK_ERROR_OUT_OF_HOST_MEMORY; VK_ERROR_VALIDATION_FAILED where the structure is none
  * of the device's or isn't built, an argument is out of range, rays can't be read or hits written.
- * After an error no hit has been written. */
+ * After an error no hit has been written, unless memory ran out while micromaps were looked for. */
 typedef struct AssayTraceInfo {
     uint64_t accelerationStructure;
     AssayAccuracy accuracy;
@@ -120,6 +120,7 @@ typedef struct AssayCounters {
     uint64_t exactCalls;     /* signs that needed exact arithmetic */
     uint64_t bytesSnapshot;  /* that command buffers were told to copy for their builds */
     uint64_t matrixProducts; /* of positions and the transforms of their geometries */
+    uint64_t micromapsRead;  /* opacities that rays looked up in micromaps */
 } AssayCounters;
 
 /* Writes the first `size` bytes of the counters, at most sizeof(AssayCounters) of this header; of

@@ -52,6 +52,20 @@
     COMMAND(ray_tracing_nv, CompileDeferredNV)                                                     \
     COMMAND(ray_tracing_nv, GetRayTracingShaderGroupHandlesNV)                                     \
     COMMAND(ray_tracing_nv, CmdTraceRaysNV)                                                        \
+    COMMAND(opacity_micromap_ext, CreateMicromapEXT)                                               \
+    COMMAND(opacity_micromap_ext, DestroyMicromapEXT)                                              \
+    COMMAND(opacity_micromap_ext, GetMicromapBuildSizesEXT)                                        \
+    COMMAND(opacity_micromap_ext, BuildMicromapsEXT)                                               \
+    COMMAND(opacity_micromap_ext, CopyMicromapEXT)                                                 \
+    COMMAND(opacity_micromap_ext, CopyMicromapToMemoryEXT)                                         \
+    COMMAND(opacity_micromap_ext, CopyMemoryToMicromapEXT)                                         \
+    COMMAND(opacity_micromap_ext, WriteMicromapsPropertiesEXT)                                     \
+    COMMAND(opacity_micromap_ext, GetDeviceMicromapCompatibilityEXT)                               \
+    COMMAND(opacity_micromap_ext, CmdBuildMicromapsEXT)                                            \
+    COMMAND(opacity_micromap_ext, CmdCopyMicromapEXT)                                              \
+    COMMAND(opacity_micromap_ext, CmdCopyMicromapToMemoryEXT)                                      \
+    COMMAND(opacity_micromap_ext, CmdCopyMemoryToMicromapEXT)                                      \
+    COMMAND(opacity_micromap_ext, CmdWriteMicromapsPropertiesEXT)                                  \
     COMMAND(deferred_host_operations, CreateDeferredOperationKHR)                                  \
     COMMAND(deferred_host_operations, DestroyDeferredOperationKHR)                                 \
     COMMAND(deferred_host_operations, GetDeferredOperationMaxConcurrencyKHR)                       \

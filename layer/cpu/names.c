@@ -9,6 +9,7 @@ static bool is_own(const struct cpu_overlay *overlay, uint32_t type)
 {
     return (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR && overlay->acceleration_structure) ||
            (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV && overlay->ray_tracing_nv) ||
+           (type == VK_OBJECT_TYPE_MICROMAP_EXT && overlay->opacity_micromap_ext) ||
            (type == VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR && overlay->deferred_host_operations);
 }
 

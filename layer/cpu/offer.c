@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "build/formats.h"
+#include "build/micromap.h"
 #include "cpu/commands.h"
 #include "registry.h"
 
@@ -41,6 +42,8 @@ static const VkExtensionProperties offered[] = {
     {VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
      VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_SPEC_VERSION},
     {VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME, VK_AMDX_DENSE_GEOMETRY_FORMAT_SPEC_VERSION},
+    {VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME, VK_EXT_OPACITY_MICROMAP_SPEC_VERSION},
+    {VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME, VK_KHR_OPACITY_MICROMAP_SPEC_VERSION},
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
@@ -132,6 +135,17 @@ static const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
     .denseGeometryFormat = VK_TRUE,
 };
 
+static const VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+    .micromap = VK_TRUE,
+    .micromapHostCommands = VK_TRUE,
+};
+
+static const VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+    .micromap = VK_TRUE,
+};
+
 const struct cpu_features cpu_features[CPU_FEATURES] = {
     {(const VkBaseInStructure *)&structures,
      "accelerationStructureCaptureReplay or "
@@ -139,6 +153,8 @@ const struct cpu_features cpu_features[CPU_FEATURES] = {
     {(const VkBaseInStructure *)&motion, "rayTracingMotionBlurPipelineTraceRaysIndirect"},
     {(const VkBaseInStructure *)&spheres, NULL},
     {(const VkBaseInStructure *)&dense, NULL},
+    {(const VkBaseInStructure *)&micromap_ext, "micromapCaptureReplay"},
+    {(const VkBaseInStructure *)&micromap_khr, NULL},
 };
 
 const struct cpu_features *cpu_find_features(VkStructureType type)
@@ -192,22 +208,57 @@ static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
         memset((char *)structure + head, 0, size - head);
 }
 
+/* All that the builder takes. */
+static VkPhysicalDeviceOpacityMicromapPropertiesEXT limits_of_micromaps_ext(void)
+{
+    return (VkPhysicalDeviceOpacityMicromapPropertiesEXT){
+        .maxOpacity2StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxOpacity4StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+    };
+}
+
+static VkPhysicalDeviceOpacityMicromapPropertiesKHR limits_of_micromaps_khr(void)
+{
+    return (VkPhysicalDeviceOpacityMicromapPropertiesKHR){
+        .maxOpacity2StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxOpacity4StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxOpacityLossy4StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxMicromapTriangles = PRIMITIVES_MAX,
+    };
+}
+
 /* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
+static void answer_structure(VkBaseOutStructure *out, size_t size)
+{
+    const VkPhysicalDeviceAccelerationStructurePropertiesKHR structure = limits();
+    const VkPhysicalDeviceRayTracingPropertiesNV nv = limits_nv();
+    const VkPhysicalDeviceOpacityMicromapPropertiesEXT ext = limits_of_micromaps_ext();
+    const VkPhysicalDeviceOpacityMicromapPropertiesKHR khr = limits_of_micromaps_khr();
+    const struct cpu_features *features = cpu_find_features(out->sType);
+    switch (out->sType) {
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR:
+        answer(out, size, &structure);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV:
+        answer(out, size, &nv);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT:
+        answer(out, size, &ext);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR:
+        answer(out, size, &khr);
+        break;
+    default:
+        answer(out, size, features ? features->structure : NULL);
+    }
+}
+
 static void answer_chain(void *chain)
 {
-    const VkPhysicalDeviceAccelerationStructurePropertiesKHR our_limits = limits();
-    const VkPhysicalDeviceRayTracingPropertiesNV our_limits_nv = limits_nv();
     for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
         const struct registry_structure *structure = registry_find_structure(out->sType);
-        if (!structure || !structure->ray_tracing)
-            continue;
-        const struct cpu_features *features = cpu_find_features(out->sType);
-        const void *ours = features ? features->structure : NULL;
-        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR)
-            ours = &our_limits;
-        else if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV)
-            ours = &our_limits_nv;
-        answer(out, structure->size, ours);
+        if (structure && structure->ray_tracing)
+            answer_structure(out, structure->size);
     }
 }
 

@@ -94,6 +94,10 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     overlay->ray_tracing_nv = nv;
     overlay->structures = khr || nv;
     overlay->deferred_host_operations = deferred;
+    overlay->opacity_micromap_ext = is_enabled(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
+    overlay->device->has_micromaps =
+        overlay->opacity_micromap_ext ||
+        is_enabled(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
     overlay->next = device->vk;
     cover(device, overlay);
     return VK_SUCCESS;

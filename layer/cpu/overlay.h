@@ -30,7 +30,7 @@ struct cpu_overlay {
     struct cpu_playback *playback;
     VkuDeviceDispatchTable next;
     /* extensions that the application has enabled, and that are the backend's */
-    bool acceleration_structure, ray_tracing_nv, deferred_host_operations;
+    bool acceleration_structure, ray_tracing_nv, deferred_host_operations, opacity_micromap_ext;
     bool structures; /* one of the first two */
 };
 

@@ -115,10 +115,11 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
                                      (enum trace_accuracy)info->accuracy, &scene);
     if (result != VK_SUCCESS)
         return result;
-    for (uint32_t i = 0; i < info->rayCount; i++)
+    for (uint32_t i = 0; i < info->rayCount && !scene.micromaps.out_of_memory; i++)
         info->hits[i] = trace_ray(&scene, info, i);
+    result = scene.micromaps.out_of_memory ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS;
     cpu_scene_close(&scene);
-    return VK_SUCCESS;
+    return result;
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_GetCountersASSAY(VkDevice device, size_t size,

@@ -4,14 +4,6 @@
 
 #include <string.h>
 
-/* What precedes the references ("VkCopyAccelerationStructureToMemoryInfoKHR"). */
-struct serialized_header {
-    uint8_t driver[VK_UUID_SIZE], compatibility[VK_UUID_SIZE];
-    uint64_t serialized_size, deserialized_size, reference_count;
-};
-_Static_assert(sizeof(struct serialized_header) == BUILDER_SERIALIZED_HEADER,
-               "the specification's layout");
-
 uint64_t builder_size(const void *structure)
 {
     return ((const struct structure_header *)structure)->size;

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "build/structure.h"
+
 #define MICROMAP_MAGIC 0x4d4d5341u /* "ASMM" */
 
 struct micromap_header {
@@ -133,6 +135,11 @@ enum builder_result micromap_build(const struct micromap_input *input, void *mic
     return BUILDER_OK;
 }
 
+bool micromap_is(const void *bytes)
+{
+    return ((const struct micromap_header *)bytes)->magic == MICROMAP_MAGIC;
+}
+
 uint64_t micromap_size(const void *micromap)
 {
     return ((const struct micromap_header *)micromap)->size;
@@ -160,16 +167,20 @@ enum builder_result micromap_compact(const void *source, void *target, uint64_t 
 
 uint64_t micromap_serialized_size(const void *micromap)
 {
-    return sizeof(struct builder_uuids) + micromap_size(micromap);
+    return sizeof(struct serialized_header) + micromap_size(micromap);
 }
 
 enum builder_result micromap_serialize(const void *micromap, const struct builder_uuids *uuids,
                                        void *bytes, uint64_t size)
 {
-    if (size < micromap_serialized_size(micromap))
+    struct serialized_header header = {.serialized_size = micromap_serialized_size(micromap),
+                                       .deserialized_size = micromap_size(micromap)};
+    if (size < header.serialized_size)
         return BUILDER_TOO_SMALL;
-    memcpy(bytes, uuids, sizeof(*uuids));
-    memcpy((uint8_t *)bytes + sizeof(*uuids), micromap, micromap_size(micromap));
+    memcpy(header.driver, uuids->driver, sizeof(header.driver));
+    memcpy(header.compatibility, uuids->compatibility, sizeof(header.compatibility));
+    memcpy(bytes, &header, sizeof(header));
+    memcpy((uint8_t *)bytes + sizeof(header), micromap, header.deserialized_size);
     return BUILDER_OK;
 }
 
@@ -189,19 +200,31 @@ static bool is_sound(const struct micromap_header *header, uint64_t size)
     return true;
 }
 
+bool micromap_is_serialized(const void *bytes, uint64_t size)
+{
+    uint32_t magic;
+    if (size < sizeof(struct serialized_header) + sizeof(struct micromap_header))
+        return false;
+    memcpy(&magic, (const uint8_t *)bytes + sizeof(struct serialized_header), sizeof(magic));
+    return magic == MICROMAP_MAGIC;
+}
+
 enum builder_result micromap_deserialize(const void *bytes, uint64_t size,
                                          const struct builder_uuids *uuids, void *micromap,
                                          uint64_t micromap_size)
 {
+    struct builder_serialized serialized;
     struct micromap_header header;
-    if (size < sizeof(*uuids) + sizeof(header) || memcmp(bytes, uuids, sizeof(*uuids)) != 0)
+    if (!micromap_is_serialized(bytes, size) || !builder_read_header(bytes, uuids, &serialized) ||
+        serialized.reference_count != 0 || serialized.size > size ||
+        serialized.structure_size < sizeof(header))
         return BUILDER_INCOMPATIBLE;
-    const uint8_t *from = (const uint8_t *)bytes + sizeof(*uuids);
-    memcpy(&header, from, sizeof(header));
-    if (header.size > size - sizeof(*uuids) || header.size < sizeof(header))
-        return BUILDER_INCOMPATIBLE;
-    if (micromap_size < header.size)
+    if (micromap_size < serialized.structure_size)
         return BUILDER_TOO_SMALL;
+    const uint8_t *from = (const uint8_t *)bytes + sizeof(struct serialized_header);
+    memcpy(&header, from, sizeof(header));
+    if (header.size != serialized.structure_size)
+        return BUILDER_INCOMPATIBLE;
     memcpy(micromap, from, header.size);
     return is_sound(micromap, header.size) ? BUILDER_OK : BUILDER_INCOMPATIBLE;
 }

@@ -33,12 +33,15 @@ enum builder_result micromap_build(const struct micromap_input *input, void *mic
 uint64_t micromap_triangle_count(const struct micromap_input *input);
 uint64_t micromap_data_extent(const struct micromap_input *input);
 
+/* Of the block of a structure or a micromap: whether it is the latter. */
+bool micromap_is(const void *bytes);
 uint64_t micromap_size(const void *micromap); /* bytes that a clone takes */
 uint64_t micromap_compacted_size(const void *micromap);
 enum builder_result micromap_clone(const void *source, void *target, uint64_t target_size);
 enum builder_result micromap_compact(const void *source, void *target, uint64_t target_size);
 
-/* Driver UUID, compatibility, then the micromap. Bytes may come from anywhere. */
+/* The header that structures have, too, then the micromap. Bytes may come from anywhere. */
+bool micromap_is_serialized(const void *bytes, uint64_t size); /* or may be; else a structure */
 uint64_t micromap_serialized_size(const void *micromap);
 enum builder_result micromap_serialize(const void *micromap, const struct builder_uuids *uuids,
                                        void *bytes, uint64_t size);

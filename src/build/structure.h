@@ -106,6 +106,14 @@ struct motion_instance_record {
     } at; /* times 0 and 1 */
 };
 
+/* What precedes the references ("VkCopyAccelerationStructureToMemoryInfoKHR"). */
+struct serialized_header {
+    uint8_t driver[VK_UUID_SIZE], compatibility[VK_UUID_SIZE];
+    uint64_t serialized_size, deserialized_size, reference_count;
+};
+_Static_assert(sizeof(struct serialized_header) == BUILDER_SERIALIZED_HEADER,
+               "the specification's layout");
+
 struct structure_geometry {
     uint32_t flags, primitive_count;
 };

@@ -20,7 +20,8 @@
     COUNTER(instances_entered, instancesEntered)                                                   \
     COUNTER(primitives_tested, primitivesTested)                                                   \
     COUNTER(exact_calls, exactCalls)                                                               \
-    COUNTER(matrix_products, matrixProducts)
+    COUNTER(matrix_products, matrixProducts)                                                       \
+    COUNTER(micromaps_read, micromapsRead)
 
 struct cpu_counters {
 #define COUNTER(name, public) _Atomic unsigned long long name;

@@ -24,6 +24,7 @@ struct cpu_device {
     struct cpu_scratch_claims scratch_claims;
     struct cpu_private_data private_data;
     struct cpu_counters counters;
+    bool has_micromaps; /* an extension that has them is enabled; never changes */
 };
 
 /* `driver_uuid`: VkPhysicalDeviceIDProperties::driverUUID. */

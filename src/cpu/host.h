@@ -15,6 +15,10 @@ VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t 
                         const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                         const VkAccelerationStructureBuildRangeInfoKHR *const *ranges);
 
+/* vkBuildMicromapsEXT, likewise. */
+VkResult cpu_host_build_micromaps(struct cpu_device *device, uint64_t operation, uint32_t count,
+                                  const VkMicromapBuildInfoEXT *infos);
+
 /* vkCopyAccelerationStructureKHR and to and from memory. */
 VkResult cpu_host_copy(struct cpu_device *device, uint64_t operation,
                        const VkCopyAccelerationStructureInfoKHR *info);

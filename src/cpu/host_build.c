@@ -7,6 +7,7 @@
 #include "cpu/deferred.h"
 #include "cpu/make.h"
 #include "cpu/pins.h"
+#include "snapshots/micromap_info.h"
 
 struct build_call {
     struct cpu_device *device;
@@ -153,6 +154,30 @@ static VkResult defer(struct build_call *call, uint64_t operation)
     return cpu_deferred_start(call->device->deferred, operation, &work);
 }
 
+/* NULL without memory. */
+static struct build_call *create(struct cpu_device *device, uint32_t count,
+                                 const struct readable_cache *cache)
+{
+    struct build_call *call = calloc(1, sizeof(*call) + sizeof(call->builds[0]) * (size_t)count);
+    if (!call)
+        return NULL;
+    call->device = device;
+    call->count = count;
+    host_memory_init(&call->memory);
+    call->memory.readable = *cache;
+    return call;
+}
+
+/* `copied`: what copying the parameters has returned. */
+static VkResult start(struct build_call *call, uint64_t operation, VkResult copied)
+{
+    if (copied != VK_SUCCESS) {
+        release(call);
+        return copied;
+    }
+    return operation ? defer(call, operation) : do_now(call);
+}
+
 VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t count,
                         const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                         const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
@@ -163,17 +188,24 @@ VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t 
     if (!readable(&cache, infos, sizeof(*infos) * (size_t)count) ||
         !readable(&cache, ranges, sizeof(*ranges) * (size_t)count))
         return VK_ERROR_VALIDATION_FAILED;
-    struct build_call *call = calloc(1, sizeof(*call) + sizeof(call->builds[0]) * (size_t)count);
+    struct build_call *call = create(device, count, &cache);
+    return call ? start(call, operation, copy_parameters(call, infos, ranges))
+                : VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+VkResult cpu_host_build_micromaps(struct cpu_device *device, uint64_t operation, uint32_t count,
+                                  const VkMicromapBuildInfoEXT *infos)
+{
+    struct readable_cache cache = {0};
+    VkResult result = VK_SUCCESS;
+    if (count == 0)
+        return operation ? VK_OPERATION_NOT_DEFERRED_KHR : VK_SUCCESS;
+    if (!readable(&cache, infos, sizeof(*infos) * (size_t)count))
+        return VK_ERROR_VALIDATION_FAILED;
+    struct build_call *call = create(device, count, &cache);
     if (!call)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    call->device = device;
-    call->count = count;
-    host_memory_init(&call->memory);
-    call->memory.readable = cache;
-    VkResult result = copy_parameters(call, infos, ranges);
-    if (result != VK_SUCCESS) {
-        release(call);
-        return result;
-    }
-    return operation ? defer(call, operation) : do_now(call);
+    for (uint32_t i = 0; i < count && result == VK_SUCCESS; i++)
+        result = micromap_info_copy(&call->memory.readable, &infos[i], &call->builds[i]);
+    return start(call, operation, result);
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cpu/bytes.h"
 #include "cpu/deferred.h"
 #include "cpu/make.h"
 
@@ -86,10 +87,10 @@ VkResult cpu_host_copy(struct cpu_device *device, uint64_t operation,
 
 static VkResult write_tree(const struct copy_call *call, const void *source)
 {
-    uint64_t size = builder_serialized_size(source);
+    uint64_t size = bytes_serialized_size(source);
     if (!memory_is_writable(call->to, size))
         return VK_ERROR_VALIDATION_FAILED;
-    enum builder_result result = builder_serialize(source, &call->device->uuids, call->to, size);
+    enum builder_result result = bytes_serialize(source, &call->device->uuids, call->to, size);
     cpu_count(&call->device->counters.copies, 1);
     cpu_count(&call->device->counters.bytes_serialized, size);
     return cpu_result(result);

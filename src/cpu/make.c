@@ -2,6 +2,7 @@
 /* Trees made by the reference builder. */
 #include "cpu/make.h"
 
+#include "cpu/bytes.h"
 #include "cpu/scratch.h"
 #include "snapshots/build_input.h"
 
@@ -58,22 +59,48 @@ static void count_build(const struct cpu_making *making, const struct sizes *siz
     cpu_count(&counters->bytes_built, sizes->tree);
 }
 
-VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tree)
+static VkResult make_micromap(const struct cpu_making *making, const struct micromap_input *input,
+                              struct cpu_tree *tree)
 {
-    struct build_input input;
-    struct sizes sizes;
-    VkResult result = build_input_open(making->build, &making->memory, &input);
-    input.input.resolver = making->resolver;
-    input.input.team = making->team;
+    struct sizes sizes = {0};
+    VkResult result = cpu_result(micromap_get_size(input, &sizes.tree));
+    if (result != VK_SUCCESS || making->source || sizes.tree > making->size_max)
+        return VK_ERROR_VALIDATION_FAILED;
+    void *bytes = cpu_tree_allocate(tree, sizes.tree);
+    if (!bytes)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    result = cpu_result(micromap_build(input, bytes, sizes.tree));
     if (result == VK_SUCCESS)
-        result = find_sizes(making, &input.input, &sizes);
+        count_build(making, &sizes);
+    return result;
+}
+
+static VkResult make_structure(const struct cpu_making *making, struct build_input *input,
+                               struct cpu_tree *tree)
+{
+    struct sizes sizes;
+    input->input.resolver = making->resolver;
+    input->input.team = making->team;
+    if (making->source && micromap_is(making->source))
+        return VK_ERROR_VALIDATION_FAILED;
+    VkResult result = find_sizes(making, &input->input, &sizes);
     if (result == VK_SUCCESS) {
         void *bytes = cpu_tree_allocate(tree, sizes.tree);
         result =
-            bytes ? run_builder(making, &input.input, &sizes, bytes) : VK_ERROR_OUT_OF_HOST_MEMORY;
+            bytes ? run_builder(making, &input->input, &sizes, bytes) : VK_ERROR_OUT_OF_HOST_MEMORY;
     }
     if (result == VK_SUCCESS)
         count_build(making, &sizes);
+    return result;
+}
+
+VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tree)
+{
+    struct build_input input;
+    VkResult result = build_input_open(making->build, &making->memory, &input);
+    if (result == VK_SUCCESS)
+        result = input.is_micromap ? make_micromap(making, &input.micromap, tree)
+                                   : make_structure(making, &input, tree);
     build_input_close(&input);
     return result;
 }
@@ -95,15 +122,15 @@ VkResult cpu_make_by_copy(struct cpu_device *device, VkCopyAccelerationStructure
     bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
     if (!compacts && mode != VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR)
         return VK_ERROR_VALIDATION_FAILED;
-    uint64_t size = compacts ? builder_compacted_size(source) : builder_size(source);
+    uint64_t size = compacts ? bytes_compacted_size(source) : bytes_size(source);
     if (size > size_max)
         return VK_ERROR_VALIDATION_FAILED;
     void *bytes = cpu_tree_allocate(tree, size);
     if (!bytes)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    return copied(
-        device,
-        compacts ? builder_compact(source, bytes, size) : builder_clone(source, bytes, size), size);
+    return copied(device,
+                  compacts ? bytes_compact(source, bytes, size) : bytes_clone(source, bytes, size),
+                  size);
 }
 
 VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input_memory *memory,
@@ -121,7 +148,11 @@ VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input
     void *to = cpu_tree_allocate(tree, size);
     if (!to)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    return copied(device, builder_deserialize(bytes, header.size, &device->uuids, to, size), size);
+    return copied(device,
+                  micromap_is_serialized(bytes, header.size)
+                      ? micromap_deserialize(bytes, header.size, &device->uuids, to, size)
+                      : builder_deserialize(bytes, header.size, &device->uuids, to, size),
+                  size);
 }
 
 bool cpu_property(const void *tree, VkQueryType type, uint64_t *value)
@@ -129,16 +160,18 @@ bool cpu_property(const void *tree, VkQueryType type, uint64_t *value)
     switch (type) {
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
-        *value = builder_compacted_size(tree);
+    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
+        *value = bytes_compacted_size(tree);
         return true;
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
-        *value = builder_serialized_size(tree);
+    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
+        *value = bytes_serialized_size(tree);
         return true;
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
-        *value = builder_reference_count(tree);
+        *value = bytes_reference_count(tree);
         return true;
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
-        *value = builder_size(tree);
+        *value = bytes_size(tree);
         return true;
     default:
         return false;

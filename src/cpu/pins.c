@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "build/structure.h"
+#include "cpu/bytes.h"
 
 struct pin {
     struct cpu_tree *tree; /* NULL: the reference leads nowhere */
@@ -78,17 +79,34 @@ void cpu_pins_release(struct cpu_pins *pins)
 static const void *blas_of(const struct pin *pin)
 {
     const void *bytes = pin && pin->tree ? cpu_tree_read(pin->tree) : NULL;
-    return bytes && builder_type(bytes) == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ? bytes
-                                                                                           : NULL;
+    return bytes && bytes_are_of_level(bytes, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+               ? bytes
+               : NULL;
+}
+
+static const struct pin *find_pin(struct cpu_pins *pins, uint64_t reference)
+{
+    pthread_mutex_lock(&pins->lock);
+    const struct pin *pin = find_or_add(pins, reference);
+    pthread_mutex_unlock(&pins->lock);
+    return pin;
 }
 
 static const void *find(void *context, uint64_t reference)
 {
-    struct cpu_pins *pins = context;
-    pthread_mutex_lock(&pins->lock);
-    const struct pin *pin = find_or_add(pins, reference);
-    pthread_mutex_unlock(&pins->lock);
-    return blas_of(pin);
+    return blas_of(find_pin(context, reference));
+}
+
+static const void *find_micromap(void *context, uint64_t reference)
+{
+    const struct pin *pin = find_pin(context, reference);
+    const void *bytes = pin && pin->tree ? cpu_tree_read(pin->tree) : NULL;
+    return bytes && micromap_is(bytes) ? bytes : NULL;
+}
+
+struct builder_resolver cpu_pins_micromaps(struct cpu_pins *pins)
+{
+    return (struct builder_resolver){find_micromap, pins};
 }
 
 struct builder_resolver cpu_pins_resolver(struct cpu_pins *pins)

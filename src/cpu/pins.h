@@ -30,6 +30,9 @@ void cpu_pins_hold(struct cpu_pins *pins);
 /* Finds bottom-level structures that are built, when they are first asked for. */
 struct builder_resolver cpu_pins_resolver(struct cpu_pins *pins);
 
+/* Finds micromaps that are built, likewise. */
+struct builder_resolver cpu_pins_micromaps(struct cpu_pins *pins);
+
 /* Finds all that a TLAS refers to now; the resolver then finds those alone, without a lock. False
  * without memory. */
 bool cpu_pins_collect(struct cpu_pins *pins, const void *tlas);

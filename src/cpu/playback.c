@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "cpu/bytes.h"
 #include "cpu/late_trees.h"
 #include "cpu/make.h"
 #include "state/build_states.h"
@@ -206,12 +207,12 @@ static void write_serialized(struct cpu_playback *playback, const struct result 
                              const struct cpu_delivery *delivery)
 {
     const void *tree = cpu_tree_read(result->tree);
-    uint64_t size = tree ? builder_serialized_size(tree) : 0;
+    uint64_t size = tree ? bytes_serialized_size(tree) : 0;
     if (!size || size > result->target.size)
         return;
     void *bytes = malloc(size);
     const VkBufferCopy region = {0, result->target.offset, size};
-    if (bytes && builder_serialize(tree, &playback->device->uuids, bytes, size) == BUILDER_OK)
+    if (bytes && bytes_serialize(tree, &playback->device->uuids, bytes, size) == BUILDER_OK)
         delivery->write(delivery->user, result->ticket, result->target.buffer, bytes, size, &region,
                         1);
     free(bytes);

@@ -107,7 +107,9 @@ bool cpu_query_type_is_known(VkQueryType type)
            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV ||
            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR ||
            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR ||
-           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR;
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR ||
+           type == VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT ||
+           type == VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
 }
 
 bool cpu_query_pools_has(struct cpu_query_pools *pools, uint64_t handle)

@@ -11,6 +11,7 @@ struct cpu_scene {
     struct cpu_device *device;
     struct cpu_tree *tree;
     struct cpu_pins pins;
+    struct cpu_pins micromaps;      /* where the device has any */
     struct trace_scene traced;      /* for trace_closest() and trace_candidates() */
     struct trace_counters counters; /* added to the device's when closed */
     uint64_t rays;                  /* the caller's to count */

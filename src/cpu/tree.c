@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "build/build.h"
+#include "cpu/bytes.h"
 
 struct cpu_tree {
     atomic_uint references;
@@ -109,5 +109,6 @@ bool cpu_tree_is_top_level(const struct cpu_tree *tree)
 {
     if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
         return tree->is_top_level;
-    return tree->bytes && builder_type(tree->bytes) == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    return tree->bytes &&
+           bytes_are_of_level(tree->bytes, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
 }

@@ -384,6 +384,7 @@ static const struct test_case cases[] = {
      .setup = &with_addresses,
      .mutate = src_by_address,
      .mutate_twin = src_in_a_buffer,
+     .may_fail_on_cpu = true,
      .path = "pInfos[4].srcAccelerationStructure"},
     {.name = "ignored_src_by_address",
      RULES(RULE_host_build_src_was_created_with_a_buffer),

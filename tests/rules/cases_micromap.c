@@ -308,6 +308,7 @@ static const struct test_case cases[] = {
      RULES(RULE_opacity_has_its_stype, RULE_triangles_chain_is_known),
      .setup = &with_khr,
      .mutate = mistake_opacity,
+     .may_fail_on_cpu = true,
      .mutate_twin = scene_use_micromap,
      .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
     {.name = "ext_opacity_stype",

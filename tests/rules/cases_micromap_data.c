@@ -14,9 +14,20 @@ enum {
     LIMIT_4_STATE = 5,
     LIMIT_LOSSY = 4,
     LIMIT_TRIANGLES = 4096,
+    LEVEL_OF_NONE = 13,
 };
 
+static void offer_limits(struct null_driver_config *config)
+{
+    config->micromap_properties_khr.maxOpacity2StateSubdivisionLevel = LIMIT_2_STATE;
+    config->micromap_properties_khr.maxOpacity4StateSubdivisionLevel = LIMIT_4_STATE;
+    config->micromap_properties_khr.maxOpacityLossy4StateSubdivisionLevel = LIMIT_LOSSY;
+    config->micromap_properties_khr.maxMicromapTriangles = LIMIT_TRIANGLES;
+}
+
 static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
+static const struct setup with_limits = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
+                                         .configure = offer_limits};
 
 /* ---- usages ---- */
 
@@ -101,8 +112,10 @@ static void use_end_of_buffer(struct scene *scene)
 }
 
 #define USAGE_CASE(name_, rule, edits_, twin_edits_)                                               \
+    USAGE_CASE_WITH(with_khr, name_, rule, edits_, twin_edits_)
+#define USAGE_CASE_WITH(setup_, name_, rule, edits_, twin_edits_)                                  \
     {                                                                                              \
-        .name = name_, RULES(rule), .commands = ON_DEVICE, .setup = &with_khr,                     \
+        .name = name_, RULES(rule), .commands = ON_DEVICE, .setup = &setup_,                       \
         .mutate = scene_build_micromap, .edits = edits_, .mutate_twin = scene_build_micromap,      \
         .twin_edits = twin_edits_, .path = DATA_PATH("pUsageCounts")                               \
     }
@@ -179,22 +192,39 @@ static const struct test_case cases[] = {
                EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
                      SET(micromaps.usages[0].format, STATES_4),
                      SET(micromaps.usages[1].format, STATES_4))),
-    USAGE_CASE("usage_of_2_states_too_fine", RULE_usage_2_state_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE + 1)),
+    USAGE_CASE_WITH(with_limits, "usage_of_2_states_too_fine",
+                    RULE_usage_2_state_level_is_within_limit,
+                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE + 1)),
+                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE))),
+    USAGE_CASE_WITH(with_limits, "usage_of_4_states_too_fine",
+                    RULE_usage_4_state_level_is_within_limit,
+                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE + 1),
+                          SET(micromaps.usages[0].format, STATES_4)),
+                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
+                          SET(micromaps.usages[0].format, STATES_4))),
+    USAGE_CASE_WITH(
+        with_limits, "lossy_usage_too_fine", RULE_lossy_usage_level_is_within_limit,
+        EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
+              SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
+        EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
+              SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
+    USAGE_CASE_WITH(with_limits, "too_many_triangles", RULE_micromap_triangle_count_is_within_limit,
+                    EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES)),
+                    EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES - 1))),
+    /* No device has as many, backend cpu included. */
+    USAGE_CASE("usage_of_2_states_finer_than_any", RULE_usage_2_state_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE)),
                EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE))),
-    USAGE_CASE("usage_of_4_states_too_fine", RULE_usage_4_state_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE + 1),
+    USAGE_CASE("usage_of_4_states_finer_than_any", RULE_usage_4_state_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
                      SET(micromaps.usages[0].format, STATES_4)),
                EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
                      SET(micromaps.usages[0].format, STATES_4))),
-    USAGE_CASE("lossy_usage_too_fine", RULE_lossy_usage_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
+    USAGE_CASE("lossy_usage_finer_than_any", RULE_lossy_usage_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
                      SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
                EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
                      SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
-    USAGE_CASE("too_many_triangles", RULE_micromap_triangle_count_is_within_limit,
-               EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES)),
-               EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES - 1))),
 
     {.name = "triangle_stride_4",
      RULES(RULE_micromap_triangle_stride_holds_a_triangle),

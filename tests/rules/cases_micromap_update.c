@@ -20,6 +20,7 @@ static void choose(struct scene *scene, uint32_t build,
     *opacity = scene->micromaps.opacity;
     opacity->micromap = choice == NULL_MICROMAP ? VK_NULL_HANDLE : micromaps[choice - FIRST];
     scene->geometries[build][0].geometry.triangles.pNext = opacity;
+    scene_fit(scene, build);
 }
 
 /* Builds a source in the same command buffer, and makes UPDATE its update. */

@@ -216,6 +216,12 @@ void scene_give_objects(struct scene *scene, uint32_t build)
     info->scratchData.deviceAddress = scene_address(scene, &scene->scratch_buffers[build], 0);
 }
 
+void scene_fit(struct scene *scene, uint32_t build)
+{
+    if (scene_sizes(scene, build).accelerationStructureSize > scene->dst_buffers[build].size)
+        scene_give_objects(scene, build);
+}
+
 static void set_info(struct scene *scene, uint32_t build, uint32_t geometry_count)
 {
     scene->infos[build] = (VkAccelerationStructureBuildGeometryInfoKHR){

@@ -151,6 +151,8 @@ uint32_t scene_add_build(struct scene *scene, uint32_t model);
 
 /* Gives a build a dst of the right size, and scratch that serves building and updating. */
 void scene_give_objects(struct scene *scene, uint32_t build);
+/* The same where its dst is too small for what it has become. */
+void scene_fit(struct scene *scene, uint32_t build);
 
 /* Carries out builds of the scene by a call of their own that comes before the scene's, with the
  * inputs as they are now if those are staged. */

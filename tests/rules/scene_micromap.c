@@ -103,6 +103,7 @@ void scene_use_micromap(struct scene *scene)
         micromaps->opacity.micromap =
             scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->opacity;
+    scene_fit(scene, INDEXED);
 }
 
 /* ---- VK_EXT_opacity_micromap and VK_NV_displacement_micromap */
@@ -155,6 +156,7 @@ void scene_use_micromap_ext(struct scene *scene)
         .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT),
     };
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->opacity_ext;
+    scene_fit(scene, INDEXED);
 }
 
 void scene_use_displacement(struct scene *scene)
@@ -179,4 +181,5 @@ void scene_use_displacement(struct scene *scene)
         .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV),
     };
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->displacement;
+    scene_fit(scene, INDEXED);
 }

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From VkMicromapBuildInfoEXT to a build's parameters. */
+#include "snapshots/micromap_info.h"
+
+#include <stdlib.h>
+
+static VkResult copy_input(struct readable_cache *cache, const VkMicromapBuildInfoEXT *info,
+                           struct build_parameters *copy)
+{
+    copy->chained = calloc(1, sizeof(*copy->chained));
+    if (!copy->chained)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    copy->geometries[0].geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR;
+    copy->chained[0].micromap = (struct micromap_parameters){
+        .type = info->type,
+        .data = info->data,
+        .triangles = info->triangleArray,
+        .stride = info->triangleArrayStride,
+    };
+    return micromap_usages_copy(cache, info->usageCountsCount, info->pUsageCounts,
+                                info->ppUsageCounts, &copy->chained[0].micromap);
+}
+
+VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildInfoEXT *info,
+                            struct build_parameters *copy)
+{
+    *copy = (struct build_parameters){0};
+    if (!readable(cache, info, sizeof(*info)))
+        return VK_ERROR_VALIDATION_FAILED;
+    copy->info.type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    copy->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    copy->info.dstAccelerationStructure = (VkAccelerationStructureKHR)info->dstMicromap;
+    copy->info.scratchData = info->scratchData;
+    VkResult result = build_parameters_allocate(copy, 1);
+    if (result == VK_SUCCESS)
+        result = copy_input(cache, info, copy);
+    if (result != VK_SUCCESS)
+        build_parameters_release(copy);
+    return result;
+}
