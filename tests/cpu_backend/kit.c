@@ -126,9 +126,22 @@ VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
                                              VK_NV_RAY_TRACING_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
-                                             VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME};
+                                             VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+                                             VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+                                             VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME};
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+        .micromap = VK_TRUE,
+    };
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+        .pNext = &micromap_khr,
+        .micromap = VK_TRUE,
+        .micromapHostCommands = VK_TRUE,
+    };
     VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+        .pNext = &micromap_ext,
         .denseGeometryFormat = VK_TRUE,
     };
     VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "build/formats.h"
+#include "build/micromap.h"
 #include "kit.h"
 #include "registry.h"
 
@@ -44,6 +45,8 @@ static const char *const offered[] = {
     VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
     VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
     VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+    VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
@@ -126,9 +129,15 @@ static void test_features(void **state)
     (void)state;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR, .pNext = &query};
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+        .pNext = &micromap_khr,
+        .micromapCaptureReplay = VK_TRUE};
     VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
-        .pNext = &query};
+        .pNext = &micromap_ext};
     VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
         .pNext = &dense};
@@ -162,6 +171,10 @@ static void test_features(void **state)
     assert_true(spheres.spheres);
     assert_true(spheres.linearSweptSpheres);
     assert_true(dense.denseGeometryFormat);
+    assert_true(micromap_ext.micromap);
+    assert_true(micromap_ext.micromapHostCommands);
+    assert_false(micromap_ext.micromapCaptureReplay);
+    assert_true(micromap_khr.micromap);
     assert_int_equal(unknown.unknown, 77);
     assert_ptr_equal(core.pNext, &structures);
     assert_ptr_equal(structures.pNext, &unknown);
@@ -175,9 +188,15 @@ static void test_properties(void **state)
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
         .maxRayRecursionDepth = 77};
+    VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_khr = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR,
+        .pNext = &pipelines};
+    VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_ext = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT,
+        .pNext = &micromap_khr};
     VkPhysicalDeviceRayTracingPropertiesNV nv = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV,
-        .pNext = &pipelines,
+        .pNext = &micromap_ext,
         .maxDescriptorSetAccelerationStructures = 77};
     VkPhysicalDeviceAccelerationStructurePropertiesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
@@ -198,7 +217,11 @@ static void test_properties(void **state)
     assert_int_equal(nv.shaderGroupBaseAlignment, 64);
     assert_int_equal(nv.maxDescriptorSetAccelerationStructures, 0);
     assert_ptr_equal(structures.pNext, &nv);
-    assert_ptr_equal(nv.pNext, &pipelines);
+    assert_ptr_equal(nv.pNext, &micromap_ext);
+    assert_int_equal(micromap_ext.maxOpacity2StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
+    assert_int_equal(micromap_ext.maxOpacity4StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
+    assert_int_equal(micromap_khr.maxOpacityLossy4StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
+    assert_true(micromap_khr.maxMicromapTriangles >= (1 << 29) - 1);
     assert_int_equal(pipelines.maxRayRecursionDepth, 0);
     assert_true(properties.properties.limits.maxMemoryAllocationCount > 0);
 }
@@ -372,6 +395,13 @@ static void test_what_is_not_offered(void **state)
     assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "RayQueryFeatures"), 1);
     assert_int_equal(kit_create_device(&kit, NULL, extensions, 3, &device, &vk),
                      VK_ERROR_EXTENSION_NOT_PRESENT);
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+        .displacementMicromap = VK_TRUE};
+    assert_int_equal(kit_create_device(&kit, &displacement, extensions, 2, &device, &vk),
+                     VK_ERROR_FEATURE_NOT_PRESENT);
+    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "displacement_micromap"), 1);
+    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "specification"), 1);
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
         .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
