@@ -160,7 +160,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_WriteMicromapsPropertiesEXT(
 
 /* ---- in command buffers */
 
-static struct recorded_build *copy_parameters(const struct recorder *recorder,
+static struct recorded_build *copy_parameters(struct recorder *recorder,
                                               const VkMicromapBuildInfoEXT *info)
 {
     struct recorded_build *build = calloc(1, sizeof(*build));

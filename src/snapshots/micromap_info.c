@@ -27,6 +27,7 @@ VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildI
     *copy = (struct build_parameters){0};
     if (!readable(cache, info, sizeof(*info)))
         return VK_ERROR_VALIDATION_FAILED;
+    copy->had_chains = true; /* there is more to it than its members say */
     copy->info.type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     copy->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     copy->info.dstAccelerationStructure = (VkAccelerationStructureKHR)info->dstMicromap;
