@@ -99,6 +99,7 @@
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(GetDeviceBufferMemoryRequirements)                                                     \
     COMMAND(GetDeviceBufferMemoryRequirementsKHR)                                                  \
+    COMMAND(CmdBindDescriptorBuffersEXT)                                                           \
     COMMAND(CmdPipelineBarrier)                                                                    \
     COMMAND(CmdWaitEvents)                                                                         \
     COMMAND(CmdSetEvent)                                                                           \

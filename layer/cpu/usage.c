@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: what buffers are for. The driver knows no usage of ray tracing, and the
  * backend copies from and to all buffers that have addresses. */
+#include "cpu/block.h"
 #include "cpu/chain_copy.h"
 #include "cpu/commands.h"
 #include "cpu/offer.h"
@@ -87,3 +88,27 @@ DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirementsKHR)
 
 DEFINE_GET_EXTERNAL(GetPhysicalDeviceExternalBufferProperties)
 DEFINE_GET_EXTERNAL(GetPhysicalDeviceExternalBufferPropertiesKHR)
+
+/* Without memory the call goes down as it is. */
+VKAPI_ATTR void VKAPI_CALL
+cpu_CmdBindDescriptorBuffersEXT(VkCommandBuffer commandBuffer, uint32_t bufferCount,
+                                const VkDescriptorBufferBindingInfoEXT *pBindingInfos)
+{
+    const VkuDeviceDispatchTable *next = cpu_next(commandBuffer);
+    VkDescriptorBufferBindingInfoEXT *below;
+    struct chain_copy *copies;
+    struct block block;
+    if (!block_begin(&block, block_size(bufferCount, sizeof(*below)) +
+                                 block_size(bufferCount, sizeof(*copies)))) {
+        next->CmdBindDescriptorBuffersEXT(commandBuffer, bufferCount, pBindingInfos);
+        return;
+    }
+    below = block_copy(&block, pBindingInfos, bufferCount, sizeof(*below));
+    copies = block_take(&block, bufferCount, sizeof(*copies));
+    for (uint32_t i = 0; i < bufferCount; i++)
+        usage_begin(&copies[i], &below[i].pNext, &below[i].usage);
+    next->CmdBindDescriptorBuffersEXT(commandBuffer, bufferCount, below);
+    for (uint32_t i = 0; i < bufferCount; i++)
+        chain_copy_end(&copies[i]);
+    block_end(&block);
+}

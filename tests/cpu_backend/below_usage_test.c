@@ -15,6 +15,7 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
 enum {
+    MANY = 100, /* more than fit on the stack */
     STORAGE = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
     INPUT = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
     ADDRESS = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
@@ -28,6 +29,11 @@ static struct {
     unsigned calls;
     VkBufferUsageFlags usage;
     VkBufferUsageFlags2 usage2; /* of a structure in the chain */
+    const void *array;          /* only to compare */
+    struct {
+        VkBufferUsageFlags usage;
+        VkBufferUsageFlags2 usage2;
+    } bound[MANY];
 } seen;
 
 static int clear(void **state)
@@ -67,6 +73,17 @@ static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
                                                VkExternalBufferProperties *properties)
 {
     see_usage(info->usage, info->pNext);
+}
+
+static VKAPI_ATTR void VKAPI_CALL bind(VkCommandBuffer command_buffer, uint32_t count,
+                                       const VkDescriptorBufferBindingInfoEXT *infos)
+{
+    seen.array = infos;
+    for (uint32_t i = 0; i < count; i++) {
+        see_usage(infos[i].usage, infos[i].pNext);
+        seen.bound[i].usage = seen.usage;
+        seen.bound[i].usage2 = seen.usage2;
+    }
 }
 
 /* ---- tests */
@@ -127,14 +144,43 @@ static void test_usage_in_the_chain(void **state)
     assert_int_equal(seen.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
 }
 
+/* The usage that the driver knows the buffer by. */
+static void test_descriptor_buffers(void **state)
+{
+    (void)state;
+    enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
+    const VkBufferUsageFlags2CreateInfo flags2 = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
+        .usage = SAMPLERS | STORAGE | ADDRESS};
+    static VkDescriptorBufferBindingInfoEXT infos[MANY];
+    infos[0].usage = SAMPLERS;
+    infos[1].usage = SAMPLERS | INPUT | ADDRESS;
+    infos[MANY - 1].pNext = infos[2].pNext = &flags2;
+    cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, 3, infos);
+    assert_int_equal(seen.calls, 3);
+    assert_int_equal(seen.bound[0].usage, SAMPLERS);
+    assert_int_equal(seen.bound[1].usage, SAMPLERS | ADDRESS | COPIES);
+    assert_int_equal(seen.bound[2].usage2, SAMPLERS | ADDRESS | COPIES);
+    assert_int_equal(infos[1].usage, SAMPLERS | INPUT | ADDRESS);
+
+    cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
+    assert_int_equal(seen.bound[MANY - 1].usage2, SAMPLERS | ADDRESS | COPIES);
+    memory_fail_after(0);
+    cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
+    assert_true(memory_fail_no_more());
+    assert_ptr_equal(seen.array, infos);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_usage, clear),
         cmocka_unit_test_setup(test_usage_in_the_chain, clear),
+        cmocka_unit_test_setup(test_descriptor_buffers, clear),
     };
     VkuDeviceDispatchTable *next = &below->next;
     next->CreateBuffer = create_buffer;
+    next->CmdBindDescriptorBuffersEXT = bind;
     next->GetDeviceBufferMemoryRequirements = get_requirements;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
