@@ -126,7 +126,8 @@ struct builder_geometry {
 
 /* Threads of the caller's own that build together, as those that join a deferred operation do. One
  * runs builds and refits whose input names the team; any others call builder_team_help(), which
- * takes part in them until the team is closed. A helper may come before a build, in its midst or
+ * takes part in them until the team is closed, or builder_team_help_for_now(), which returns as
+ * well when for a while there is nothing to do. A helper may come before a build, in its midst or
  * after it, and none has to; several threads may run builds with one team at once. Fields belong to
  * workers.c. */
 struct builder_team {
@@ -137,6 +138,7 @@ struct builder_team {
 };
 void builder_team_open(struct builder_team *team);
 void builder_team_help(struct builder_team *team);
+void builder_team_help_for_now(struct builder_team *team);
 /* Sends helpers back; those who come later return at once. No build may run any more. */
 void builder_team_close(struct builder_team *team);
 void builder_team_destroy(struct builder_team *team); /* once nobody helps */

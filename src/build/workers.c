@@ -4,6 +4,10 @@
 
 #include <fenv.h>
 #include <signal.h>
+#include <time.h>
+
+/* How long a helper who is free to go waits for more to do. */
+enum { PATIENCE = 1000000 }; /* ns, less than a second */
 
 /* Lives on the stack of the thread that leads it; in its team's list while it runs. */
 struct builder_team_job {
@@ -17,8 +21,12 @@ struct builder_team_job {
 void builder_team_open(struct builder_team *team)
 {
     *team = (struct builder_team){.jobs = NULL};
+    pthread_condattr_t clock;
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
     pthread_mutex_init(&team->lock, NULL);
-    pthread_cond_init(&team->news, NULL);
+    pthread_cond_init(&team->news, &clock);
+    pthread_condattr_destroy(&clock);
     pthread_cond_init(&team->done, NULL);
 }
 
@@ -45,16 +53,30 @@ static struct builder_team_job *find_job(const struct builder_team *team)
     return job;
 }
 
-void builder_team_help(struct builder_team *team)
+/* False: there was nothing to do for a while, and nobody minds if the helper goes. */
+static bool wait_for_news(struct builder_team *team, bool may_go)
 {
+    struct timespec end;
+    if (!may_go)
+        return pthread_cond_wait(&team->news, &team->lock) == 0;
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    end.tv_nsec += PATIENCE;
+    end.tv_sec += end.tv_nsec / 1000000000;
+    end.tv_nsec %= 1000000000;
+    return pthread_cond_timedwait(&team->news, &team->lock, &end) == 0;
+}
+
+static void help(struct builder_team *team, bool may_go)
+{
+    bool stays = true;
     fenv_t before;
     feholdexcept(&before);
     fesetenv(FE_DFL_ENV);
     pthread_mutex_lock(&team->lock);
-    while (!team->is_closed) {
+    while (!team->is_closed && stays) {
         struct builder_team_job *job = find_job(team);
         if (!job) {
-            pthread_cond_wait(&team->news, &team->lock);
+            stays = wait_for_news(team, may_go);
             continue;
         }
         job->busy++;
@@ -67,6 +89,16 @@ void builder_team_help(struct builder_team *team)
     }
     pthread_mutex_unlock(&team->lock);
     fesetenv(&before);
+}
+
+void builder_team_help(struct builder_team *team)
+{
+    help(team, false);
+}
+
+void builder_team_help_for_now(struct builder_team *team)
+{
+    help(team, true);
 }
 
 static void remove_job(struct builder_team *team, const struct builder_team_job *job)

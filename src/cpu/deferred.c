@@ -82,6 +82,15 @@ static void run_parts(struct job *job)
     }
 }
 
+/* What a thread that has left the work is told. Parts can be helped with again, as they come to
+ * what several threads can do. */
+static VkResult result_of(const struct job *job)
+{
+    if (job->is_complete)
+        return VK_SUCCESS;
+    return job->work.help ? VK_THREAD_IDLE_KHR : VK_THREAD_DONE_KHR;
+}
+
 static VkResult job_join(struct job *job)
 {
     pthread_mutex_lock(&job->lock);
@@ -94,7 +103,7 @@ static VkResult job_join(struct job *job)
     }
     bool is_last = --job->inside == 0 && job->is_complete && !job->is_released;
     job->is_released |= is_last;
-    VkResult result = job->is_complete ? VK_SUCCESS : VK_THREAD_DONE_KHR;
+    VkResult result = result_of(job);
     pthread_mutex_unlock(&job->lock);
     if (is_last)
         job->work.release(job->work.context);

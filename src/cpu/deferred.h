@@ -9,8 +9,9 @@
 
 /* `run` is called once for each part, from any threads at once; the first result that is not
  * VK_SUCCESS is the operation's. `help`, where it isn't NULL, is called by threads that find no
- * part left: it takes part in those that run, and returns when `finish` has been called, after the
- * last part. `release` is called last, once, when no thread is in the work any more. */
+ * part left: it takes part in those that run, as long as there is something to do, and returns at
+ * once when `finish` has been called, after the last part. `release` is called last, once, when no
+ * thread is in the work any more. */
 struct cpu_work {
     uint32_t part_count;
     uint32_t concurrency; /* threads that are of use at first, at least 1 */

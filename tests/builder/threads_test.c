@@ -168,6 +168,12 @@ static void *help(void *team)
     return NULL;
 }
 
+static void *help_for_now(void *team)
+{
+    builder_team_help_for_now(team);
+    return NULL;
+}
+
 struct leader {
     const struct expected *expected;
     struct builder_team *team;
@@ -196,7 +202,7 @@ static void test_team(void **state)
     struct leader leader = {&expected, &team};
     assert_int_equal(pthread_create(&early, NULL, help, &team), 0);
     assert_int_equal(pthread_create(&other, NULL, lead, &leader), 0);
-    assert_int_equal(pthread_create(&late, NULL, help, &team), 0);
+    assert_int_equal(pthread_create(&late, NULL, help_for_now, &team), 0);
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
         check_same(&expected, quality, 0, &team);
     pthread_join(other, NULL);
@@ -204,6 +210,11 @@ static void test_team(void **state)
     pthread_join(early, NULL);
     pthread_join(late, NULL);
     builder_team_help(&team);
+    builder_team_destroy(&team);
+    builder_team_open(&team);
+    builder_team_help_for_now(&team); /* there is nothing to do */
+    builder_team_close(&team);
+    builder_team_help_for_now(&team);
     builder_team_destroy(&team);
     free_expected(&expected);
 }

@@ -157,6 +157,36 @@ static void test_help(void **state)
     cpu_deferred_operations_destroy(joined.operations);
 }
 
+static void look_in(void *context)
+{
+    atomic_fetch_add(&((struct counted *)context)->helps, 1);
+}
+
+/* A thread that finds nothing to help with goes, but may find something later. */
+static void test_nothing_to_do_for_now(void **state)
+{
+    (void)state;
+    struct joined joined = open_operation();
+    struct counted counted = {.failing = PARTS, .gate = 2};
+    struct cpu_work work = work_of(&counted, 1);
+    work.help = look_in;
+    cpu_deferred_start(joined.operations, joined.operation, &work);
+    pthread_t thread;
+    pthread_create(&thread, NULL, join, &joined);
+    while (!atomic_load(&counted.arrived))
+        sched_yield();
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(cpu_deferred_join(joined.operations, joined.operation),
+                         VK_THREAD_IDLE_KHR);
+    assert_int_equal(counted.helps, 3);
+    atomic_fetch_add(&counted.arrived, 1);
+    void *result;
+    pthread_join(thread, &result);
+    assert_int_equal((intptr_t)result, VK_SUCCESS);
+    expect_done(&joined, &counted, 1, VK_SUCCESS);
+    cpu_deferred_operations_destroy(joined.operations);
+}
+
 static void test_mistakes(void **state)
 {
     (void)state;
@@ -214,11 +244,9 @@ static void test_destroyed_in_use(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_one_thread),
-        cmocka_unit_test(test_spread),
-        cmocka_unit_test(test_help),
-        cmocka_unit_test(test_mistakes),
-        cmocka_unit_test(test_destroyed_in_use),
+        cmocka_unit_test(test_one_thread), cmocka_unit_test(test_spread),
+        cmocka_unit_test(test_help),       cmocka_unit_test(test_nothing_to_do_for_now),
+        cmocka_unit_test(test_mistakes),   cmocka_unit_test(test_destroyed_in_use),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
