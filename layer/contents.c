@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <time.h>
 
 /* Of a batch that was replayed, and hasn't run. */
 struct noted_batch {
@@ -214,4 +215,33 @@ void contents_deliver(struct contents *contents)
     do {
         deliver(contents);
     } while (go_on(contents));
+}
+
+/* What had its turn waits for nothing that is still to be submitted; but another batch of its
+ * submission may, or an event of the host's. */
+enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
+
+static bool waits_for(struct contents *contents, const struct ticket *ticket)
+{
+    pthread_mutex_lock(&contents->lock);
+    bool waits = contents->waiting && contents->waiting->ran.execution->ticket == ticket;
+    pthread_mutex_unlock(&contents->lock);
+    return waits;
+}
+
+bool contents_wait(struct contents *contents)
+{
+    if (!contents)
+        return false;
+    pthread_mutex_lock(&contents->lock);
+    struct ticket *ticket =
+        contents->waiting ? ticket_share(contents->waiting->ran.execution->ticket) : NULL;
+    pthread_mutex_unlock(&contents->lock);
+    bool is_complete = ticket && ticket->wait(ticket, WAIT_NANOSECONDS) != VK_TIMEOUT;
+    if (is_complete)
+        contents_deliver(contents);
+    if (is_complete && waits_for(contents, ticket))
+        nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL); /* another delivers it */
+    ticket_release(ticket);
+    return is_complete;
 }

@@ -29,6 +29,8 @@ void contents_end_batch(struct contents *contents, const struct batch_run *run);
 
 /* Reports on the executions that are complete. */
 void contents_deliver(struct contents *contents);
+/* The same, once the first of those that wait is complete; false where none is in a while. */
+bool contents_wait(struct contents *contents);
 
 /* ---- for contents_read.c */
 

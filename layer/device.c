@@ -181,6 +181,8 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     struct layer_device *state = device ? layer_find_device(device) : NULL;
     if (!state)
         return;
+    while (contents_wait(state->contents))
+        continue;
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
     free_device(state); /* first: it may have objects of the device */

@@ -3,6 +3,7 @@
  * judged, and finished with the call's result. */
 #include "intercepts.h"
 #include "layer.h"
+#include "snapshots/snapshots.h"
 #include "state/chain.h"
 
 /* Which commands a semaphore operation of these stages orders. The stage of builds is that of
@@ -268,6 +269,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
     VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose(state->order);
+    snapshots_deliver(state);
     return result;
 }
 

@@ -46,8 +46,7 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
         .queueFamilyIndex = family,
     };
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    transfer->chunk = staging_take(snapshots->staging, size);
-    if (!transfer->chunk ||
+    if (staging_take(snapshots->staging, size, &transfer->chunk) != VK_SUCCESS ||
         transfer->next->CreateFence(device, &fence_info, NULL, &transfer->fence) != VK_SUCCESS ||
         transfer->next->CreateCommandPool(device, &pool_info, NULL, &transfer->pool) != VK_SUCCESS)
         return false;

@@ -194,12 +194,13 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         recorder->left_out = LEFT_OUT_PLACE;
         return false;
     }
-    if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->snapshots->gather) ||
-        !list_ranges(recorder, &ranges, &range_count) ||
-        !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements)) {
+    if (count > (uint32_t)GROUP * GROUPS_MAX || !make(recorder->device->snapshots->gather)) {
         recorder_lose(recorder);
         return false;
     }
+    if (!list_ranges(recorder, &ranges, &range_count) ||
+        !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements))
+        return false;
     const struct constants constants = {
         .addresses = address_of(recorder, addresses),
         .ranges = address_of(recorder, &ranges),

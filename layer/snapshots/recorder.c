@@ -2,6 +2,7 @@
 /* Recordings of command buffers, and snapshots recorded for them. */
 #include "snapshots/recorder.h"
 
+#include "contents.h"
 #include "snapshots/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
@@ -34,6 +35,9 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
     if (journal && !journal->work) {
         journal->work = recording_create(free_chunk, device->snapshots->staging);
         journal->release_work = release_work;
+        if (journal->work)
+            ((struct recording *)journal->work)->executes_once =
+                recorder->command_buffer->executes_once;
     }
     recorder->recording = journal ? journal->work : NULL;
     if (!recorder->recording)
@@ -121,8 +125,23 @@ bool recorder_find(const struct recorder *recorder, uint64_t address, struct buf
     return facts.status == ADDRESS_IN_BUFFER;
 }
 
-/* The recording's last chunk, or a new one with room for `size` bytes. */
-static struct staging_chunk *chunk_with_room(const struct recorder *recorder, uint64_t size)
+/* Beyond the budget it may help to read what others have copied; but only what needs nothing more
+ * of the application is waited for, and not for long. */
+static VkResult take_chunk(const struct layer_device *device, uint64_t size,
+                           struct staging_chunk **chunk)
+{
+    const struct settings *settings = reporter_settings(device->instance->reporter);
+    bool waits = settings->content_when_full == CONTENT_WAIT;
+    VkResult result;
+    do {
+        result = staging_take(device->snapshots->staging, size, chunk);
+    } while (result == VK_NOT_READY && waits && contents_wait(device->contents));
+    return result;
+}
+
+/* The recording's last chunk, or a new one with room for `size` bytes; NULL where it is left out.
+ */
+static struct staging_chunk *chunk_with_room(struct recorder *recorder, uint64_t size)
 {
     struct recording *recording = recorder->recording;
     if (recording->chunk_count) {
@@ -130,18 +149,23 @@ static struct staging_chunk *chunk_with_room(const struct recorder *recorder, ui
         if (size <= last->size - last->used)
             return (struct staging_chunk *)last;
     }
-    struct staging_chunk *chunk = staging_take(recorder->device->snapshots->staging, size);
-    return chunk && recording_add_chunk(recording, &chunk->chunk) ? chunk : NULL;
+    struct staging_chunk *chunk;
+    VkResult result = take_chunk(recorder->device, size, &chunk);
+    if (result == VK_SUCCESS && recording_add_chunk(recording, &chunk->chunk))
+        return chunk;
+    if (result == VK_NOT_READY)
+        recorder->left_out = LEFT_OUT_BUDGET;
+    else
+        recorder_lose(recorder);
+    return NULL;
 }
 
 bool recorder_reserve(struct recorder *recorder, uint64_t size, struct snapshot *snapshot)
 {
     uint64_t room = (size + SNAPSHOT_ALIGNMENT - 1) / SNAPSHOT_ALIGNMENT * SNAPSHOT_ALIGNMENT;
     struct staging_chunk *chunk = chunk_with_room(recorder, room);
-    if (!chunk) {
-        recorder_lose(recorder);
+    if (!chunk)
         return false;
-    }
     *snapshot = (struct snapshot){
         .size = size, .chunk = recorder->recording->chunk_count - 1, .offset = chunk->chunk.used};
     chunk->chunk.used += room;

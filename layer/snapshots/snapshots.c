@@ -60,6 +60,13 @@ static void cover(struct layer_device *device)
 #undef COVER
 }
 
+/* Backend cpu needs all that it copies, to build it. */
+static uint64_t budget_of(const struct layer_device *device)
+{
+    const struct settings *settings = reporter_settings(device->instance->reporter);
+    return device->cpu ? UINT64_MAX : (uint64_t)settings->content_budget_mib << 20;
+}
+
 VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
 {
     if (!are_wanted(device))
@@ -79,7 +86,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     snapshots->set_loader_data = find_loader_data_setter(create_info);
     snapshots->expected_last = &snapshots->expected;
     device->snapshots = snapshots;
-    if (staging_create(device, &snapshots->staging) != VK_SUCCESS ||
+    if (staging_create(device, budget_of(device), &snapshots->staging) != VK_SUCCESS ||
         gather_create(device, &snapshots->gather) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cover(device);

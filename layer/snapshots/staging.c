@@ -8,20 +8,25 @@
 /* Large enough that a command buffer of small builds needs one; kept when given back, up to: */
 #define CHUNK_SIZE ((uint64_t)256 << 10)
 #define KEPT_MAX ((uint64_t)64 << 20)
+/* A kept chunk is used for what needs no less than a part of it. */
+#define KEPT_FACTOR 4
 
 struct staging {
     struct layer_device *device;
     pthread_mutex_t lock; /* guards the rest; nothing is called under it */
     struct staging_chunk *kept;
     uint64_t kept_size;
+    uint64_t size; /* of all there are */
+    uint64_t budget;
 };
 
-VkResult staging_create(struct layer_device *device, struct staging **staging)
+VkResult staging_create(struct layer_device *device, uint64_t budget, struct staging **staging)
 {
     *staging = calloc(1, sizeof(**staging));
     if (!*staging)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*staging)->device = device;
+    (*staging)->budget = budget;
     pthread_mutex_init(&(*staging)->lock, NULL);
     return VK_SUCCESS;
 }
@@ -124,22 +129,66 @@ static struct staging_chunk *create_chunk(const struct layer_device *device, uin
     return NULL;
 }
 
-struct staging_chunk *staging_take(struct staging *staging, uint64_t size)
+/* The first kept chunk that is large enough, and not much larger; with the lock held. */
+static struct staging_chunk *take_kept(struct staging *staging, uint64_t size, uint64_t size_max)
 {
-    pthread_mutex_lock(&staging->lock);
     struct staging_chunk **at = &staging->kept;
-    while (*at && (*at)->chunk.size < size)
+    while (*at && ((*at)->chunk.size < size || (*at)->chunk.size > size_max))
         at = &(*at)->next;
     struct staging_chunk *chunk = *at;
     if (chunk) {
         *at = chunk->next;
         staging->kept_size -= chunk->chunk.size;
+        chunk->chunk.used = 0;
     }
-    pthread_mutex_unlock(&staging->lock);
-    if (!chunk)
-        return create_chunk(staging->device, size > CHUNK_SIZE ? size : CHUNK_SIZE);
-    chunk->chunk.used = 0;
     return chunk;
+}
+
+/* Takes kept chunks out, to be freed, as far as a new one needs their room. False where there isn't
+ * enough; with the lock held. */
+static bool make_room(struct staging *staging, uint64_t size, struct staging_chunk **freed)
+{
+    *freed = NULL;
+    if (size > staging->budget || staging->size - staging->kept_size > staging->budget - size)
+        return false;
+    while (staging->size > staging->budget - size) {
+        struct staging_chunk *chunk = take_kept(staging, 0, UINT64_MAX);
+        staging->size -= chunk->chunk.size;
+        chunk->next = *freed;
+        *freed = chunk;
+    }
+    staging->size += size;
+    return true;
+}
+
+static void free_chunks(const struct staging *staging, struct staging_chunk *chunk)
+{
+    for (struct staging_chunk *next; chunk; chunk = next) {
+        next = chunk->next;
+        free_chunk(staging->device, chunk);
+    }
+}
+
+VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
+{
+    uint64_t new_size = size > CHUNK_SIZE ? size : CHUNK_SIZE;
+    struct staging_chunk *freed = NULL;
+    bool has_room = true;
+    pthread_mutex_lock(&staging->lock);
+    *chunk = take_kept(staging, size, KEPT_FACTOR * new_size);
+    if (!*chunk)
+        has_room = make_room(staging, new_size, &freed);
+    pthread_mutex_unlock(&staging->lock);
+    free_chunks(staging, freed);
+    if (*chunk || !has_room)
+        return *chunk ? VK_SUCCESS : VK_NOT_READY;
+    *chunk = create_chunk(staging->device, new_size);
+    if (*chunk)
+        return VK_SUCCESS;
+    pthread_mutex_lock(&staging->lock);
+    staging->size -= new_size;
+    pthread_mutex_unlock(&staging->lock);
+    return VK_ERROR_OUT_OF_DEVICE_MEMORY;
 }
 
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
@@ -150,6 +199,8 @@ void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
         chunk->next = staging->kept;
         staging->kept = chunk;
         staging->kept_size += chunk->chunk.size;
+    } else {
+        staging->size -= chunk->chunk.size;
     }
     pthread_mutex_unlock(&staging->lock);
     if (!is_kept)

@@ -15,12 +15,14 @@ struct staging_chunk {
     struct staging_chunk *next;
 };
 
-VkResult staging_create(struct layer_device *device, struct staging **staging);
+/* `budget`: bytes that all chunks have at most, those kept for later too. */
+VkResult staging_create(struct layer_device *device, uint64_t budget, struct staging **staging);
 void staging_destroy(struct staging *staging); /* NULL: nothing */
 
-/* A chunk of at least `size` bytes, nothing of it used; NULL without memory of either kind. From
- * any thread, as is giving it back. */
-struct staging_chunk *staging_take(struct staging *staging, uint64_t size);
+/* A chunk of at least `size` bytes, nothing of it used: VK_NOT_READY where that is beyond the
+ * budget as long as others have theirs, else an error without memory of either kind. From any
+ * thread, as is giving it back. */
+VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
 
 #endif

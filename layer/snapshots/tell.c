@@ -20,6 +20,8 @@ static const char *reason_of(enum left_out reason)
     case LEFT_OUT_NOTHING:
     case LEFT_OUT_MEMORY:
         break;
+    case LEFT_OUT_BUDGET:
+        return "beyond content_budget_mib";
     case LEFT_OUT_BUFFER:
         return "a buffer that can't be copied from";
     case LEFT_OUT_PLACE:

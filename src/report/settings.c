@@ -41,6 +41,12 @@ static const struct choice backends[] = {
     {NULL, 0},
 };
 
+static const struct choice when_full[] = {
+    {"wait", CONTENT_WAIT},
+    {"skip", CONTENT_SKIP},
+    {NULL, 0},
+};
+
 static const struct choice vuid_names[] = {
     {"current", VUID_NAMES_CURRENT},
     {"listed", VUID_NAMES_LISTED},
@@ -160,6 +166,20 @@ static bool load_backend(const struct loader *loader, char *value)
     return true;
 }
 
+static bool load_content_budget_mib(const struct loader *loader, char *value)
+{
+    return read_number(value, &loader->settings->content_budget_mib);
+}
+
+static bool load_content_when_full(const struct loader *loader, char *value)
+{
+    uint32_t when;
+    if (!read_choice(when_full, value, &when))
+        return false;
+    loader->settings->content_when_full = (enum content_when_full)when;
+    return true;
+}
+
 static bool load_vuid_names(const struct loader *loader, char *value)
 {
     uint32_t names;
@@ -241,6 +261,8 @@ static const struct key {
 } keys[] = {
     {"level", load_level, "parameters, state, execution or content", "execution"},
     {"backend", load_backend, "driver or cpu", "driver"},
+    {"content_budget_mib", load_content_budget_mib, "a number", "256"},
+    {"content_when_full", load_content_when_full, "wait or skip", "wait"},
     {"vuid_names", load_vuid_names, "current or listed", "current"},
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
     {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
@@ -326,6 +348,8 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .level = LEVEL_EXECUTION,
         .backend = BACKEND_DRIVER,
         .vuid_names = VUID_NAMES_CURRENT,
+        .content_budget_mib = 256,
+        .content_when_full = CONTENT_WAIT,
         .report_flags = REPORT_ERROR | REPORT_WARNING,
         .debug_action = DEBUG_ACTION_DEFAULT,
         .duplicate_message_limit = 10,

@@ -32,6 +32,12 @@ enum report_flag {
     REPORT_INFO = 1 << 2,
 };
 
+/* What a build does whose data would be beyond content_budget_mib. */
+enum content_when_full {
+    CONTENT_WAIT, /* it waits for what is complete soon, and is left out where that doesn't help */
+    CONTENT_SKIP, /* it is left out */
+};
+
 /* By which ids messages go where the registry has retired the one that states their condition. */
 enum vuid_names {
     VUID_NAMES_CURRENT, /* today's */
@@ -42,6 +48,8 @@ struct settings {
     enum level level;
     enum backend backend;
     enum vuid_names vuid_names;
+    uint32_t content_budget_mib; /* of what the layer copies of builds' data; backend driver */
+    enum content_when_full content_when_full;
     uint32_t report_flags;            /* enum report_flag */
     uint32_t debug_action;            /* enum debug_action */
     char *log_filename;               /* NULL: stderr; owned */

@@ -37,6 +37,7 @@ struct recorded_place {
 enum left_out {
     LEFT_OUT_NOTHING,
     LEFT_OUT_MEMORY, /* there was none for them */
+    LEFT_OUT_BUDGET, /* they would have been beyond content_budget_mib */
     LEFT_OUT_BUFFER, /* that can't be copied from: it is imported, say, or protected */
     LEFT_OUT_PLACE,  /* commands of the layer's own would disturb what the application does there */
 };

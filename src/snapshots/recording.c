@@ -32,6 +32,13 @@ static void release_item(const struct recorded_item *item)
     recording_release(item->secondary);
 }
 
+static void free_chunks(struct recording *recording)
+{
+    for (uint32_t i = 0; i < recording->chunk_count; i++)
+        recording->free_chunk(recording->user, recording->chunks[i]);
+    recording->chunk_count = 0;
+}
+
 void recording_release(struct recording *recording)
 {
     if (!recording ||
@@ -43,8 +50,7 @@ void recording_release(struct recording *recording)
         release_item(item);
         free(item);
     }
-    for (uint32_t i = 0; i < recording->chunk_count; i++)
-        recording->free_chunk(recording->user, recording->chunks[i]);
+    free_chunks(recording);
     free(recording->chunks);
     pthread_mutex_destroy(&recording->lock);
     free(recording);
@@ -175,6 +181,9 @@ void execution_release(struct execution *execution)
         execution_release(execution->children[i]);
     if (execution->detached)
         free_copies(execution->bases, execution->recording->chunk_count);
+    else if (execution->recording->executes_once &&
+             execution->ticket->wait(execution->ticket, 0) == VK_SUCCESS)
+        free_chunks(execution->recording);
     free(execution->children);
     free(execution->bases);
     pthread_rwlock_destroy(&execution->lock);

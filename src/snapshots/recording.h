@@ -80,6 +80,7 @@ struct recording {
     struct recorded_item *first, **last;
     struct snapshot_chunk **chunks;
     uint32_t chunk_count, chunk_capacity;
+    bool executes_once; /* then nothing needs the chunks after its execution */
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void *user;
     uint32_t secondary_count;

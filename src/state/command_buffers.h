@@ -46,6 +46,7 @@ struct command_buffer {
     bool knows;
     bool work_lost; /* for lack of memory: what a backend should carry out isn't all in the journal
                      */
+    bool executes_once;       /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */
     bool inherits_conditions; /* where a secondary executes, queries or conditional rendering may be
                                  active */
     struct label_stack labels;

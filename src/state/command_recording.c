@@ -54,6 +54,7 @@ void command_buffer_begin(struct command_buffer *command_buffer,
         command_buffer->journal = journal_create(command_buffer->handle);
     if (command_buffer->journal)
         command_buffer->journal->deaths = deaths;
+    command_buffer->executes_once = begin_info->flags & VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     /* The flag is ignored for primary command buffers, as is inheritance. */
     command_buffer->inherits_conditions =
         command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&

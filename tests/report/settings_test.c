@@ -74,6 +74,19 @@ static void test_file(void **state)
     settings_release(&settings);
 }
 
+static void test_content_budget(void **state)
+{
+    (void)state;
+    surrounding_clear(
+        "assay_validation.content_budget_mib = 16\n"
+        "assay_validation.content_when_full = skip\n");
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.content_budget_mib, 16);
+    assert_int_equal(settings.content_when_full, CONTENT_SKIP);
+    assert_int_equal(warned.count, 0);
+    settings_release(&settings);
+}
+
 /* Rays are compared at level content on backend driver; elsewhere one line says why they aren't. */
 static void test_compare_rays(void **state)
 {
@@ -218,6 +231,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_defaults, clear),
         cmocka_unit_test_setup(test_environment, clear),
+        cmocka_unit_test_setup(test_content_budget, clear),
         cmocka_unit_test_setup(test_compare_rays, clear),
         cmocka_unit_test_setup(test_file, clear),
         cmocka_unit_test_setup(test_instance_extension, clear),

@@ -30,6 +30,8 @@ static void test_values_that_are_not_understood(void **state)
         {"level", "contents", "parameters, state, execution or content", "execution"},
         {"level", "state,content", "parameters, state, execution or content", "execution"},
         {"backend", "gpu", "driver or cpu", "driver"},
+        {"content_budget_mib", "-1", "a number", "256"},
+        {"content_when_full", "drop", "wait or skip", "wait"},
         {"vuid_names", "retired", "current or listed", "current"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break",
