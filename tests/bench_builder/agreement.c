@@ -116,7 +116,7 @@ static uint32_t compare(const char *path, const struct kit_mesh *mesh, uint32_t 
     struct kit_input input;
     kit_input_mesh(&input, mesh);
     void *structure = kit_build(&input.input, NULL);
-    struct embree_scene *scene = embree_scene_create(mesh);
+    struct embree_scene *scene = embree_scene_create(mesh, EMBREE_MEDIUM);
     uint32_t counts[VERDICTS] = {0}, hits = 0, same = 0;
     uint64_t random = 88172645463325252u;
     for (uint32_t i = 0; i < rays; i++) {

@@ -57,10 +57,10 @@ static void *create_leaf(RTCThreadLocalAllocator allocator,
     return node;
 }
 
-static struct RTCBuildPrimitive *make_primitives(const struct kit_mesh *mesh)
+/* With room for those that splitting adds. */
+static struct RTCBuildPrimitive *make_primitives(const struct kit_mesh *mesh, uint64_t room)
 {
-    struct RTCBuildPrimitive *primitives =
-        kit_allocate((uint64_t)mesh->triangle_count * sizeof(*primitives));
+    struct RTCBuildPrimitive *primitives = kit_allocate(room * sizeof(*primitives));
     for (uint32_t i = 0; i < mesh->triangle_count; i++) {
         float box[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
         for (uint32_t corner = 0; corner < 3; corner++) {
@@ -111,13 +111,30 @@ static double sum_areas(const struct node *root, double *whole)
     return sum + *whole;
 }
 
-struct embree_tree embree_build(const struct kit_mesh *mesh, bool is_morton)
+static const enum RTCBuildQuality qualities[] = {
+    [EMBREE_LOW] = RTC_BUILD_QUALITY_LOW,
+    [EMBREE_MEDIUM] = RTC_BUILD_QUALITY_MEDIUM,
+    [EMBREE_HIGH] = RTC_BUILD_QUALITY_HIGH,
+};
+
+/* Cuts a primitive's box in two; quality HIGH asks for that. */
+static void split_box(const struct RTCBuildPrimitive *primitive, unsigned axis, float position,
+                      struct RTCBounds *left, struct RTCBounds *right, void *context)
 {
+    (void)context;
+    *left = *right = *(const struct RTCBounds *)primitive;
+    (&left->upper_x)[axis] = position;
+    (&right->lower_x)[axis] = position;
+}
+
+struct embree_tree embree_build(const struct kit_mesh *mesh, enum embree_quality quality)
+{
+    const uint64_t room = (quality == EMBREE_HIGH ? 2 : 1) * (uint64_t)mesh->triangle_count;
     RTCDevice device = rtcNewDevice("threads=1,set_affinity=0");
     RTCBVH bvh = rtcNewBVH(device);
-    struct RTCBuildPrimitive *primitives = make_primitives(mesh);
+    struct RTCBuildPrimitive *primitives = make_primitives(mesh, room);
     struct RTCBuildArguments arguments = rtcDefaultBuildArguments();
-    arguments.buildQuality = is_morton ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM;
+    arguments.buildQuality = qualities[quality];
     arguments.maxBranchingFactor = WIDTH;
     arguments.maxDepth = 64;
     arguments.sahBlockSize = 1;
@@ -128,11 +145,12 @@ struct embree_tree embree_build(const struct kit_mesh *mesh, bool is_morton)
     arguments.bvh = bvh;
     arguments.primitives = primitives;
     arguments.primitiveCount = mesh->triangle_count;
-    arguments.primitiveArrayCapacity = mesh->triangle_count;
+    arguments.primitiveArrayCapacity = room;
     arguments.createNode = create_node;
     arguments.setNodeChildren = set_children;
     arguments.setNodeBounds = set_bounds;
     arguments.createLeaf = create_leaf;
+    arguments.splitPrimitive = split_box;
     struct timespec begin, end;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin);
     const struct node *root = rtcBuildBVH(&arguments);
@@ -152,12 +170,13 @@ struct embree_scene {
     RTCScene scene;
 };
 
-struct embree_scene *embree_scene_create(const struct kit_mesh *mesh)
+struct embree_scene *embree_scene_create(const struct kit_mesh *mesh, enum embree_quality quality)
 {
     struct embree_scene *scene = kit_allocate(sizeof(*scene));
     scene->device = rtcNewDevice("threads=1,set_affinity=0");
     scene->scene = rtcNewScene(scene->device);
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene->scene, qualities[quality]);
     RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
                                    mesh->vertex_count),
@@ -165,6 +184,7 @@ struct embree_scene *embree_scene_create(const struct kit_mesh *mesh)
     memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
                                    mesh->triangle_count),
            mesh->indices, (size_t)mesh->triangle_count * 12);
+    rtcSetGeometryBuildQuality(geometry, qualities[quality]);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene->scene, geometry);
     rtcReleaseGeometry(geometry);

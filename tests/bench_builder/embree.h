@@ -10,11 +10,13 @@ struct embree_tree {
     double sah;     /* as builder_measure() counts it: width and leaf sizes are the same */
 };
 
-/* One thread. `is_morton`: quality LOW, else MEDIUM. */
-struct embree_tree embree_build(const struct kit_mesh *mesh, bool is_morton);
+enum embree_quality { EMBREE_LOW, EMBREE_MEDIUM, EMBREE_HIGH };
+
+/* One thread. */
+struct embree_tree embree_build(const struct kit_mesh *mesh, enum embree_quality quality);
 
 struct embree_scene;
-struct embree_scene *embree_scene_create(const struct kit_mesh *mesh);
+struct embree_scene *embree_scene_create(const struct kit_mesh *mesh, enum embree_quality quality);
 void embree_scene_destroy(struct embree_scene *scene);
 bool embree_trace(struct embree_scene *scene, const struct trace_ray *ray, struct trace_hit *hit);
 

@@ -105,11 +105,11 @@ static void compare_threads(const char *name, const char *what, double millions,
                millions / best[0], "Mprim/s", best[0] / best[1]);
 }
 
-static struct embree_tree embree_best(const struct kit_mesh *mesh, bool is_morton)
+static struct embree_tree embree_best(const struct kit_mesh *mesh, enum embree_quality quality)
 {
     struct embree_tree best = {INFINITY, 0};
     for (int i = 0; i < RUNS; i++) {
-        struct embree_tree tree = embree_build(mesh, is_morton);
+        struct embree_tree tree = embree_build(mesh, quality);
         tree.seconds = fmin(tree.seconds, best.seconds);
         best = tree;
     }
@@ -131,7 +131,7 @@ static struct trace_ray random_ray(const float lower[3], const float upper[3], u
 static void compare_rays(const char *name, const struct builder_run *run,
                          const struct kit_mesh *mesh)
 {
-    struct embree_scene *scene = embree_scene_create(mesh);
+    struct embree_scene *scene = embree_scene_create(mesh, EMBREE_MEDIUM);
     float lower[3], upper[3];
     builder_bounds(run->structure, lower, upper);
     double seconds[2] = {INFINITY, INFINITY};
@@ -161,7 +161,8 @@ static void measure_mesh(const char *name, const struct kit_mesh *mesh)
     double millions = mesh->triangle_count / 1e6;
     struct builder_run run;
     struct builder_statistics statistics;
-    struct embree_tree low = embree_best(mesh, true), medium = embree_best(mesh, false);
+    struct embree_tree low = embree_best(mesh, EMBREE_LOW);
+    struct embree_tree medium = embree_best(mesh, EMBREE_MEDIUM);
 
     run_open(&run, mesh, BUILDER_FAST);
     double seconds = best_of_one(build, &run);
