@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* accuracy_checks null|lavapipe [quick]: what the layer adds to building scenes, at each level:
+ * lines of comma-separated values on stdout, a word of progress on stderr.
+ *
+ * Time is that of the application's thread, from recording the builds to the end of the wait for
+ * them, or of the host's command: the difference to a world without the layer that takes its turns,
+ * a median. Memory is what stays allocated once a scene is there and built, likewise. On lavapipe
+ * builds execute on a thread of the driver's, which isn't counted. */
+#include <malloc.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "../bench/statistics.h"
+#include "workload.h"
+
+#define COMPARE "VK_ASSAY_VALIDATION_COMPARE_RAYS"
+
+/* How many rays level `content + compare` traces after each build. */
+#define COMPARED_RAYS "1000"
+
+enum { MOST_SIDES = 6, MOST_SAMPLES = 101 };
+
+/* A world without the layer, or with it at a level. */
+struct side {
+    const char *name; /* NULL: without */
+    const char *level;
+    bool compares;
+    struct world world;
+    struct workload workload;
+    double samples[MOST_SAMPLES];
+    double bytes;
+};
+
+struct bench {
+    struct platform platform;
+    bool is_quick;
+    uint32_t side_count;
+    struct side sides[MOST_SIDES];
+};
+
+/* ---- worlds */
+
+static void take_many_instances(struct null_driver_config *config)
+{
+    config->as_properties.maxInstanceCount = 1 << 24;
+}
+
+static void open_world(const struct bench *bench, const struct side *side, struct world *world)
+{
+    const struct setup setup = {
+        .level = side->level,
+        .by_environment = side->name == NULL,
+        .configure = bench->platform.is_null ? take_many_instances : NULL,
+    };
+    if (side->compares)
+        setenv(COMPARE, COMPARED_RAYS, 1);
+    const char *missing = world_open(world, &bench->platform, &setup);
+    unsetenv(COMPARE);
+    if (missing != NULL) {
+        fprintf(stderr, "accuracy_checks: no world: %s\n", missing);
+        exit(1);
+    }
+}
+
+static void open_side(struct bench *bench, const char *name, const char *level, bool compares)
+{
+    struct side *side = &bench->sides[bench->side_count++];
+    *side = (struct side){.name = name, .level = level, .compares = compares};
+    open_world(bench, side, &side->world);
+}
+
+/* Whether this build of the layer has the setting: its manifest lists all. */
+static bool has_compare(void)
+{
+    FILE *manifest = fopen(LAYER_MANIFEST, "r");
+    char line[4096];
+    bool is_found = false;
+    while (manifest != NULL && fgets(line, sizeof(line), manifest) != NULL)
+        is_found = is_found || strstr(line, "\"compare_rays\"") != NULL;
+    if (manifest != NULL)
+        fclose(manifest);
+    return is_found;
+}
+
+static void open_bench(struct bench *bench, const char *platform, bool is_quick)
+{
+    static const char *const levels[] = {"parameters", "state", "execution", "content"};
+    bench->is_quick = is_quick;
+    const char *missing = platform_open(&bench->platform, platform);
+    if (missing != NULL) {
+        fprintf(stderr, "accuracy_checks: %s: %s\n", platform, missing);
+        exit(77);
+    }
+    open_side(bench, NULL, NULL, false);
+    for (size_t i = 0; i < sizeof(levels) / sizeof(levels[0]); i++)
+        open_side(bench, levels[i], levels[i], false);
+    if (has_compare())
+        open_side(bench, "content + compare", "content", true);
+}
+
+/* Valid scenes have no findings. */
+static void close_bench(struct bench *bench)
+{
+    for (uint32_t i = 0; i < bench->side_count; i++) {
+        struct side *side = &bench->sides[i];
+        const uint32_t count = side->world.messages.count;
+        if (count != 0 && !side->compares) {
+            fprintf(stderr, "accuracy_checks: %u findings at level %s: %s\n", count, side->name,
+                    side->world.messages.items[0].text);
+            exit(1);
+        }
+        world_close(&side->world);
+    }
+}
+
+/* ---- time and memory */
+
+static double thread_time(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
+}
+
+static double allocated(void)
+{
+    const struct mallinfo2 info = mallinfo2();
+    return (double)info.uordblks + (double)info.hblkhd;
+}
+
+static double time_runs(const struct workload *workload, uint32_t times)
+{
+    const double begin = thread_time();
+    for (uint32_t i = 0; i < times; i++)
+        workload_run(workload);
+    return (thread_time() - begin) / times / workload->count;
+}
+
+/* As many runs as take a millisecond at the highest level; one where the driver takes its time. */
+static uint32_t times_of_sample(const struct bench *bench)
+{
+    const struct workload *workload = &bench->sides[bench->side_count - 1].workload;
+    const double once = time_runs(workload, 1) * workload->count;
+    return !bench->platform.is_null || once > 1e6 ? 1 : (uint32_t)(1e6 / (once + 1e4));
+}
+
+static void take_samples(struct bench *bench, uint32_t samples, uint32_t times)
+{
+    for (uint32_t i = 0; i < samples; i++)
+        for (uint32_t turn = 0; turn < bench->side_count; turn++) {
+            struct side *side = &bench->sides[(i + turn) % bench->side_count];
+            side->samples[i] = time_runs(&side->workload, times);
+        }
+}
+
+/* In a world that has seen nothing else. */
+static void measure_bytes(const struct bench *bench, struct side *side, enum workload_kind kind,
+                          enum build_command command)
+{
+    static struct world world;
+    struct workload workload;
+    open_world(bench, side, &world);
+    struct scene *scene = scene_open(&world, command);
+    const double before = allocated();
+    workload_open(&workload, scene, kind, bench->is_quick);
+    workload_run(&workload);
+    side->bytes = (allocated() - before) / workload.count;
+    workload_close(&workload);
+    scene_close(scene);
+    world_close(&world);
+}
+
+static void measure(struct bench *bench, enum workload_kind kind, enum build_command command)
+{
+    const char *by = command == COMMAND_HOST ? "host" : "device";
+    const uint32_t samples = bench->is_quick ? 3 : bench->platform.is_null ? 31 : 15;
+    fprintf(stderr, "  checks: %s, %s, by the %s\n", bench->platform.name, workload_names[kind],
+            by);
+    for (uint32_t i = 0; i < bench->side_count; i++) {
+        struct side *side = &bench->sides[i];
+        measure_bytes(bench, side, kind, command);
+        workload_open(&side->workload, scene_open(&side->world, command), kind, bench->is_quick);
+        workload_run(&side->workload);
+    }
+    take_samples(bench, samples, times_of_sample(bench));
+    const double without = quantile(bench->sides[0].samples, samples, 0.5);
+    for (uint32_t i = 1; i < bench->side_count; i++) {
+        struct side *side = &bench->sides[i];
+        const double spread =
+            quantile(side->samples, samples, 0.75) - quantile(side->samples, samples, 0.25);
+        printf("%s,\"%s\",%s,%s,%u,%.0f,%.0f,%.0f,%.0f\n", bench->platform.name,
+               workload_names[kind], by, side->name, side->workload.count, without,
+               quantile(side->samples, samples, 0.5) - without, spread / 2,
+               side->bytes - bench->sides[0].bytes);
+    }
+    fflush(stdout);
+    for (uint32_t i = 0; i < bench->side_count; i++) {
+        struct scene *scene = bench->sides[i].workload.scene;
+        workload_close(&bench->sides[i].workload);
+        scene_close(scene);
+    }
+}
+
+int main(int count, char **arguments)
+{
+    static struct bench bench;
+    if (count < 2) {
+        fputs("usage: accuracy_checks null|lavapipe [quick]\n", stderr);
+        return 2;
+    }
+    open_bench(&bench, arguments[1], count > 2);
+    printf("driver,scene,by,level,builds,without_ns,added_ns,spread_ns,added_bytes\n");
+    for (int kind = 0; kind < WORKLOAD_KINDS; kind++) {
+        measure(&bench, (enum workload_kind)kind, COMMAND_DEVICE);
+        if (bench.sides[0].world.has_host)
+            measure(&bench, (enum workload_kind)kind, COMMAND_HOST);
+    }
+    close_bench(&bench);
+    return EXIT_SUCCESS;
+}
