@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* accuracy_effects EFFECT never|unused|used TIMES: for callgrind, which collects in counted_runs()
+ * alone. Records and submits a scene of BUILDS builds that many times, with the layer at its
+ * default level on the null driver: never   plain meshes, where the effect is off, or nothing of it
+ * has ever been done unused  the same meshes, where it is on, and other objects of the device have
+ * used it used    builds that use it Prints how many builds that were. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene_spheres.h"
+
+enum { BUILDS = 24, FIRST = SCENE_BASE_BUILDS };
+
+enum use { NEVER, UNUSED, USED, USES };
+static const char *const use_names[USES] = {"never", "unused", "used"};
+
+/* A scene, the builds of which are alike, and what follows them in the command buffer. */
+struct run {
+    struct scene *scene;
+    uint32_t family;
+    VkCommandBuffer command_buffer;
+    VkQueryPool queries; /* of compacted sizes; null: none are asked for */
+    VkAccelerationStructureKHR compacted[BUILDS];
+};
+
+struct effect {
+    const char *name;
+    uint32_t enable;  /* enum setup_enable, where it isn't `never` */
+    uint32_t disable; /* enum setup_disable, where it is */
+    enum build_command command;
+    void (*use)(struct run *run); /* before the first run; builds are plain as yet */
+};
+
+/* ---- effects */
+
+/* The builds like `model`, each with a dst and scratch of its own. */
+static void become(struct run *run, uint32_t model)
+{
+    struct scene *scene = run->scene;
+    scene->info_count = FIRST;
+    for (uint32_t i = 0; i < BUILDS; i++)
+        scene_add_build(scene, model);
+}
+
+static void record(struct run *run);
+
+static void use_update(struct run *run)
+{
+    struct scene *scene = run->scene;
+    for (uint32_t i = FIRST; i < FIRST + BUILDS; i++)
+        scene->infos[i].flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    record(run);
+    for (uint32_t i = FIRST; i < FIRST + BUILDS; i++) {
+        scene->infos[i].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+        scene->infos[i].srcAccelerationStructure = scene->infos[i].dstAccelerationStructure;
+    }
+}
+
+static void destroy_queries(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroyQueryPool(device, (VkQueryPool)handle, NULL);
+}
+
+static void use_compaction(struct run *run)
+{
+    struct scene *scene = run->scene;
+    const VkQueryPoolCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        .queryCount = BUILDS};
+    expect_success(
+        scene->vk->CreateQueryPool(scene->world->device, &create_info, NULL, &run->queries),
+        "vkCreateQueryPool");
+    scene_defer(scene, scene->world->device, (uint64_t)run->queries, destroy_queries);
+    for (uint32_t i = 0; i < BUILDS; i++) {
+        scene->infos[FIRST + i].flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+        run->compacted[i] = scene_accel_for(scene, FIRST + i);
+    }
+}
+
+static void use_instances(struct run *run)
+{
+    become(run, TLAS);
+}
+
+static void use_motion(struct run *run)
+{
+    struct scene *scene = run->scene;
+    scene->motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0)};
+    for (uint32_t i = FIRST; i < FIRST + BUILDS; i++) {
+        const VkAccelerationStructureCreateInfoKHR create_info = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+            .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
+            .buffer = scene->dst_buffers[i].handle,
+            .size = scene_sizes(scene, i).accelerationStructureSize,
+            .type = scene->infos[i].type};
+        scene->infos[i].flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+        scene->infos[i].dstAccelerationStructure = scene_create_accel(scene, &create_info);
+        scene->geometries[i][0].geometry.triangles.pNext = &scene->motion;
+    }
+}
+
+static void use_micromap(struct run *run)
+{
+    struct scene *scene = run->scene;
+    const void **model = &scene->geometries[INDEXED][0].geometry.triangles.pNext;
+    scene_use_micromap_ext(scene);
+    for (uint32_t i = FIRST; i < FIRST + BUILDS; i++)
+        scene->geometries[i][0].geometry.triangles.pNext = *model;
+}
+
+static void use_spheres(struct run *run)
+{
+    struct scene *scene = run->scene;
+    scene->info_count = FIRST;
+    scene_add_spheres(scene);
+    for (uint32_t i = 1; i < BUILDS; i++)
+        scene_add_build(scene, FIRST);
+}
+
+static const struct effect effects[] = {
+    {"update", 0, 0, COMMAND_DEVICE, use_update},
+    {"compaction", 0, 0, COMMAND_DEVICE, use_compaction},
+    {"instances", 0, 0, COMMAND_DEVICE, use_instances},
+    {"motion", ENABLE_MOTION, 0, COMMAND_DEVICE, use_motion},
+    {"micromap", ENABLE_OPACITY_MICROMAP_EXT, 0, COMMAND_DEVICE, use_micromap},
+    {"spheres", ENABLE_SPHERES, 0, COMMAND_DEVICE, use_spheres},
+    {"indirect", 0, DISABLE_INDIRECT_BUILD, COMMAND_INDIRECT, NULL},
+};
+enum { EFFECTS = sizeof(effects) / sizeof(effects[0]) };
+
+/* ---- running a scene */
+
+static void compact(struct run *run)
+{
+    struct scene *scene = run->scene;
+    VkAccelerationStructureKHR built[BUILDS];
+    for (uint32_t i = 0; i < BUILDS; i++)
+        built[i] = scene->infos[FIRST + i].dstAccelerationStructure;
+    scene->vk->CmdResetQueryPool(run->command_buffer, run->queries, 0, BUILDS);
+    scene->vk->CmdWriteAccelerationStructuresPropertiesKHR(
+        run->command_buffer, BUILDS, built, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        run->queries, 0);
+    for (uint32_t i = 0; i < BUILDS; i++) {
+        const VkCopyAccelerationStructureInfoKHR copy = {
+            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+            .src = built[i],
+            .dst = run->compacted[i],
+            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR};
+        scene->vk->CmdCopyAccelerationStructureKHR(run->command_buffer, &copy);
+    }
+}
+
+static void record(struct run *run)
+{
+    struct scene *scene = run->scene;
+    scene_begin(scene, run->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    scene->infos_argument = &scene->infos[FIRST];
+    scene->ranges_argument = &scene->range_pointers[FIRST];
+    scene->counts_argument = &scene->count_pointers[FIRST];
+    scene->indirect_addresses_argument = &scene->indirect_addresses[FIRST];
+    scene->indirect_strides_argument = &scene->indirect_strides[FIRST];
+    scene->info_count = BUILDS;
+    const VkCommandBuffer own = scene->command_buffer;
+    scene->command_buffer = run->command_buffer;
+    scene_call(scene);
+    scene->command_buffer = own;
+    if (run->queries != VK_NULL_HANDLE)
+        compact(run);
+    scene_end(scene, run->command_buffer);
+    scene_submit(scene, run->family, run->command_buffer);
+}
+
+__attribute__((noipa)) void counted_runs(struct run *run, uint32_t times);
+void counted_runs(struct run *run, uint32_t times)
+{
+    for (uint32_t i = 0; i < times; i++)
+        record(run);
+}
+
+static void open_run(struct run *run, struct world *world, const struct effect *effect)
+{
+    const bool is_used = effect != NULL;
+    *run = (struct run){.scene = scene_open(world, is_used ? effect->command : COMMAND_DEVICE),
+                        .family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0)};
+    run->command_buffer = scene_command_buffer(run->scene, run->family);
+    run->scene->infos[INDEXED].flags = 0;
+    run->scene->infos[TLAS].flags = 0;
+    run->scene->infos[UNINDEXED].flags = 0;
+    become(run, INDEXED);
+    if (is_used && effect->use != NULL)
+        effect->use(run);
+}
+
+/* ---- the program */
+
+static int run_effect(const struct effect *effect, enum use use, uint32_t times)
+{
+    static struct platform platform;
+    static struct world world;
+    struct run run, other;
+    const struct setup setup = {.enable = use == NEVER ? 0 : effect->enable,
+                                .disable = use == NEVER ? effect->disable : 0};
+    const char *missing = platform_open(&platform, "null");
+    if (missing == NULL)
+        missing = world_open(&world, &platform, &setup);
+    if (missing != NULL) {
+        fprintf(stderr, "accuracy_effects: %s\n", missing);
+        return EXIT_FAILURE;
+    }
+    open_run(&run, &world, use == USED ? effect : NULL);
+    open_run(&other, &world, use == UNUSED ? effect : NULL);
+    record(&other);
+    record(&run);
+    counted_runs(&run, times);
+    printf("%u builds\n", times * BUILDS);
+    scene_close(other.scene);
+    scene_close(run.scene);
+    const bool is_silent = world.messages.count == 0;
+    if (!is_silent)
+        fprintf(stderr, "accuracy_effects: %s\n", world.messages.items[0].text);
+    world_close(&world);
+    return is_silent ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+int main(int count, char **arguments)
+{
+    const uint32_t times = count == 4 ? (uint32_t)strtoul(arguments[3], NULL, 10) : 0;
+    for (int effect = 0; effect < EFFECTS && times > 0; effect++)
+        for (int use = 0; use < USES; use++)
+            if (strcmp(arguments[1], effects[effect].name) == 0 &&
+                strcmp(arguments[2], use_names[use]) == 0)
+                return run_effect(&effects[effect], (enum use)use, times);
+    fputs("usage: accuracy_effects EFFECT never|unused|used TIMES; effects:", stderr);
+    for (int effect = 0; effect < EFFECTS; effect++)
+        fprintf(stderr, " %s", effects[effect].name);
+    fputc('\n', stderr);
+    return 2;
+}
