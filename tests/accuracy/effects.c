@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* accuracy_effects EFFECT never|unused|used TIMES: for callgrind, which collects in counted_runs()
- * alone. Records and submits a scene of BUILDS builds that many times, with the layer at its
- * default level on the null driver: never   plain meshes, where the effect is off, or nothing of it
- * has ever been done unused  the same meshes, where it is on, and other objects of the device have
- * used it used    builds that use it Prints how many builds that were. */
+/* accuracy_effects EFFECT USE TIMES: for callgrind, which collects in counted_runs() alone. Records
+ * and submits a scene of BUILDS builds that many times, with the layer at its default level on the
+ * null driver, and prints how many builds that were. USE is one of
+ *
+ *   never   plain meshes, where the effect is off, or nothing of it has ever been done
+ *   unused  the same meshes, where it is on, and a scene that used it has come and gone
+ *   used    builds that use it
+ */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -106,10 +109,16 @@ static void use_motion(struct run *run)
 static void use_micromap(struct run *run)
 {
     struct scene *scene = run->scene;
-    const void **model = &scene->geometries[INDEXED][0].geometry.triangles.pNext;
-    scene_use_micromap_ext(scene);
+    const VkCommandBuffer own = scene->command_buffer;
+    scene_use_micromap(scene);
+    scene_begin(scene, run->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    scene->command_buffer = run->command_buffer;
+    scene->micromaps.opacity.micromap = scene_record_micromap(scene, 4);
+    scene->command_buffer = own;
+    scene_end(scene, run->command_buffer);
+    scene_submit(scene, run->family, run->command_buffer);
     for (uint32_t i = FIRST; i < FIRST + BUILDS; i++)
-        scene->geometries[i][0].geometry.triangles.pNext = *model;
+        scene->geometries[i][0].geometry.triangles.pNext = &scene->micromaps.opacity;
 }
 
 static void use_spheres(struct run *run)
@@ -126,7 +135,7 @@ static const struct effect effects[] = {
     {"compaction", 0, 0, COMMAND_DEVICE, use_compaction},
     {"instances", 0, 0, COMMAND_DEVICE, use_instances},
     {"motion", ENABLE_MOTION, 0, COMMAND_DEVICE, use_motion},
-    {"micromap", ENABLE_OPACITY_MICROMAP_EXT, 0, COMMAND_DEVICE, use_micromap},
+    {"micromap", ENABLE_OPACITY_MICROMAP_KHR, 0, COMMAND_DEVICE, use_micromap},
     {"spheres", ENABLE_SPHERES, 0, COMMAND_DEVICE, use_spheres},
     {"indirect", 0, DISABLE_INDIRECT_BUILD, COMMAND_INDIRECT, NULL},
 };
@@ -214,10 +223,10 @@ static int run_effect(const struct effect *effect, enum use use, uint32_t times)
     open_run(&run, &world, use == USED ? effect : NULL);
     open_run(&other, &world, use == UNUSED ? effect : NULL);
     record(&other);
+    scene_close(other.scene);
     record(&run);
     counted_runs(&run, times);
     printf("%u builds\n", times * BUILDS);
-    scene_close(other.scene);
     scene_close(run.scene);
     const bool is_silent = world.messages.count == 0;
     if (!is_silent)

@@ -1,0 +1,257 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Makes docs/accuracy/ of what the programs of scripts/accuracy wrote: tables as CSV, and the page
+that shows and explains them. The pictures are gnuplot's (tests/accuracy/*.gp), from the same CSV."""
+
+import argparse
+import collections
+import csv
+import importlib.machinery
+import importlib.util
+import pathlib
+import platform
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+LEVELS = ("parameters", "state", "execution", "content")
+COMPARE = "content + compare"
+SCENES = ("one mesh", "1,000 small meshes", "100,000 instances")
+ACCURACIES = ("fast", "robust", "exact")
+
+
+def fail(message):
+    sys.exit(f"page.py: {message}")
+
+
+def read(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return rows or fail(f"{path} is empty")
+
+
+def write(path, rows):
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def load_coverage():
+    """scripts/coverage, which reads the tables of rules."""
+    loader = importlib.machinery.SourceFileLoader("coverage", str(ROOT / "scripts/coverage"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("coverage", loader))
+    loader.exec_module(module)
+    return module
+
+
+# ---- the corpus
+
+def play_corpus(raw, level):
+    """The outcomes of each play at a level: {(program, case, command): {fired, unseen, silent, failed}}."""
+    plays = collections.defaultdict(set)
+    for program in ("rules", "execution"):
+        for line in (raw / f"{program}-{level}.tsv").read_text().splitlines():
+            _, case, command, _, outcome = line.split("\t")
+            plays[program, case, command].add(outcome)
+    return plays
+
+
+def judge_corpus(raw):
+    """By level: mistakes caught, mistakes planted, valid calls, false alarms. What isn't played at
+    every level counts at none."""
+    by_level = {level: play_corpus(raw, level) for level in LEVELS}
+    common = set.intersection(*(set(plays) for plays in by_level.values()))
+    judged = {}
+    for level, plays in by_level.items():
+        outcomes = [plays[play] for play in common]
+        mistakes = [outcome for outcome in outcomes if outcome & {"fired", "unseen"}]
+        judged[level] = {
+            "mistakes": len(mistakes),
+            "caught": sum("fired" in outcome and "failed" not in outcome for outcome in mistakes),
+            "valid": sum("silent" in outcome for outcome in outcomes),
+            "false_alarms": sum("failed" in outcome for outcome in outcomes)}
+    return judged
+
+
+# ---- checks
+
+def costs_of(costs, level, scene, by):
+    for row in costs:
+        if (row["driver"], row["scene"], row["by"], row["level"]) == ("null", scene, by, level):
+            return row
+    return fail(f"no cost of level {level} on {scene}, by the {by}")
+
+
+def make_checks(raw, dump, costs):
+    ids = load_coverage().read_tables(dump)
+    judged = judge_corpus(raw)
+    levels = list(LEVELS) + [COMPARE] * any(row["level"] == COMPARE for row in costs)
+    rows = []
+    for level in levels:
+        own = level if level in LEVELS else LEVELS[-1]
+        seen = LEVELS[:LEVELS.index(own) + 1]
+        row = {"level": level,
+               "ids": sum(not one.waits_for and one.level in seen for one in ids.values()),
+               **judged[own]}
+        row["caught_percent"] = f"{100 * row['caught'] / row['mistakes']:.1f}"
+        for scene in SCENES:
+            for by in ("device", "host"):
+                cost = costs_of(costs, level, scene, by)
+                row[f"ns, {scene}, {by}"] = cost["added_ns"]
+                row[f"bytes, {scene}, {by}"] = cost["added_bytes"]
+        rows.append(row)
+    return rows
+
+
+# ---- fronts
+
+def mark_front(rows, costs):
+    """Adds a column: no other row is better in one of these figures and as good in the others."""
+    points = [[float(row[cost]) for cost in costs] for row in rows]
+    for row, point in zip(rows, points):
+        row["front"] = int(not any(other != point and all(a <= b for a, b in zip(other, point))
+                                   for other in points))
+
+
+def make_rays(rows):
+    by_set = collections.defaultdict(list)
+    for row in rows:
+        by_set[row["rays"]].append(row)
+    for of_set in by_set.values():
+        mark_front(of_set, ("ns_a_ray", "wrong_in_a_million"))
+    return rows
+
+
+def make_builder(rows):
+    by_mesh = collections.defaultdict(list)
+    for row in rows:
+        row["ns_a_primitive"] = f"{1e3 / float(row['mprims_a_second']):.1f}"
+        by_mesh[row["mesh"], row["builder"]].append(row)
+    for of_mesh in by_mesh.values():
+        mark_front(of_mesh, ("ns_a_primitive", "sah"))
+    return rows
+
+
+def make_effects(rows):
+    for row in rows:
+        never = int(row["never"])
+        for use in ("unused", "used"):
+            row[f"{use}_percent"] = f"{100 * (int(row[use]) / never - 1):.2f}"
+    return rows
+
+
+# ---- the page
+
+def number(text, digits=0):
+    return f"{float(text):,.{digits}f}"
+
+
+def duration(nanoseconds):
+    value = float(nanoseconds)
+    for unit, size in (("ms", 1e6), ("µs", 1e3)):
+        if abs(value) >= 10 * size or (unit == "ms" and abs(value) >= size):
+            return f"{value / size:.{1 if abs(value) < 100 * size else 0}f} {unit}"
+    return f"{value:,.0f} ns"
+
+
+def table(heads, lines):
+    text = ["| " + " | ".join(heads) + " |", "| --- |" + " --- |" * (len(heads) - 1)]
+    text += ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]
+    return "\n".join(text)
+
+
+def checks_table(rows):
+    return table(
+        ("level", "ids decided", "mistakes caught", "false alarms",
+         "a small mesh", "a large mesh", "100,000 instances", "bytes a small mesh"),
+        [(row["level"], row["ids"],
+          f"{row['caught']:,} of {row['mistakes']:,} ({row['caught_percent']} %)",
+          f"{row['false_alarms']} of {row['valid']:,}",
+          *(duration(row[f"ns, {scene}, device"]) for scene in (SCENES[1], SCENES[0], SCENES[2])),
+          number(row[f"bytes, {SCENES[1]}, device"])) for row in rows])
+
+
+def host_table(rows):
+    return table(
+        ("level", "a small mesh", "a large mesh", "100,000 instances"),
+        [(row["level"], *(duration(row[f"ns, {scene}, host"])
+                          for scene in (SCENES[1], SCENES[0], SCENES[2]))) for row in rows])
+
+
+def rays_table(rows):
+    balanced = {(row["rays"], row["accuracy"]): row for row in rows
+                if row["quality"] == "balanced"}
+    sets = list(dict.fromkeys(row["rays"] for row in rows))
+    return table(
+        ("rays", *(f"{accuracy}: ns a ray, wrong in a million" for accuracy in ACCURACIES)),
+        [(name, *(f"{number(row['ns_a_ray'])}, {number(row['wrong_in_a_million'])} "
+                  f"(nearest: {number(row['nearest_wrong_in_a_million'])})"
+                  for row in (balanced[name, accuracy] for accuracy in ACCURACIES)))
+         for name in sets])
+
+
+def builder_table(rows):
+    return table(
+        ("mesh", "builder", "quality", "million primitives a second", "SAH cost", "ns a ray"),
+        [(row["mesh"], row["builder"], row["quality"], number(row["mprims_a_second"], 2),
+          number(row["sah"], 2), number(row["ns_a_ray"])) for row in rows])
+
+
+def effects_table(rows):
+    return table(
+        ("effect", "without it: never seen", "without it: could be used", "with it"),
+        [(row["effect"], number(row["never"]),
+          f"{number(row['unused'])} ({float(row['unused_percent']):+.2f} %)",
+          f"{number(row['used'])} ({float(row['used_percent']):+.0f} %)") for row in rows])
+
+
+def processor():
+    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.machine()
+
+
+def make_page(tables, template):
+    text = template
+    for name, value in tables.items():
+        text = text.replace("@" + name + "@", str(value))
+    return text
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--raw", type=pathlib.Path, required=True, help="what the programs wrote")
+    parser.add_argument("--dump", type=pathlib.Path, required=True, help="the program vuid_dump")
+    parser.add_argument("--output", type=pathlib.Path, required=True, help="docs/accuracy")
+    parser.add_argument("--seconds", default="?", help="how long it took to measure")
+    arguments = parser.parse_args()
+
+    raw = arguments.raw
+    costs = read(raw / "costs-null.csv")
+    lavapipe = raw / "costs-lavapipe.csv"
+    checks = make_checks(raw, arguments.dump, costs)
+    rays = make_rays(read(raw / "rays.csv"))
+    builder = make_builder(read(raw / "builder.csv")) if (raw / "builder.csv").exists() else []
+    effects = make_effects(read(raw / "effects.csv"))
+    costs += read(lavapipe) if lavapipe.exists() else []
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    for name, rows in (("checks", checks), ("costs", costs), ("rays", rays), ("builder", builder),
+                       ("effects", effects)):
+        if rows:
+            write(arguments.output / f"{name}.csv", rows)
+
+    template = (pathlib.Path(__file__).parent / "page.md").read_text(encoding="utf-8")
+    page = make_page({"CHECKS": checks_table(checks), "HOST": host_table(checks),
+                      "MISTAKES": f"{checks[0]['mistakes']:,}", "VALID": f"{checks[0]['valid']:,}",
+                      "RAYS": rays_table(rays), "TRACED": number(rays[0]["traced"]),
+                      "BUILDER": builder_table(builder), "EFFECTS": effects_table(effects),
+                      "PROCESSOR": processor(), "SECONDS": arguments.seconds}, template)
+    (arguments.output / "README.md").write_text(page, encoding="utf-8")
+    alarms = sum(row["false_alarms"] for row in checks)
+    if alarms:
+        fail(f"{alarms} false alarms: see what rules_test and execution_test say at each level")
+
+
+if __name__ == "__main__":
+    main()

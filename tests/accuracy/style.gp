@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+# What the pictures share. Called with `folder`, `name` and `kind` (svg or png) set.
+
+set datafile separator ","
+set encoding utf8
+width = exists("width") ? width : 900
+height = exists("height") ? height : 560
+if (kind eq "svg") {
+    set terminal svg size width, height font "DejaVu Sans,13" background "white"
+} else {
+    set terminal pngcairo size width, height font "DejaVu Sans,11" background "white"
+}
+set output folder . "/" . name . "." . kind
+set grid back linecolor "#dddddd"
+set border linecolor "#444444"
+set key noenhanced
+# Colours that tell apart without red and green.
+first_colour = "#0072b2"
+second_colour = "#e69f00"
+third_colour = "#cc3311"
+fourth_colour = "#009e73"
