@@ -10,10 +10,10 @@ set multiplot layout 2,3 title "Builder: what a quality costs, and what its tree
 set logscale x
 set xrange [0.2:40]
 set xtics (0.3, 1, 3, 10, 30)
-set offsets graph 0, graph 0, graph 0.15, graph 0.1
+set offsets graph 0, graph 0, graph 0.15, graph 0.15
 set xlabel "million primitives a second"
 panels = '"bunny" "terrain" "soup"'
-value(row) = row == 1 ? "sah" : "ns_a_ray"
+figure(row) = row == 1 ? "sah" : "ns_a_ray"
 do for [row = 1:2] {
     do for [mesh in panels] {
         set title row == 1 ? mesh : ""
@@ -21,11 +21,13 @@ do for [row = 1:2] {
         if (row == 1 && mesh eq "bunny") { set key top left } else { unset key }
         plot for [i = 1:2] builder = (i == 1 ? "Assay" : "Embree") file using \
                 (strcol("mesh") eq mesh && strcol("builder") eq builder \
-                    ? column("mprims_a_second") : NaN):(column(value(row))) \
+                    ? column("mprims_a_second") : NaN):(column(figure(row))) \
                 with points pointtype (i == 1 ? 7 : 5) pointsize 1.3 \
                 linecolor rgb (i == 1 ? first_colour : second_colour) title builder, \
-            file using (strcol("mesh") eq mesh ? column("mprims_a_second") : NaN): \
-                (column(value(row))):(strcol("quality")) with labels offset 0,0.9 font ",10" notitle
+            for [i = 1:2] builder = (i == 1 ? "Assay" : "Embree") file using \
+                (strcol("mesh") eq mesh && strcol("builder") eq builder \
+                    ? column("mprims_a_second") : NaN):(column(figure(row))):(strcol("quality")) \
+                with labels offset 0,(i == 1 ? -0.9 : 0.9) font ",10" notitle
     }
 }
 unset multiplot

@@ -15,7 +15,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LEVELS = ("parameters", "state", "execution", "content")
 COMPARE = "content + compare"
-SCENES = ("one mesh", "1,000 small meshes", "100,000 instances")
+SCENES = {"small": "1,000 small meshes", "mesh": "one mesh", "instances": "100,000 instances"}
 ACCURACIES = ("fast", "robust", "exact")
 
 
@@ -61,16 +61,15 @@ def judge_corpus(raw):
     every level counts at none."""
     by_level = {level: play_corpus(raw, level) for level in LEVELS}
     common = set.intersection(*(set(plays) for plays in by_level.values()))
-    judged = {}
-    for level, plays in by_level.items():
-        outcomes = [plays[play] for play in common]
-        mistakes = [outcome for outcome in outcomes if outcome & {"fired", "unseen"}]
-        judged[level] = {
-            "mistakes": len(mistakes),
-            "caught": sum("fired" in outcome and "failed" not in outcome for outcome in mistakes),
-            "valid": sum("silent" in outcome for outcome in outcomes),
-            "false_alarms": sum("failed" in outcome for outcome in outcomes)}
-    return judged
+    mistakes = {play for play in common for plays in by_level.values()
+                if plays[play] & {"fired", "unseen"}}
+    valid = {play for play in common for plays in by_level.values() if "silent" in plays[play]}
+    return {level: {
+        "mistakes": len(mistakes),
+        "caught": sum("fired" in plays[play] and "failed" not in plays[play] for play in mistakes),
+        "valid": len(valid),
+        "false_alarms": sum("failed" in plays[play] for play in common)}
+            for level, plays in by_level.items()}
 
 
 # ---- checks
@@ -94,11 +93,11 @@ def make_checks(raw, dump, costs):
                "ids": sum(not one.waits_for and one.level in seen for one in ids.values()),
                **judged[own]}
         row["caught_percent"] = f"{100 * row['caught'] / row['mistakes']:.1f}"
-        for scene in SCENES:
-            for by in ("device", "host"):
+        for by in ("device", "host"):
+            for key, scene in SCENES.items():
                 cost = costs_of(costs, level, scene, by)
-                row[f"ns, {scene}, {by}"] = cost["added_ns"]
-                row[f"bytes, {scene}, {by}"] = cost["added_bytes"]
+                row[f"{by}_{key}_ns"] = cost["added_ns"]
+                row[f"{by}_{key}_bytes"] = cost["added_bytes"]
         rows.append(row)
     return rows
 
@@ -167,15 +166,14 @@ def checks_table(rows):
         [(row["level"], row["ids"],
           f"{row['caught']:,} of {row['mistakes']:,} ({row['caught_percent']} %)",
           f"{row['false_alarms']} of {row['valid']:,}",
-          *(duration(row[f"ns, {scene}, device"]) for scene in (SCENES[1], SCENES[0], SCENES[2])),
-          number(row[f"bytes, {SCENES[1]}, device"])) for row in rows])
+          *(duration(row[f"device_{key}_ns"]) for key in SCENES),
+          number(row["device_small_bytes"])) for row in rows])
 
 
 def host_table(rows):
     return table(
         ("level", "a small mesh", "a large mesh", "100,000 instances"),
-        [(row["level"], *(duration(row[f"ns, {scene}, host"])
-                          for scene in (SCENES[1], SCENES[0], SCENES[2]))) for row in rows])
+        [(row["level"], *(duration(row[f"host_{key}_ns"]) for key in SCENES)) for row in rows])
 
 
 def rays_table(rows):
@@ -212,6 +210,21 @@ def processor():
     return platform.machine()
 
 
+def update_readme(path, rows):
+    """The table between two comments."""
+    first, last = "<!-- scripts/accuracy writes this table -->\n", "<!-- end -->\n"
+    text = path.read_text(encoding="utf-8")
+    before, found, rest = text.partition(first)
+    _, closed, after = rest.partition(last)
+    if not found or not closed:
+        fail(f"{path} has no place for the table")
+    short = table(("level", "ids decided", "mistakes caught", "false alarms",
+                   "CPU time added to a build"),
+                  [(row["level"], row["ids"], f"{row['caught_percent']} %", row["false_alarms"],
+                    duration(row["device_small_ns"])) for row in rows])
+    path.write_text(before + first + short + "\n" + last + after, encoding="utf-8")
+
+
 def make_page(tables, template):
     text = template
     for name, value in tables.items():
@@ -224,6 +237,7 @@ def main():
     parser.add_argument("--raw", type=pathlib.Path, required=True, help="what the programs wrote")
     parser.add_argument("--dump", type=pathlib.Path, required=True, help="the program vuid_dump")
     parser.add_argument("--output", type=pathlib.Path, required=True, help="docs/accuracy")
+    parser.add_argument("--readme", type=pathlib.Path, help="whose table is written anew")
     parser.add_argument("--seconds", default="?", help="how long it took to measure")
     arguments = parser.parse_args()
 
@@ -248,6 +262,8 @@ def main():
                       "BUILDER": builder_table(builder), "EFFECTS": effects_table(effects),
                       "PROCESSOR": processor(), "SECONDS": arguments.seconds}, template)
     (arguments.output / "README.md").write_text(page, encoding="utf-8")
+    if arguments.readme:
+        update_readme(arguments.readme, checks)
     alarms = sum(row["false_alarms"] for row in checks)
     if alarms:
         fail(f"{alarms} false alarms: see what rules_test and execution_test say at each level")

@@ -132,7 +132,7 @@ static bool run_set(const struct ray_set *set, uint32_t ray_count)
 
 int main(int count, char **arguments)
 {
-    const uint32_t rays = count > 1 ? (uint32_t)strtoul(arguments[1], NULL, 10) : 100000;
+    const uint32_t rays = count > 1 ? (uint32_t)strtoul(arguments[1], NULL, 10) : 200000;
     bool is_good = rays > 0;
     printf("rays,quality,accuracy,ns_a_ray,traced,wrong_in_a_million,nearest_wrong_in_a_million\n");
     for (int i = 0; i < RAY_SETS && rays > 0; i++)

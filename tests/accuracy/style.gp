@@ -2,6 +2,7 @@
 # What the pictures share. Called with `folder`, `name` and `kind` (svg or png) set.
 
 set datafile separator ","
+set datafile missing NaN
 set encoding utf8
 width = exists("width") ? width : 900
 height = exists("height") ? height : 560
@@ -11,8 +12,8 @@ if (kind eq "svg") {
     set terminal pngcairo size width, height font "DejaVu Sans,11" background "white"
 }
 set output folder . "/" . name . "." . kind
-set grid back linecolor "#dddddd"
-set border linecolor "#444444"
+set grid back linecolor rgb "#dddddd"
+set border linecolor rgb "#444444"
 set key noenhanced
 # Colours that tell apart without red and green.
 first_colour = "#0072b2"

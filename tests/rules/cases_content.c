@@ -243,8 +243,7 @@ static const struct test_case cases[] = {
      .silent = true,
      .mutate = two_boxes_upside_down,
      .commands = ON_HOST,
-     .may_fail_on_cpu = true,
-     .below_content = true},
+     .may_fail_on_cpu = true},
 
     {.name = "short_index_beyond_max_vertex",
      RULES(RULE_indices_are_within_max_vertex),

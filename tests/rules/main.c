@@ -123,9 +123,21 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
     return command != COMMAND_NV || test_case->rule_count > 0;
 }
 
+/* Bad data that lower levels say nothing of. */
+static bool is_silent_below_content(const struct test_case *test_case)
+{
+    const struct setup *setup = test_case->setup;
+    bool is_about_content = false;
+    for (uint32_t i = 0; i < test_case->rule_count; i++)
+        is_about_content =
+            is_about_content || rule_infos[test_case->rules[i]].level == LEVEL_CONTENT;
+    return is_about_content && test_case->silent && (setup == NULL || setup->level == NULL);
+}
+
 static bool fits_level(const struct test_case *test_case, const char *level)
 {
-    return level == NULL || !test_case->below_content || level_named(level) < LEVEL_CONTENT;
+    return level == NULL || level_named(level) < LEVEL_CONTENT ||
+           (!test_case->below_content && !is_silent_below_content(test_case));
 }
 
 /* Rules about geometries are asked of both arrays. */
