@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "levels.h"
 #include "machine.h"
 #include "play.h"
 
@@ -117,11 +118,20 @@ static void play_commands(struct run *run, const struct program_list *list,
     }
 }
 
+/* What level content reads has to be data: the inputs of extensions are none. */
+static bool fits_level(const struct program *program, const char *level)
+{
+    return level == NULL || level_named(level) < LEVEL_CONTENT ||
+           (program->needs & (NEEDS_EXTENSIONS | NEEDS_NO_LOOK)) == 0;
+}
+
 static void play_all(struct run *run)
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
             const struct program *program = &lists[i]->programs[j];
+            if (!fits_level(program, run->tally.level))
+                continue;
             if (program->once)
                 play_commands(run, lists[i], program, NULL);
             for (uint32_t k = 0; k < DIFFERENCES && !program->once; k++)

@@ -78,7 +78,8 @@ static const char *enter_world(const struct play *play, struct world *world)
                           world->setup.enable != setup.enable ||
                           world->setup.muted != setup.muted || play->program->needs & NEEDS_LOSS;
     if (!play->platform->is_null &&
-        play->program->needs & ~(NEEDS_TWO_QUEUES | NEEDS_HOST | NEEDS_DRIVER | NEEDS_SPARSE))
+        play->program->needs &
+            ~(NEEDS_TWO_QUEUES | NEEDS_HOST | NEEDS_DRIVER | NEEDS_SPARSE | NEEDS_NO_LOOK))
         return "needs the null driver";
     if (play->platform->is_cpu && play->program->needs & NEEDS_DRIVER)
         return "needs a driver that looks at nothing";

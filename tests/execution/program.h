@@ -234,6 +234,8 @@ enum needs {
      * cpu refuses what it can't carry out. */
     NEEDS_DRIVER = 1 << 9,
     NEEDS_SPARSE = 1 << 10, /* buffers, whose pages the first queue binds */
+    /* A level below content, which would say that it can't look at all of it. */
+    NEEDS_NO_LOOK = 1 << 11,
 };
 
 struct program {

@@ -48,6 +48,7 @@ static const struct program programs[] = {
      .steps = STEPS(RECORD_BUILD(A, X, GOOD), BEGIN(B), UPDATE(B, X, Y), UPDATE(B, Y, Z),
                     UPDATE(B, Z, X), END(B), RUN(A), RUN(B), IDLE, RUN(B))},
     {.name = "update_in_simultaneous_use",
+     .needs = NEEDS_NO_LOOK,
      .steps = STEPS(RECORD_BUILD(A, X, GOOD), BEGIN_SIMULTANEOUS(B), UPDATE(B, X, Y), END(B),
                     RUN(A), RUN(B), RUN(B), BATCH, WITH(B), WITH(B), SUBMIT(0))},
     {.name = "build_and_update_resubmitted",
