@@ -129,11 +129,23 @@ static void warn_of_losses(const struct layer_device *device)
             "writes: structures and buffers may be without it.");
 }
 
+void cpu_overlay_tell_overwritten(const struct layer_device *device)
+{
+    unsigned once = OVERWRITTEN_ONCE;
+    if (atomic_load(&device->cpu->device->overwritten) == once &&
+        atomic_compare_exchange_strong(&device->cpu->device->overwritten, &once, OVERWRITTEN_TOLD))
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.backend = cpu: a command buffer executed several times in "
+                      "one submission, and something that it built before the last time was asked "
+                      "for. That is built from what the last one copied.");
+}
+
 void cpu_overlay_run(const struct layer_device *device, struct execution *execution,
                      struct moment moment)
 {
     cpu_playback_run(device->cpu->playback, execution, moment);
     warn_of_losses(device);
+    cpu_overlay_tell_overwritten(device);
 }
 
 void cpu_overlay_deliver(struct layer_device *device)

@@ -8,6 +8,7 @@
 #include "cpu/commands.h"
 #include "cpu/overlay.h"
 #include "cpu/scene.h"
+#include "cpu/submits.h"
 #include "snapshots/memory.h"
 #include "snapshots/snapshots.h"
 
@@ -119,6 +120,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
         info->hits[i] = trace_ray(&scene, info, i);
     result = scene.micromaps.out_of_memory ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS;
     cpu_scene_close(&scene);
+    cpu_overlay_tell_overwritten(layer_find_device(device));
     return result;
 }
 

@@ -16,6 +16,9 @@
 #include "cpu/scratch.h"
 #include "cpu/structures.h"
 
+/* Whether something was built of what a later execution of the same submission had copied. */
+enum cpu_overwritten { OVERWRITTEN_NEVER, OVERWRITTEN_ONCE, OVERWRITTEN_TOLD };
+
 struct cpu_device {
     struct builder_uuids uuids; /* of serialized structures; never change */
     struct cpu_structures *structures;
@@ -24,7 +27,8 @@ struct cpu_device {
     struct cpu_scratch_claims scratch_claims;
     struct cpu_private_data private_data;
     struct cpu_counters counters;
-    bool has_micromaps; /* an extension that has them is enabled; never changes */
+    atomic_uint overwritten; /* enum cpu_overwritten */
+    bool has_micromaps;      /* an extension that has them is enabled; never changes */
 };
 
 /* `driver_uuid`: VkPhysicalDeviceIDProperties::driverUUID. */

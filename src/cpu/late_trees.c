@@ -61,6 +61,20 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
     return NULL;
 }
 
+/* Waits for the end of an execution, and begins to read its snapshots, unless that fails. */
+static VkResult begin_reading(const struct late *late)
+{
+    struct execution *execution = late->execution;
+    unsigned never = OVERWRITTEN_NEVER;
+    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    if (result != VK_SUCCESS)
+        return result;
+    if (atomic_load(&execution->is_overwritten))
+        atomic_compare_exchange_strong(&late->device->overwritten, &never, OVERWRITTEN_ONCE);
+    pthread_rwlock_rdlock(&execution->lock);
+    return VK_SUCCESS;
+}
+
 /* ---- builds */
 
 static VkResult make_by_build(const struct late *late, const struct cpu_making *making,
@@ -101,10 +115,9 @@ static VkResult make_build(void *context, struct cpu_tree *tree)
 {
     struct late *late = context;
     struct execution *execution = late->execution;
-    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    VkResult result = begin_reading(late);
     if (result != VK_SUCCESS)
         return result;
-    pthread_rwlock_rdlock(&execution->lock);
     struct snapshot_memory snapshots = {
         .snapshots = late->build->snapshots,
         .count = late->build->snapshot_count,
@@ -158,10 +171,9 @@ static VkResult make_deserialization(void *context, struct cpu_tree *tree)
 {
     struct late *late = context;
     struct execution *execution = late->execution;
-    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    VkResult result = begin_reading(late);
     if (result != VK_SUCCESS)
         return result;
-    pthread_rwlock_rdlock(&execution->lock);
     struct snapshot_memory snapshots = {
         .snapshots = &late->serialized, .count = 1, .bases = execution->bases};
     struct input_memory memory = snapshot_memory_of(&snapshots);

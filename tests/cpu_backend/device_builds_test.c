@@ -87,6 +87,18 @@ static void host_build(struct stage_build *build, VkAccelerationStructureKHR dst
     assert_int_equal(stage_build(stage, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
+static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR src,
+                         VkAccelerationStructureKHR dst)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+    };
+    stage->vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    device_barrier(&device, commands);
+}
+
 /* ---- tests */
 
 static void test_same_as_host_build(void **state)
@@ -197,12 +209,7 @@ static void test_resubmission(void **state)
     record_triangles(&scene, build, 0, scene.blas.handle, VK_NULL_HANDLE);
     device_end(&device, build);
     VkCommandBuffer copy = device_begin(&device, PRIMARY);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst = clone.handle,
-    };
-    stage->vk.CmdCopyAccelerationStructureKHR(copy, &info);
+    record_clone(copy, scene.blas.handle, clone.handle);
     device_end(&device, copy);
 
     const AssayCounters before = stage_counters(stage);
@@ -234,6 +241,40 @@ static void test_secondary(void **state)
     stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &secondary);
     assert_true(is_at(scene.blas.handle, 0));
     assert_true(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    close_scene(&scene);
+}
+
+/* Each execution copies to the same place. Only what is asked for is told, and only once. */
+static void test_executed_twice_at_once(void **state)
+{
+    (void)state;
+    struct scene scene;
+    open_scene(&scene, 0);
+    struct stage_structure clone = create_twin(&scene.host_triangles);
+    VkCommandBuffer secondary = device_begin(&device, SECONDARY);
+    record_triangles(&scene, secondary, 0, scene.blas.handle, VK_NULL_HANDLE);
+    device_end(&device, secondary);
+    VkCommandBuffer primary = device_begin(&device, PRIMARY);
+    stage->vk.CmdExecuteCommands(primary, 1, &secondary);
+    record_clone(primary, scene.blas.handle, clone.handle);
+    stage->vk.CmdExecuteCommands(primary, 1, &secondary);
+    device_end(&device, primary);
+    for (int i = 0; i < 2; i++) {
+        device_run(&device, primary);
+        assert_true(is_at(scene.blas.handle, 0));
+        device_expect_silence(&device);
+    }
+    assert_true(is_at(clone.handle, 0));
+    const struct messages *messages = &stage->kit.messages;
+    assert_int_equal(messages->count, 1);
+    assert_non_null(strstr(messages->items[0].text, "what the last one copied"));
+    device_run(&device, primary);
+    assert_true(is_at(clone.handle, 0));
+    assert_int_equal(messages->count, 1);
+    messages_clear(&stage->kit.messages);
+    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &primary);
+    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &secondary);
+    stage_destroy(stage, &clone);
     close_scene(&scene);
 }
 
@@ -274,6 +315,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_tlas_keeps_its_moment),
         cmocka_unit_test(test_resubmission),
         cmocka_unit_test(test_secondary),
+        cmocka_unit_test(test_executed_twice_at_once),
         cmocka_unit_test(test_indirect),
     };
     const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
