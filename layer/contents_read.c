@@ -35,7 +35,7 @@ struct reading {
     struct replay replay;
     const struct journal *located; /* these two: of the update in hand */
     uint32_t located_first;
-    uint32_t next_note;
+    uint32_t next_note, next_used;
     struct read_call *open_calls;
     struct told_finding *findings, **findings_last;
 };
@@ -209,6 +209,28 @@ static const struct content_note *find_note(struct reading *reading,
     return NULL;
 }
 
+/* Those of one build lie behind each other, in the order of its geometries. */
+static uint32_t find_used(struct read_buffer *buffer, const struct recorded_build *build,
+                          const struct used_micromap_note **used)
+{
+    const struct content_notes *notes = &buffer->reading->ran->notes;
+    uint32_t first = buffer->reading->next_used, position = build->place.position;
+    if (!build->parameters.chained)
+        return 0;
+    while (first < notes->used_count && (notes->used[first].journal != buffer->journal ||
+                                         notes->used[first].position != position))
+        first++;
+    uint32_t end = first;
+    while (end < notes->used_count && notes->used[end].journal == buffer->journal &&
+           notes->used[end].position == position &&
+           (end == first || notes->used[end].geometry > notes->used[end - 1].geometry))
+        end++;
+    if (end > first)
+        buffer->reading->next_used = end;
+    *used = end > first ? &notes->used[first] : NULL;
+    return end - first;
+}
+
 static void read_build(struct read_buffer *buffer, const struct recorded_item *item)
 {
     const struct recorded_build *build = item->build;
@@ -223,12 +245,13 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     };
     if (!snapshot_memory_open(&memory))
         return;
-    const struct executed_build executed = {
+    struct executed_build executed = {
         .build = build,
         .dst_id = entry ? entry->dst_id : 0,
         .memory = snapshot_memory_of(&memory),
         .contents = note ? note->contents : NULL,
     };
+    executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
     comparer_keep(reading->ran->device->comparer, buffer->journal, item, &executed.memory);

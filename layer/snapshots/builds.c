@@ -63,6 +63,14 @@ static void gather_instances(struct recorder *recorder, struct recorded_build *b
         build->gathering = gathering;
 }
 
+static void note_data_left(const struct recorder *recorder, struct build_parameters *parameters)
+{
+    if (parameters->chained &&
+        (int)parameters->info.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        parameters->chained[0].micromap.data_left =
+            bytes_left(recorder, parameters->chained[0].micromap.data.deviceAddress);
+}
+
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
@@ -76,6 +84,7 @@ static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
         if (count && recorder_copy(recorder, build->indirect_address, size, &ranges))
             keep_snapshot(recorder, build, &ranges);
     }
+    note_data_left(recorder, &build->parameters);
     if (build_input_open(&build->parameters, &memory, &input) == VK_SUCCESS)
         build_input_close(&input);
     else

@@ -30,6 +30,8 @@
 #undef ASK_updated_micromap
 #undef ASK_box
 #undef ASK_radius
+#undef ASK_micromap_triangle
+#undef ASK_opacity_index
 #undef ASK_instance
 #undef ASK_reference
 #undef ASK_indices
@@ -65,6 +67,8 @@
 #define ASK_updated_micromap(name, level)
 #define ASK_box(name, level)
 #define ASK_radius(name, level)
+#define ASK_micromap_triangle(name, level)
+#define ASK_opacity_index(name, level)
 #define ASK_instance(name, level)
 #define ASK_reference(name, level)
 #define ASK_indices(name, level)

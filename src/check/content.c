@@ -127,9 +127,33 @@ void content_walk_motion_instance(struct content *content,
 #include "rules.def"
 }
 
+#include "check/ask_nobody.h"
+#undef ASK_micromap_triangle
+#define ASK_micromap_triangle(name, level) ASK_ONCE(name, micromap_triangle)
+
+void content_walk_micromap_triangle(struct content *content,
+                                    const struct micromap_triangle_view *micromap_triangle)
+{
+    const struct location location = walk_location(micromap_triangle->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_opacity_index
+#define ASK_opacity_index(name, level) ASK_ONCE(name, opacity_index)
+
+void content_walk_opacity_index(struct content *content,
+                                const struct opacity_index_view *opacity_index)
+{
+    const struct location location = walk_location(opacity_index->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
 /* ---- triangles */
 
-static uint32_t read_index(const uint8_t *indices, uint32_t size, uint64_t position)
+uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t position)
 {
     uint32_t index = 0;
     uint16_t narrow;
@@ -155,7 +179,7 @@ static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t c
     uint8_t *seen = calloc(COUNTED_MAX / 8, 1);
     uint64_t found = 0;
     for (uint64_t i = 0; seen && i < count && found < enough; i++) {
-        uint32_t index = read_index(indices, size, i);
+        uint32_t index = content_read_index(indices, size, i);
         uint8_t bit = (uint8_t)(1 << index % 8);
         if (index >= COUNTED_MAX || (seen[index / 8] & bit))
             continue;
@@ -173,7 +197,7 @@ static void view_indices(const uint8_t *indices, uint32_t size, struct indices_v
     uint32_t first = view->range->firstVertex, max = view->max_vertex;
     uint64_t limit = first <= max ? (uint64_t)max - first + 1 : 0;
     for (uint64_t i = 0; i < count; i++) {
-        uint32_t index = read_index(indices, size, i);
+        uint32_t index = content_read_index(indices, size, i);
         if (index < limit)
             continue;
         view->is_beyond = true;
@@ -239,13 +263,13 @@ static void read_boxes(struct content *content,
 /* ---- geometries */
 
 void content_check_geometry(struct walk *walk, const struct range_view *range,
-                            const struct input_memory *memory)
+                            const struct input_memory *memory, const struct chained_input *chained)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
-    struct content content = {.walk = walk, .range = range, .memory = memory};
+    struct content content = {.walk = walk, .range = range, .memory = memory, .chained = chained};
     memcpy(content.wants, walk->wants, sizeof(content.wants));
     content_keep_count(&content);
     if (triangles) {
@@ -280,6 +304,6 @@ void check_host_contents(struct walk *walk, const struct range_view *range)
     /* A driver can be asked for sizes whatever the data says. */
     uint32_t findings = walk->findings;
     if (range->range)
-        content_check_geometry(walk, range, &memory);
+        content_check_geometry(walk, range, &memory, NULL);
     walk->findings = findings;
 }

@@ -5,6 +5,7 @@
 
 #include "check/content_view.h"
 #include "check/walk.h"
+#include "snapshots/chained_input.h"
 #include "snapshots/memory.h"
 #include "state/handle_table.h"
 
@@ -12,16 +13,18 @@
  * and ranges that are not known, others speak of. */
 void check_host_contents(struct walk *walk, const struct range_view *range);
 
-/* The same of a geometry whose data is elsewhere. */
+/* The same of a geometry whose data is elsewhere. `chained`: a copy of what was chained to it;
+ * NULL: its own chain is there. */
 void content_check_geometry(struct walk *walk, const struct range_view *range,
-                            const struct input_memory *memory);
+                            const struct input_memory *memory, const struct chained_input *chained);
 
 /* The data of one geometry, on its way through the rules. Each rule speaks of it once. */
 struct content {
     struct walk *walk;
     const struct range_view *range; /* with its build range */
     const struct input_memory *memory;
-    bool has_gaps; /* of an instance nothing is known */
+    const struct chained_input *chained; /* NULL: the geometry's own chain says it */
+    bool has_gaps;                       /* of an instance nothing is known */
     bool wants[RULE_COUNT];
 };
 
@@ -46,6 +49,8 @@ struct builder_geometry;
 struct source;
 bool content_open_source(const struct content *content, const struct builder_geometry *described,
                          struct source *source);
+/* One of several of `size` bytes each. */
+uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t position);
 
 /* Of a geometry of spheres or linear swept spheres. */
 void content_read_radii(struct content *content);
@@ -90,6 +95,10 @@ void content_walk_instance(struct content *content, const struct instance_view *
 void content_walk_reference(struct content *content, const struct reference_view *reference);
 void content_walk_motion_instance(struct content *content,
                                   const struct motion_instance_view *motion_instance);
+void content_walk_micromap_triangle(struct content *content,
+                                    const struct micromap_triangle_view *micromap_triangle);
+void content_walk_opacity_index(struct content *content,
+                                const struct opacity_index_view *opacity_index);
 void content_walk_radius(struct content *content, const struct radius_view *radius);
 void content_walk_transform(struct content *content, const struct transform_view *transform);
 

@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-#include "check/content.h"
+#include "check/content_micromap.h"
 #include "check/indirect.h"
 #include "check/pairs.h"
 #include "check/views.h"
@@ -51,16 +51,31 @@ static struct build_view view_of(const struct executed_call *call,
                                .ranges = ranges};
 }
 
-static void read_geometries(struct walk *walk, const struct build_view *build,
-                            const struct input_memory *memory)
+/* NULL where it isn't known. */
+static const struct built *find_used(const struct executed_build *executed, uint32_t geometry)
 {
+    for (uint32_t i = 0; i < executed->used_count; i++)
+        if (executed->used[i].geometry == geometry)
+            return &executed->used[i].built;
+    return NULL;
+}
+
+static void read_geometries(struct walk *walk, const struct build_view *build,
+                            const struct executed_build *executed)
+{
+    static const struct chained_input none;
+    const struct chained_input *given = recorded_build_given(executed->build)->chained;
+    const struct chained_input *micromaps = executed->build->parameters.chained;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
         struct geometry_view geometry = {
             .build = build, .index = i, .geometry = &build->geometries[i]};
         struct range_view range = {.geometry = &geometry,
                                    .range = &build->ranges[i],
                                    .primitive_count = build->ranges[i].primitiveCount};
-        content_check_geometry(walk, &range, memory);
+        content_check_geometry(walk, &range, &executed->memory, given ? &given[i] : &none);
+        if (micromaps)
+            content_check_micromaps(walk, &range, &executed->memory, &micromaps[i],
+                                    find_used(executed, i));
     }
 }
 
@@ -70,7 +85,7 @@ static void read_build(struct executed_call *call, const struct executed_build *
     const struct recorded_build *recorded = executed->build;
     const struct build_parameters *given = recorded_build_given(recorded);
     struct build_view build = view_of(call, recorded, given->ranges);
-    read_geometries(&call->walk, &build, &executed->memory);
+    read_geometries(&call->walk, &build, executed);
 }
 
 /* ---- instances of other builds */

@@ -4,14 +4,17 @@
 #define ASSAY_CHECK_CONTENT_EXECUTED_H
 
 #include "check/check.h"
+#include "check/replay_contents.h"
 #include "snapshots/recorded_build.h"
 
 /* One build of an execution. */
 struct executed_build {
     const struct recorded_build *build;
-    uint64_t dst_id;                 /* of its structure; 0 where it isn't known */
-    struct input_memory memory;      /* what it read */
-    struct build_contents *contents; /* to be filled; NULL: nobody will ask */
+    uint64_t dst_id;                       /* of its structure; 0 where it isn't known */
+    struct input_memory memory;            /* what it read */
+    struct build_contents *contents;       /* to be filled; NULL: nobody will ask */
+    const struct used_micromap_note *used; /* the micromaps that its geometries use: */
+    uint32_t used_count;
 };
 
 /* The builds of one call, in the call's order; those of which nothing is known may be missing. */

@@ -44,7 +44,10 @@ static bool find_arrays(const struct content *content, const struct sphere_data 
 static bool describe(const struct content *content, struct builder_geometry *described)
 {
     struct swept_spheres_view view;
-    view_spheres(content->range->geometry, &view);
+    if (content->chained)
+        view_chained_spheres(content->range->geometry, &content->chained->spheres, &view);
+    else
+        view_spheres(content->range->geometry, &view);
     *described = (struct builder_geometry){
         .type = content->range->geometry->geometry->geometryType,
         .spheres = {.vertex_format = view.data.vertex_format,

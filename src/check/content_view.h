@@ -31,6 +31,26 @@ struct radius_view {
     float radius;
 };
 
+/* One VkMicromapTriangleKHR of a build of a micromap. */
+struct micromap_triangle_view {
+    const struct geometry_view *geometry;
+    uint64_t index;
+    VkMicromapTriangleKHR triangle;
+    uint64_t data_left; /* bytes from `data` to the end of its buffer; 0: not known */
+};
+
+/* An index by which a triangle uses a micromap of VK_KHR_opacity_micromap. */
+struct opacity_index_view {
+    const struct geometry_view *geometry;
+    uint64_t micromap; /* a handle; 0: null */
+    bool count_known;  /* of the triangles that the micromap was built with: */
+    uint32_t triangle_count;
+    uint32_t base_triangle;
+    uint32_t primitive;
+    uint32_t index; /* as it is, of so many bits: */
+    uint32_t bits;
+};
+
 /* One VkTransformMatrixKHR: of an instance, or of a geometry. */
 struct transform_view {
     const struct geometry_view *geometry;

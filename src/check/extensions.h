@@ -30,6 +30,10 @@ bool is_micromap_build_for_device(const struct build_view *build);
 bool spheres_are_sound(const VkAccelerationStructureGeometryKHR *geometry);
 /* What the chain of a geometry says of spheres, swept or not: nothing given where it has none. */
 void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view);
+/* The same of a copy of what was chained, of either kind; sType 0: nothing was. */
+void view_chained_spheres(const struct geometry_view *geometry,
+                          const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *chained,
+                          struct swept_spheres_view *view);
 /* How many triangles a geometry says that it has which takes no build range; false for others. */
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count);
 bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry);

@@ -268,6 +268,8 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         replay_write(replay, entry->dst_id, &built_filled);
         break;
     case JOURNAL_USE_MICROMAP:
+        replay_note_micromap(replay, journal, entry);
+        break;
     case JOURNAL_RANGES:
     case JOURNAL_SET_EVENT:
     case JOURNAL_RESET_EVENT:

@@ -12,7 +12,10 @@ void content_notes_release(struct content_notes *notes)
         build_contents_release(notes->items[i].contents);
         built_release(&notes->items[i].source);
     }
+    for (uint32_t i = 0; i < notes->used_count; i++)
+        built_release(&notes->used[i].built);
     free(notes->items);
+    free(notes->used);
     *notes = (struct content_notes){0};
 }
 
@@ -64,6 +67,28 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
     struct content_note *note = add_note(replay, journal, entry);
     if (note)
         note->source = built_share(source);
+}
+
+/* Without memory nothing is known of the micromap. */
+void replay_note_micromap(struct replay *replay, const struct journal *journal,
+                          const struct journal_entry *entry)
+{
+    struct content_notes *notes = replay->notes;
+    if (!notes || !journal->work || entry->micromap.is_ext)
+        return;
+    if (notes->used_count == notes->used_capacity) {
+        uint32_t capacity = notes->used_capacity ? notes->used_capacity * 2 : 8;
+        struct used_micromap_note *used = realloc(notes->used, capacity * sizeof(*used));
+        if (!used)
+            return;
+        notes->used = used;
+        notes->used_capacity = capacity;
+    }
+    notes->used[notes->used_count++] =
+        (struct used_micromap_note){.journal = journal,
+                                    .position = entry->micromap.position,
+                                    .geometry = entry->micromap.geometry,
+                                    .built = built_share(replay_read(replay, entry))};
 }
 
 /* The count was judged before, where it was known without looking. */

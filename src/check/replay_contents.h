@@ -13,10 +13,19 @@ struct content_note {
     struct built source; /* of an update: what that was last built with; else BUILT_UNKNOWN */
 };
 
+/* What a micromap of VK_KHR_opacity_micromap was last built with when a build came to use it. */
+struct used_micromap_note {
+    const struct journal *journal;
+    uint32_t position, geometry; /* of the build */
+    struct built built;
+};
+
 /* In the order of execution. Zero-initialized is empty. */
 struct content_notes {
     struct content_note *items;
     uint32_t count, capacity;
+    struct used_micromap_note *used;
+    uint32_t used_count, used_capacity;
 };
 void content_notes_release(struct content_notes *notes);
 
@@ -25,6 +34,8 @@ void replay_note_build(struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry, struct built *built);
 void replay_note_update(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry);
+void replay_note_micromap(struct replay *replay, const struct journal *journal,
+                          const struct journal_entry *entry);
 
 /* Judges an update whose contents, and those of its source, are as known as they will be. */
 void replay_judge_contents(struct replay *replay, const struct content_note *note);

@@ -79,6 +79,18 @@ void view_spheres(const struct geometry_view *geometry, struct swept_spheres_vie
     view->data.geometry = geometry;
 }
 
+void view_chained_spheres(const struct geometry_view *geometry,
+                          const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *chained,
+                          struct swept_spheres_view *view)
+{
+    *view = (struct swept_spheres_view){0};
+    if (chained->sType)
+        *view = (struct swept_spheres_view){.data = {COMMON_MEMBERS(chained)},
+                                            .indexing_mode = chained->indexingMode,
+                                            .end_caps_mode = chained->endCapsMode};
+    view->data.geometry = geometry;
+}
+
 static void check_plain_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
     struct swept_spheres_view all;

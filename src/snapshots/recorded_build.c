@@ -38,6 +38,18 @@ static void normalize_spheres(VkAccelerationStructureGeometryLinearSweptSpheresD
     spheres->radiusData.deviceAddress += offset + range->firstVertex * spheres->radiusStride;
 }
 
+/* Usages of micromaps don't change, and stay where they are. */
+static bool keep_chained(const struct build_parameters *from, struct build_parameters *to)
+{
+    uint32_t count = from->info.geometryCount;
+    to->chained = calloc(count, sizeof(*to->chained));
+    for (uint32_t i = 0; to->chained && i < count; i++) {
+        to->chained[i] = from->chained[i];
+        to->chained[i].micromap = (struct micromap_parameters){0};
+    }
+    return to->chained;
+}
+
 static bool keep_given(struct recorded_build *build)
 {
     const struct build_parameters *from = &build->parameters;
@@ -51,7 +63,7 @@ static bool keep_given(struct recorded_build *build)
         to->geometries[i] = from->geometries[i];
         to->ranges[i] = from->ranges[i];
     }
-    return true;
+    return !from->chained || keep_chained(from, to);
 }
 
 const struct build_parameters *recorded_build_given(const struct recorded_build *build)

@@ -9,8 +9,9 @@
 
 #include "play.h"
 
-static const struct case_list *const lists[] = {&cases_content, &cases_content_update,
-                                                &cases_instances, &cases_motion, &cases_radii};
+static const struct case_list *const lists[] = {&cases_content,   &cases_content_update,
+                                                &cases_instances, &cases_motion,
+                                                &cases_radii,     &cases_micromap_contents};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -20,6 +21,7 @@ struct run {
     struct report report;
     const struct setup *setup; /* in which the valid call was silent, in these variants: */
     uint64_t known;
+    bool fired[VUID_COUNT], stayed_silent[VUID_COUNT];
 };
 
 static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
@@ -37,6 +39,11 @@ static void write_results(struct run *run, const char *name, const struct conten
     const struct report *report = &run->report;
     const bool is_silent = test_case->silent || play->variant->change == CHANGE_FOR_THE_BETTER;
 
+    for (uint32_t i = 0; i < test_case->rule_count && report->outcome == OUTCOME_PASSED; i++) {
+        const enum vuid vuid = rule_infos[test_case->rules[i]].vuid[play->variant->command];
+        run->fired[vuid] |= !is_silent;
+        run->stayed_silent[vuid] = true;
+    }
     if (run->tally.results == NULL || report->outcome == OUTCOME_SKIPPED)
         return;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
@@ -96,8 +103,25 @@ static void play_one(struct run *run, const struct case_list *list,
 static bool is_about_contents(const struct test_case *test_case)
 {
     return test_case->setup != NULL && test_case->setup->level != NULL &&
-           strcmp(test_case->setup->level, "content") == 0 &&
-           (test_case->commands & (ON_HOST | ON_NV)) != 0 && !test_case->is_for_the_call;
+           strcmp(test_case->setup->level, "content") == 0 && !test_case->is_for_the_call;
+}
+
+/* On the null driver, which takes everything. */
+static void check_every_rule_has_fired(struct run *run)
+{
+    run->report = (struct report){.outcome = OUTCOME_PASSED};
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *info = &rule_infos[rule];
+        for (int command = 0; command < COMMAND_COUNT && info->subject != NULL; command++) {
+            const enum vuid vuid = info->vuid[command];
+            if (info->level != LEVEL_CONTENT || command == COMMAND_HOST || vuid == VUID_NONE ||
+                (run->fired[vuid] && run->stayed_silent[vuid]))
+                continue;
+            printf("never fired and silent: %s (%s)\n", vuid_texts[vuid].id, info->name);
+            run->report.outcome = OUTCOME_FAILED;
+        }
+    }
+    tally_count(&run->tally, run->report.outcome, "every_rule_has_fired", "");
 }
 
 int main(int argc, char **argv)
@@ -121,5 +145,7 @@ int main(int argc, char **argv)
             for (uint32_t k = 0; k < variant_count && is_about_contents(&lists[i]->cases[j]); k++)
                 play_one(&run, lists[i], &lists[i]->cases[j], k);
     world_close(&run.world);
+    if (run.platform.is_null && !run.platform.is_cpu && run.tally.filter == NULL && !run.tally.list)
+        check_every_rule_has_fired(&run);
     return tally_close(&run.tally);
 }

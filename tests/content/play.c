@@ -9,6 +9,7 @@
 /* One of the calls of a case. */
 struct call {
     const char *what;
+    void (*prepare)(struct scene *scene);
     void (*mutate)(struct scene *scene);
     const struct edit *edits;
     void (*then)(struct scene *scene);
@@ -61,6 +62,8 @@ static struct scene *open_scene(const struct content_play *play, struct world *w
     world->uses_two_queues = variant->uses_two_queues;
     world->records_secondary = variant->in_secondary;
     struct scene *scene = scene_open(world, variant->command);
+    if (call->prepare != NULL)
+        call->prepare(scene);
     memcpy(parameters.infos, scene->infos, sizeof(parameters.infos));
     memcpy(parameters.geometries, scene->geometries, sizeof(parameters.geometries));
     memcpy(parameters.ranges, scene->ranges, sizeof(parameters.ranges));
@@ -164,13 +167,14 @@ static void play_twin(const struct content_play *play, struct world *world, stru
     const struct test_case *test_case = play->play.test_case;
     const struct call base = {.what = "valid call"};
     const struct call twin = {.what = "twin",
+                              .prepare = test_case->prepare,
                               .mutate = test_case->mutate_twin,
                               .edits = test_case->twin_edits,
                               .then = test_case->twin_then};
 
-    report->stayed_silent =
-        (play->base_is_known || expect_silence(play, world, &base, report)) &&
-        ((twin.mutate == NULL && twin.edits == NULL) || expect_silence(play, world, &twin, report));
+    report->stayed_silent = (play->base_is_known || expect_silence(play, world, &base, report)) &&
+                            ((twin.prepare == NULL && twin.mutate == NULL && twin.edits == NULL) ||
+                             expect_silence(play, world, &twin, report));
 }
 
 static void play_mutation(const struct content_play *play, struct world *world,
@@ -179,6 +183,7 @@ static void play_mutation(const struct content_play *play, struct world *world,
     const struct test_case *test_case = play->play.test_case;
     const bool breaks = !test_case->silent && play->variant->change != CHANGE_FOR_THE_BETTER;
     const struct call call = {.what = breaks ? "mutation" : "valid mutation",
+                              .prepare = test_case->prepare,
                               .mutate = test_case->mutate,
                               .edits = test_case->edits,
                               .then = test_case->then,

@@ -78,15 +78,26 @@ const struct variant variants[] = {
 const uint32_t variant_count = sizeof(variants) / sizeof(variants[0]);
 
 /* Cases that are for the host alone are for command buffers here. */
+static uint32_t commands_for(enum build_command command)
+{
+    switch (command) {
+    case COMMAND_NV:
+        return ON_NV;
+    case COMMAND_INDIRECT:
+        return ON_HOST | ON_INDIRECT;
+    default:
+        return ON_HOST | ON_DEVICE;
+    }
+}
+
 bool variant_fits(const struct variant *variant, const struct platform *platform,
                   const struct test_case *test_case)
 {
-    const enum command_mask command = variant->command == COMMAND_NV ? ON_NV : ON_HOST;
     const bool changes = variant->change != CHANGE_NOTHING;
     if ((variant->uses_two_queues && !platform->is_null) ||
         (variant->instance_pointers && platform->is_null))
         return false;
-    if ((test_case->commands & command) == 0 ||
+    if ((test_case->commands & commands_for(variant->command)) == 0 ||
         (variant->instance_pointers && strstr(test_case->name, "instance") == NULL))
         return false;
     if (changes && (test_case->silent || test_case->edits != NULL))

@@ -50,6 +50,8 @@ struct test_case {
     uint32_t rule_count;
     bool silent; /* the mutation is valid: it shows that the rules stay silent */
 
+    /* Makes the call one that the case is about, and valid: before the mutation and the twin. */
+    void (*prepare)(struct scene *scene);
     /* The mutation: the function first, then the edits. */
     void (*mutate)(struct scene *scene);
     const struct edit *edits;
@@ -94,10 +96,10 @@ struct case_list {
 extern const struct case_list cases_host, cases_call, cases_recording, cases_pointers, cases_build,
     cases_build_state, cases_scratch, cases_geometry, cases_chain, cases_address, cases_alignment,
     cases_range, cases_indirect, cases_overlap, cases_memory, cases_pairs, cases_silent,
-    cases_sparse, cases_update, cases_content, cases_content_update, cases_instances, cases_dense,
-    cases_motion, cases_spheres, cases_radii, cases_micromap, cases_micromap_data,
-    cases_micromap_use, cases_micromap_state, cases_micromap_update, cases_displacement, cases_nv,
-    cases_nv_info, cases_nv_geometry, cases_nv_update;
+    cases_sparse, cases_update, cases_content, cases_content_update, cases_micromap_contents,
+    cases_instances, cases_dense, cases_motion, cases_spheres, cases_radii, cases_micromap,
+    cases_micromap_data, cases_micromap_use, cases_micromap_state, cases_micromap_update,
+    cases_displacement, cases_nv, cases_nv_info, cases_nv_geometry, cases_nv_update;
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

@@ -237,6 +237,7 @@ static const struct test_case cases[] = {
      .setup = &with_content,
      .mutate = two_boxes_upside_down,
      .commands = ON_COMMAND_BUFFERS,
+     .is_for_the_call = true,
      .may_fail_on_cpu = true},
     {.name = "boxes_upside_down_below_level_content",
      RULES(RULE_aabb_min_x_is_at_most_max_x),

@@ -275,7 +275,8 @@ static const struct test_case cases[] = {
      .silent = true,
      .setup = &with_content,
      .mutate = instance_with_nobodys_flags,
-     .commands = ON_COMMAND_BUFFERS},
+     .commands = ON_COMMAND_BUFFERS,
+     .is_for_the_call = true},
 
     {.name = "flat_instance",
      RULES(RULE_transform_matrix_is_invertible),
@@ -304,6 +305,7 @@ static const struct test_case cases[] = {
      .mutate = instance_of_unbound_blas,
      .mutate_twin = instance_of_blas_bound_late,
      .commands = ON_HOST,
+     .is_wild = true,
      .path = LEADS_TO(1)},
     {.name = "instance_in_device_memory",
      RULES(RULE_instances_are_host_visible),

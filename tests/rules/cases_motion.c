@@ -400,7 +400,8 @@ static const struct test_case cases[] = {
      .silent = true,
      .setup = &with_content,
      .mutate = instances_of_nobodys_type,
-     .commands = ON_COMMAND_BUFFERS},
+     .commands = ON_COMMAND_BUFFERS,
+     .is_for_the_call = true},
 };
 
 CASE_LIST(cases_motion, cases);

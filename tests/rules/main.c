@@ -228,11 +228,10 @@ static bool has_firing_case(enum rule rule)
     return false;
 }
 
-/* What command buffers read is for content_test to break. */
-static bool is_for_others(const struct rule_info *info, enum build_command command)
+/* What command buffers read is for content_test to break, which looks after its rules itself. */
+static bool is_for_content_test(const struct rule_info *info, enum build_command command)
 {
-    return info->level == LEVEL_CONTENT && command != COMMAND_HOST &&
-           info->vuid[COMMAND_HOST] != VUID_NONE;
+    return info->level == LEVEL_CONTENT && command != COMMAND_HOST;
 }
 
 /* On the null driver every id has to have fired, too. */
@@ -248,6 +247,8 @@ static void check_every_rule_has_a_case(struct run *run)
         if (info->subject == NULL)
             continue;
         if (!has_firing_case(rule)) {
+            if (is_for_content_test(info, COMMAND_DEVICE))
+                continue;
             printf("no case for %s\n", info->name);
             report->outcome = OUTCOME_FAILED;
             continue;
@@ -255,7 +256,7 @@ static void check_every_rule_has_a_case(struct run *run)
         for (int command = 0; command < COMMAND_COUNT && is_complete; command++) {
             const enum vuid vuid = info->vuid[command];
             if (vuid == VUID_NONE || run->fired[vuid] ||
-                is_for_others(info, (enum build_command)command))
+                is_for_content_test(info, (enum build_command)command))
                 continue;
             printf("never fired: %s (%s)\n", vuid_texts[vuid].id, info->name);
             run->fired[vuid] = true; /* said once */

@@ -11,14 +11,24 @@ VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
     return scene_accel_in(scene, &buffer, 0, buffer.size, type);
 }
 
+/* As many as there may be. */
+static void fill_triangles(VkMicromapTriangleKHR *triangles)
+{
+    for (size_t i = 0; i < SCENE_MICROMAP_INPUT_SIZE / sizeof(*triangles); i++)
+        triangles[i] = (VkMicromapTriangleKHR){.format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
+}
+
 void scene_build_micromap(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;
     VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[AABBS];
-    const struct test_buffer data = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+    const struct test_buffer data =
+        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
     const struct test_buffer triangles =
-        scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
 
+    micromaps->triangles = (VkMicromapTriangleKHR *)(void *)triangles.host;
+    fill_triangles(micromaps->triangles);
     for (uint32_t i = 0; i < SCENE_USAGES; i++) {
         micromaps->usages[i] =
             (VkMicromapUsageKHR){.count = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
@@ -48,8 +58,10 @@ void scene_build_micromap(struct scene *scene)
 
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
 {
-    const struct test_buffer input = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+    const struct test_buffer input =
+        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
     const struct test_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
+    fill_triangles((VkMicromapTriangleKHR *)(void *)input.host);
     const VkMicromapUsageKHR usage = {.count = triangle_count,
                                       .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
     const VkAccelerationStructureGeometryMicromapDataKHR data = {
@@ -75,7 +87,9 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
         .scratchData.deviceAddress = scratch.address,
     };
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &info, &no_range);
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
+    scene_end_before(scene, command_buffer);
     return info.dstAccelerationStructure;
 }
 

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading the triangles of micromaps, and indices into them. */
+#include "check/content_micromap.h"
+
+#include <string.h>
+
+#include "check/geometry_data.h"
+#include "state/built.h"
+
+static uint64_t count_triangles(const struct micromap_parameters *micromap)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < micromap->usage_count; i++)
+        count += micromap->usages[i].count;
+    return count;
+}
+
+static void read_triangles(struct content *content, const struct micromap_parameters *micromap)
+{
+    struct micromap_triangle_view view = {.geometry = content->range->geometry,
+                                          .data_left = micromap->data_left};
+    uint64_t count = count_triangles(micromap);
+    const uint8_t *next = content_find(content, micromap->triangles, 0, count, micromap->stride,
+                                       sizeof(view.triangle));
+    for (; next && view.index < count; view.index++, next += micromap->stride) {
+        memcpy(&view.triangle, next, sizeof(view.triangle));
+        content_walk_micromap_triangle(content, &view);
+    }
+}
+
+/* Of a structure that was last built as a micromap. */
+static void note_built(const struct built *built, struct opacity_index_view *view)
+{
+    if (!built || built->state != BUILT_BEFORE || !built->shapes || !built->shapes->count ||
+        built->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        return;
+    view->count_known = built->shapes->items[0].count_known;
+    view->triangle_count = built->shapes->items[0].primitive_count;
+}
+
+static void read_indices(struct content *content,
+                         const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity,
+                         const struct built *used)
+{
+    uint32_t count = content->range->range->primitiveCount;
+    uint32_t size = index_type_size(opacity->indexType);
+    struct opacity_index_view view = {.geometry = content->range->geometry,
+                                      .micromap = (uint64_t)opacity->micromap,
+                                      .base_triangle = opacity->baseTriangle,
+                                      .bits = size * 8};
+    if (!size)
+        return;
+    note_built(used, &view);
+    const uint8_t *next =
+        content_find(content, opacity->indexBuffer, 0, count, opacity->indexStride, size);
+    for (; next && view.primitive < count; view.primitive++, next += opacity->indexStride) {
+        view.index = content_read_index(next, size, 0);
+        content_walk_opacity_index(content, &view);
+    }
+}
+
+void content_check_micromaps(struct walk *walk, const struct range_view *range,
+                             const struct input_memory *memory, const struct chained_input *chained,
+                             const struct built *used)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
+    struct content content = {.walk = walk, .range = range, .memory = memory};
+    memcpy(content.wants, walk->wants, sizeof(content.wants));
+    if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+        read_triangles(&content, &chained->micromap);
+    if (triangles_in(geometry) &&
+        chained->opacity.sType ==
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR)
+        read_indices(&content, &chained->opacity, used);
+}

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The triangles that micromaps of VK_KHR_opacity_micromap are built from, and the indices by which
+ * triangles use them. */
+#include <string.h>
+
+#include "case.h"
+
+static const struct setup with_content = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
+                                          .level = "content"};
+
+/* ---- a micromap of 4 triangles, in place of AABBS ---- */
+
+enum { TRIANGLES_BUILT = 4 };
+
+static void build_micromap(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    scene->micromaps.usages[0].count = TRIANGLES_BUILT;
+}
+
+static void build_lossy_micromap(struct scene *scene)
+{
+    build_micromap(scene);
+    scene->infos[AABBS].flags |= VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR;
+    scene->micromaps.usages[0].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
+    for (uint32_t i = 0; i < TRIANGLES_BUILT; i++)
+        scene->micromaps.triangles[i].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
+}
+
+static void build_micromap_of_wide_stride(struct scene *scene)
+{
+    build_micromap(scene);
+    scene->micromaps.data.triangleArrayStride = 2 * sizeof(VkMicromapTriangleKHR);
+}
+
+/* Sets a triangle. */
+#define TRIANGLE(name, index, offset, level, format_)                                              \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        scene->micromaps.triangles[index] = (VkMicromapTriangleKHR){                               \
+            .dataOffset = (offset), .subdivisionLevel = (level), .format = (format_)};             \
+    }
+
+#define END SCENE_MICROMAP_INPUT_SIZE /* of the data's buffer */
+#define STATES_2 VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR
+#define STATES_4 VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR
+
+TRIANGLE(byte_at_the_end, 2, END, 0, STATES_2)
+TRIANGLE(last_byte, 2, END - 1, 0, STATES_2)
+TRIANGLE(data_2_past_the_end, 3, END - 7, 3, STATES_2)
+TRIANGLE(data_2_up_to_the_end, 3, END - 8, 3, STATES_2)
+TRIANGLE(data_4_past_the_end, 0, END - 15, 3, STATES_4)
+TRIANGLE(data_4_up_to_the_end, 0, END - 16, 3, STATES_4)
+TRIANGLE(data_far_beyond, 1, UINT32_MAX, 0, STATES_2)
+TRIANGLE(triangle_behind_the_last, TRIANGLES_BUILT, UINT32_MAX, 99, 99)
+TRIANGLE(triangle_between_the_strides, 1, UINT32_MAX, 99, 99)
+TRIANGLE(triangle_at_the_stride, 2, END, 0, STATES_2)
+TRIANGLE(format_of_nobody, 1, 0, 0, 3)
+TRIANGLE(format_zero, 0, 0, 0, 0)
+TRIANGLE(format_zero_of_large_level, 0, 0, UINT16_MAX, 0)
+TRIANGLE(level_2_beyond, 1, 0, 7, STATES_2)
+TRIANGLE(level_2_at_the_limit, 1, 0, 6, STATES_2)
+TRIANGLE(level_4_beyond, 3, 0, 6, STATES_4)
+TRIANGLE(level_4_at_the_limit, 3, 0, 5, STATES_4)
+TRIANGLE(level_lossy_at_the_limit, 3, 0, 4, STATES_4)
+TRIANGLE(format_2_state, 2, 0, 4, STATES_2)
+
+/* ---- INDEXED, whose 2 triangles use a micromap of 4 by indices from this offset on ---- */
+
+enum { OPACITY_INDICES = 1024 };
+
+static void use_micromap_of(struct scene *scene, VkIndexType type, uint32_t stride)
+{
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.micromap = scene_record_micromap(scene, TRIANGLES_BUILT);
+    scene->micromaps.opacity.indexBuffer = scene->indices.address + OPACITY_INDICES;
+    scene->micromaps.opacity.indexType = type;
+    scene->micromaps.opacity.indexStride = stride;
+}
+
+static void use_micromap(struct scene *scene)
+{
+    use_micromap_of(scene, VK_INDEX_TYPE_UINT32, sizeof(uint32_t));
+}
+
+static void use_micromap_by_short_indices(struct scene *scene)
+{
+    use_micromap_of(scene, VK_INDEX_TYPE_UINT16, 6);
+}
+
+static void use_micromap_from_the_third_on(struct scene *scene)
+{
+    use_micromap(scene);
+    scene->micromaps.opacity.baseTriangle = 2;
+}
+
+static void use_clone_of_micromap(struct scene *scene)
+{
+    use_micromap(scene);
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = scene->micromaps.opacity.micromap,
+        .dst = scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
+    scene_end_before(scene, command_buffer);
+    scene->micromaps.opacity.micromap = info.dst;
+}
+
+static void use_deserialized_micromap(struct scene *scene)
+{
+    use_micromap(scene);
+    scene_deserialize(scene, scene->micromaps.opacity.micromap);
+}
+
+static void set_special_indices(struct scene *scene)
+{
+    memset(scene->indices.host + OPACITY_INDICES, 0xff, 16);
+}
+
+static void use_no_micromap(struct scene *scene)
+{
+    use_micromap(scene);
+    scene->micromaps.opacity.micromap = VK_NULL_HANDLE;
+    set_special_indices(scene);
+    scene_inputs_remember(scene);
+}
+
+static void use_no_micromap_by_bytes(struct scene *scene)
+{
+    use_no_micromap(scene);
+    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_UINT8_KHR;
+    scene->micromaps.opacity.indexStride = 1;
+}
+
+/* Sets an index, at an offset. */
+#define INDEX(name, offset, type, value)                                                           \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        const type index = (type)(value);                                                          \
+        memcpy(scene->indices.host + OPACITY_INDICES + (offset), &index, sizeof(index));           \
+    }
+
+INDEX(index_past_the_end, 4, uint32_t, 5)
+INDEX(index_at_the_end, 4, uint32_t, 4)
+INDEX(index_beyond_of_no_triangle, 8, uint32_t, 5)
+INDEX(index_largest, 0, uint32_t, INT32_MAX)
+INDEX(index_transparent, 0, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_TRANSPARENT_KHR)
+INDEX(index_special, 4, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)
+INDEX(index_negative, 4, uint32_t, -6)
+INDEX(index_zero, 4, uint32_t, 0)
+INDEX(index_3, 4, uint32_t, 3)
+INDEX(index_2, 4, uint32_t, 2)
+INDEX(short_index_past_the_end, 6, uint16_t, 5)
+INDEX(short_index_special, 6, uint16_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)
+INDEX(byte_index_1, 1, uint8_t, 1)
+INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OPAQUE_KHR)
+
+#define LEADS_TO(index)                                                                            \
+    "pInfos[2].pGeometries[0].pNext<VkAccelerationStructureGeometryMicromapDataKHR>."              \
+    "triangleArray leads to triangle " #index ", "
+#define HAS_INDEX                                                                                  \
+    "pInfos[0].pGeometries[0].geometry.triangles.pNext"                                            \
+    "<VkAccelerationStructureTrianglesOpacityMicromapKHR>.indexBuffer has index "
+
+/* Of a rule, what precedes the mutation, that, and the twin. */
+#define CASE(name_, rule_, prepare_, mutate_, mutate_twin_, path_)                                 \
+    {                                                                                              \
+        .name = (name_), RULES(RULE_##rule_), .setup = &with_content, .prepare = (prepare_),       \
+        .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE, .path = (path_) \
+    }
+#define SILENT_CASE(name_, rule_, prepare_, mutate_)                                               \
+    {                                                                                              \
+        .name = (name_), RULES(RULE_##rule_), .silent = true, .setup = &with_content,              \
+        .prepare = (prepare_), .mutate = (mutate_), .commands = ON_DEVICE                          \
+    }
+
+static const struct test_case cases[] = {
+    CASE("micromap_byte_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
+         byte_at_the_end, last_byte,
+         LEADS_TO(2) "whose 1 bytes at dataOffset 65536 end beyond the 65536 bytes"),
+    CASE("micromap_data_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
+         data_2_past_the_end, data_2_up_to_the_end, LEADS_TO(3) "whose 8 bytes"),
+    CASE("micromap_data_of_4_states_past_the_end", micromap_triangle_data_is_in_its_buffer,
+         build_micromap, data_4_past_the_end, data_4_up_to_the_end, LEADS_TO(0) "whose 16 bytes"),
+    CASE("micromap_data_far_beyond", micromap_triangle_data_is_in_its_buffer, build_micromap,
+         data_far_beyond, triangle_behind_the_last, LEADS_TO(1)),
+    CASE("micromap_data_past_the_end_at_a_stride", micromap_triangle_data_is_in_its_buffer,
+         build_micromap_of_wide_stride, triangle_at_the_stride, triangle_between_the_strides,
+         LEADS_TO(1)),
+    CASE("micromap_format_of_nobody", micromap_triangle_format_is_valid, build_micromap,
+         format_of_nobody, level_4_at_the_limit, LEADS_TO(1) "whose format 3 is not"),
+    CASE("micromap_format_zero", micromap_triangle_format_is_valid, build_micromap, format_zero,
+         triangle_behind_the_last, LEADS_TO(0)),
+    CASE("micromap_format_zero_of_large_level", micromap_triangle_format_is_valid, build_micromap,
+         format_zero_of_large_level, NULL, LEADS_TO(0)),
+    CASE("micromap_level_of_2_states", triangle_2_state_level_is_within_limit, build_micromap,
+         level_2_beyond, level_2_at_the_limit,
+         LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
+                     "maxOpacity2StateSubdivisionLevel (6)"),
+    CASE("micromap_level_of_4_states", triangle_4_state_level_is_within_limit, build_micromap,
+         level_4_beyond, level_4_at_the_limit,
+         LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
+    CASE("lossy_micromap_level", lossy_triangle_level_is_within_limit, build_lossy_micromap,
+         level_4_at_the_limit, level_lossy_at_the_limit,
+         LEADS_TO(3) "which has subdivisionLevel 5"),
+    CASE("lossy_micromap_of_2_states", lossy_triangle_is_4_state, build_lossy_micromap,
+         format_2_state, level_lossy_at_the_limit, LEADS_TO(2) "whose format 1 is not"),
+    SILENT_CASE("lossless_micromap_of_2_states", lossy_triangle_is_4_state, build_micromap,
+                format_2_state),
+
+    CASE("opacity_index_past_the_end", opacity_index_is_within_micromap, use_micromap,
+         index_past_the_end, index_at_the_end, HAS_INDEX "5 for primitive 1"),
+    CASE("opacity_index_largest", opacity_index_is_within_micromap, use_micromap, index_largest,
+         index_transparent, HAS_INDEX "2147483647 for primitive 0"),
+    CASE("opacity_index_past_the_end_by_base", opacity_index_is_within_micromap,
+         use_micromap_from_the_third_on, index_3, index_2,
+         HAS_INDEX "3 for primitive 1, which with baseTriangle 2 is beyond the 4"),
+    CASE("opacity_short_index_past_the_end", opacity_index_is_within_micromap,
+         use_micromap_by_short_indices, short_index_past_the_end, short_index_special,
+         HAS_INDEX "5 for primitive 1"),
+    CASE("opacity_index_past_the_end_of_clone", opacity_index_is_within_micromap,
+         use_clone_of_micromap, index_past_the_end, index_at_the_end, HAS_INDEX "5"),
+    SILENT_CASE("opacity_index_of_no_triangle", opacity_index_is_within_micromap, use_micromap,
+                index_beyond_of_no_triangle),
+    SILENT_CASE("opacity_index_into_deserialized_micromap", opacity_index_is_within_micromap,
+                use_deserialized_micromap, index_past_the_end),
+    CASE("opacity_index_without_micromap", opacity_index_without_micromap_is_special,
+         use_no_micromap, index_zero, index_special, HAS_INDEX "0 for primitive 1"),
+    CASE("opacity_index_negative_without_micromap", opacity_index_without_micromap_is_special,
+         use_no_micromap, index_negative, index_special, HAS_INDEX "4294967290"),
+    CASE("opacity_byte_index_without_micromap", opacity_index_without_micromap_is_special,
+         use_no_micromap_by_bytes, byte_index_1, byte_index_special, HAS_INDEX "1 for primitive 1"),
+    SILENT_CASE("opacity_index_beyond_of_no_triangle_and_micromap",
+                opacity_index_without_micromap_is_special, use_no_micromap,
+                index_beyond_of_no_triangle),
+};
+
+CASE_LIST(cases_micromap_contents, cases);
