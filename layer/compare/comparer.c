@@ -91,15 +91,21 @@ static void free_build(struct comparer *comparer, struct kept_build *build)
 
 /* ---- creation */
 
-static uint32_t scratch_alignment(const struct layer_device *device)
+static void find_limits(const struct layer_device *device, struct compare_device *below)
 {
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
+        .pNext = below->has_queries ? NULL : &groups};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &limits};
     device->instance->vk.GetPhysicalDeviceProperties2(device->physical_device, &properties);
     uint32_t alignment = limits.minAccelerationStructureScratchOffsetAlignment;
-    return alignment ? alignment : 1;
+    below->scratch_alignment = alignment ? alignment : 1;
+    below->group_handle_size = groups.shaderGroupHandleSize;
+    below->group_handle_alignment = groups.shaderGroupHandleAlignment;
+    below->group_base_alignment = groups.shaderGroupBaseAlignment;
 }
 
 VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling)
@@ -109,9 +115,9 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         return VK_SUCCESS;
     if (!enabling->is_enabled || !device->instance->vk.GetPhysicalDeviceProperties2) {
         reporter_warn(device->instance->reporter,
-                      "assay_validation.compare_rays needs VK_KHR_ray_query, which the device "
-                      "doesn't have, or not in the version of Vulkan that the application asks "
-                      "for (1.2 is needed); no rays are compared.");
+                      "assay_validation.compare_rays needs VK_KHR_ray_query or "
+                      "VK_KHR_ray_tracing_pipeline, which the device doesn't have, or which needs "
+                      "an application that asks for Vulkan 1.2; no rays are compared.");
         return VK_SUCCESS;
     }
     struct comparer *comparer = calloc(1, sizeof(*comparer));
@@ -123,10 +129,11 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         .handle = device->handle,
         .vk = &snapshots->next,
         .memory = &device->memory,
-        .scratch_alignment = scratch_alignment(device),
         .set_loader_data = snapshots->set_loader_data,
         .queue_lock = &snapshots->queue_lock,
+        .has_queries = enabling->has_queries,
     };
+    find_limits(device, &comparer->below);
     device->comparer = comparer;
     return VK_SUCCESS;
 }

@@ -1,11 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Adding VK_KHR_ray_query to what the application enables. */
+/* Adding an extension that traces to what the application enables. */
 #include "compare/enable.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "state/chain.h"
+
+/* What traces, the better first. The feature is the first of its structure. */
+static const struct way {
+    const char *extension;
+    VkStructureType features;
+} ways[] = {
+    {VK_KHR_RAY_QUERY_EXTENSION_NAME, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR},
+    {VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME,
+     VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR},
+};
+
+enum { WAYS = sizeof(ways) / sizeof(ways[0]) };
+
+static VkBool32 *feature_of(void *features)
+{
+    return (VkBool32 *)&((VkBaseOutStructure *)features)[1];
+}
 
 static bool has_extension(const VkDeviceCreateInfo *info, const char *name)
 {
@@ -15,7 +32,7 @@ static bool has_extension(const VkDeviceCreateInfo *info, const char *name)
     return false;
 }
 
-static bool offers_extension(const struct layer_device *device)
+static bool offers_extension(const struct layer_device *device, const char *name)
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
     uint32_t count = 0;
@@ -27,63 +44,84 @@ static bool offers_extension(const struct layer_device *device)
     if (offered && vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
                                                           offered) == VK_SUCCESS)
         for (uint32_t i = 0; i < count; i++)
-            is_there |= strcmp(offered[i].extensionName, VK_KHR_RAY_QUERY_EXTENSION_NAME) == 0;
+            is_there |= strcmp(offered[i].extensionName, name) == 0;
     free(offered);
     return is_there;
 }
 
-/* From version 1.2 on, what the extension needs beside acceleration structures is part of it. */
-static bool can_add(const struct layer_device *device)
+/* From version 1.2 on, what either needs beside acceleration structures is part of it. */
+static bool can_add(const struct layer_device *device, const struct way *way,
+                    struct compare_enabling *enabling)
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
     VkPhysicalDeviceProperties properties;
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                          .pNext = &query};
+                                          .pNext = &enabling->features};
+    memset(&enabling->features, 0, sizeof(enabling->features));
+    enabling->features.queries.sType = way->features;
     vk->GetPhysicalDeviceProperties(device->physical_device, &properties);
     if (properties.apiVersion < VK_API_VERSION_1_2 ||
-        device->instance->api_version < VK_API_VERSION_1_2 || !offers_extension(device))
+        device->instance->api_version < VK_API_VERSION_1_2 ||
+        !offers_extension(device, way->extension))
         return false;
     vk->GetPhysicalDeviceFeatures2(device->physical_device, &features);
-    return query.rayQuery;
+    return *feature_of(&enabling->features);
 }
 
-static bool add_name(const VkDeviceCreateInfo *info, struct compare_enabling *enabling)
+static bool add_name(const VkDeviceCreateInfo *info, const char *name,
+                     struct compare_enabling *enabling)
 {
     uint32_t count = info->enabledExtensionCount;
-    if (has_extension(info, VK_KHR_RAY_QUERY_EXTENSION_NAME))
+    if (has_extension(info, name))
         return true;
     enabling->names = malloc((count + 1ull) * sizeof(*enabling->names));
     if (!enabling->names)
         return false;
     if (count)
         memcpy(enabling->names, info->ppEnabledExtensionNames, count * sizeof(*enabling->names));
-    enabling->names[count] = VK_KHR_RAY_QUERY_EXTENSION_NAME;
+    enabling->names[count] = name;
     enabling->changed.enabledExtensionCount = count + 1;
     enabling->changed.ppEnabledExtensionNames = enabling->names;
     return true;
 }
 
 /* In a copy of the application's structure, or in one before its own. */
-static bool add_feature(const VkDeviceCreateInfo *info, struct compare_enabling *enabling)
+static bool add_feature(const VkDeviceCreateInfo *info, VkStructureType type,
+                        struct compare_enabling *enabling)
 {
-    if (chain_copy_begin(&enabling->chain, info->pNext,
-                         VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR) != VK_SUCCESS)
+    if (chain_copy_begin(&enabling->chain, info->pNext, type) != VK_SUCCESS)
         return false;
-    VkPhysicalDeviceRayQueryFeaturesKHR *found = enabling->chain.found;
-    if (found) {
-        found->rayQuery = VK_TRUE;
+    if (enabling->chain.found) {
+        *feature_of(enabling->chain.found) = VK_TRUE;
         enabling->changed.pNext = enabling->chain.first;
         return true;
     }
-    enabling->features = (VkPhysicalDeviceRayQueryFeaturesKHR){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR,
-        .pNext = (void *)(uintptr_t)info->pNext,
-        .rayQuery = VK_TRUE,
-    };
+    memset(&enabling->features, 0, sizeof(enabling->features));
+    enabling->features.queries.sType = type;
+    enabling->features.queries.pNext = (void *)(uintptr_t)info->pNext;
+    *feature_of(&enabling->features) = VK_TRUE;
     enabling->changed.pNext = &enabling->features;
     return true;
+}
+
+/* The one that the application enables itself; or NULL. */
+static const struct way *find_enabled(const VkDeviceCreateInfo *info)
+{
+    for (int i = 0; i < WAYS; i++) {
+        const VkBaseInStructure *features = chain_find(info->pNext, ways[i].features);
+        if (features && *(const VkBool32 *)&features[1] && has_extension(info, ways[i].extension))
+            return &ways[i];
+    }
+    return NULL;
+}
+
+static const struct way *find_addable(const struct layer_device *device,
+                                      struct compare_enabling *enabling)
+{
+    for (int i = 0; i < WAYS; i++)
+        if (can_add(device, &ways[i], enabling))
+            return &ways[i];
+    return NULL;
 }
 
 void compare_enabling_begin(const struct layer_device *device, const VkDeviceCreateInfo *info,
@@ -94,15 +132,18 @@ void compare_enabling_begin(const struct layer_device *device, const VkDeviceCre
                           has_extension(info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     if (!enabling->is_wanted)
         return;
-    const VkPhysicalDeviceRayQueryFeaturesKHR *features =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
-    enabling->is_enabled =
-        features && features->rayQuery && has_extension(info, VK_KHR_RAY_QUERY_EXTENSION_NAME);
-    if (enabling->is_enabled || !can_add(device) || !add_name(info, enabling) ||
-        !add_feature(info, enabling))
+    const struct way *enabled = find_enabled(info);
+    const struct way *way = enabled ? enabled : find_addable(device, enabling);
+    if (!way)
         return;
-    enabling->is_enabled = enabling->is_added = true;
-    enabling->info = &enabling->changed;
+    if (!enabled &&
+        (!add_name(info, way->extension, enabling) || !add_feature(info, way->features, enabling)))
+        return;
+    enabling->has_queries = way == &ways[0];
+    enabling->is_enabled = true;
+    enabling->is_added = !enabled;
+    if (!enabled)
+        enabling->info = &enabling->changed;
 }
 
 void compare_enabling_undo(struct compare_enabling *enabling, const VkDeviceCreateInfo *info)

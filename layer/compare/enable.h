@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ray queries for the layer itself: where rays are to be compared and the application doesn't
- * enable VK_KHR_ray_query, the layer adds it. */
+/* Tracing for the layer itself: where rays are to be compared and the application enables neither
+ * VK_KHR_ray_query nor VK_KHR_ray_tracing_pipeline, the layer adds what the device has. */
 #ifndef ASSAY_LAYER_COMPARE_ENABLE_H
 #define ASSAY_LAYER_COMPARE_ENABLE_H
 
@@ -10,11 +10,15 @@
 struct compare_enabling {
     const VkDeviceCreateInfo *info; /* to create the device with */
     bool is_wanted;                 /* rays are to be compared, and the device builds */
-    bool is_enabled;                /* the device will have ray queries */
+    bool is_enabled;                /* the device will trace: */
+    bool has_queries;               /* by ray queries; else by ray-tracing pipelines */
     bool is_added;                  /* by the layer */
     /* What `info` may point to. */
     VkDeviceCreateInfo changed;
-    VkPhysicalDeviceRayQueryFeaturesKHR features;
+    union {
+        VkPhysicalDeviceRayQueryFeaturesKHR queries;
+        VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines;
+    } features;
     struct chain_copy chain;
     const char **names;
 };

@@ -18,6 +18,8 @@ struct compare_device {
     uint32_t scratch_alignment;
     PFN_vkSetDeviceLoaderData set_loader_data; /* for command buffers; NULL: none */
     pthread_mutex_t *queue_lock;               /* held while something is submitted */
+    bool has_queries; /* else ray-tracing pipelines, and what their tables need: */
+    uint32_t group_handle_size, group_handle_alignment, group_base_alignment;
 };
 
 struct compare_buffer {

@@ -2,6 +2,8 @@
 /* What the driver builds again, and the TLAS over it. */
 #include "compare/structures.h"
 
+#include "compare/pipelines.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -207,7 +209,7 @@ static void build(const struct compare_device *device, VkCommandBuffer commands,
     device->vk->CmdBuildAccelerationStructuresKHR(commands, 1, info, &ranges);
     device->vk->CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                                    VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR |
-                                       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                       trace_pipeline_stage(device),
                                    0, 1, &barrier, 0, NULL, 0, NULL);
 }
 

@@ -6,22 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compare/pipelines.h"
 #include "compare/structures.h"
 
-static const uint32_t code[] = {
-#include "compare_comp.h"
-};
-
-/* As the shader has them. */
-struct constants {
-    uint64_t rays, answers;
-    uint32_t count;
-};
 _Static_assert(sizeof(struct compare_ray) == 32 && sizeof(struct compare_hit) == 32 &&
                    sizeof(struct compare_answer) == 512,
                "as the shader has them");
 
-enum { GROUP = 64, BATCH = 16384 /* rays of a submission */ };
+enum { BATCH = 16384 /* rays of a submission */ };
 
 /* The queue may wait for what the application does only after the call that waits for it. */
 #define WAIT_NANOSECONDS ((uint64_t)10 * 1000 * 1000 * 1000)
@@ -30,82 +22,21 @@ struct work;
 
 struct tracer {
     struct compare_device device;
-    VkDescriptorSetLayout set_layout;
-    VkPipelineLayout layout;
-    VkPipeline pipeline;
+    struct trace_pipeline pipeline;
     struct work *late; /* that the device may still use; guarded by the caller */
 };
 
-/* ---- the pipeline */
-
-static VkResult create_layouts(struct tracer *tracer)
+VkResult tracer_create(const struct compare_device *device, struct tracer **tracer)
 {
-    const VkuDeviceDispatchTable *vk = tracer->device.vk;
-    const VkDescriptorSetLayoutBinding binding = {
-        .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
-        .descriptorCount = 1,
-        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-    };
-    const VkDescriptorSetLayoutCreateInfo set_info = {
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-        .bindingCount = 1,
-        .pBindings = &binding,
-    };
-    const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-                                       .size = sizeof(struct constants)};
-    const VkPipelineLayoutCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-        .setLayoutCount = 1,
-        .pSetLayouts = &tracer->set_layout,
-        .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
-    };
-    VkResult result =
-        vk->CreateDescriptorSetLayout(tracer->device.handle, &set_info, NULL, &tracer->set_layout);
-    if (result == VK_SUCCESS)
-        result = vk->CreatePipelineLayout(tracer->device.handle, &info, NULL, &tracer->layout);
-    return result;
-}
-
-static VkResult create_pipeline(struct tracer *tracer)
-{
-    const VkuDeviceDispatchTable *vk = tracer->device.vk;
-    const VkShaderModuleCreateInfo module_info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(code),
-        .pCode = code,
-    };
-    VkShaderModule module;
-    VkResult result = vk->CreateShaderModule(tracer->device.handle, &module_info, NULL, &module);
-    if (result != VK_SUCCESS)
-        return result;
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = tracer->layout,
-    };
-    result = vk->CreateComputePipelines(tracer->device.handle, VK_NULL_HANDLE, 1, &info, NULL,
-                                        &tracer->pipeline);
-    vk->DestroyShaderModule(tracer->device.handle, module, NULL);
-    return result;
-}
-
-VkResult tracer_create(const struct compare_device *device, struct tracer **out)
-{
-    struct tracer *tracer = calloc(1, sizeof(*tracer));
-    if (!tracer)
+    *tracer = calloc(1, sizeof(**tracer));
+    if (!*tracer)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    tracer->device = *device;
-    VkResult result = create_layouts(tracer);
+    (*tracer)->device = *device;
+    VkResult result = trace_pipeline_create(device, &(*tracer)->pipeline);
     if (result == VK_SUCCESS)
-        result = create_pipeline(tracer);
-    if (result == VK_SUCCESS)
-        *out = tracer;
-    else
-        tracer_destroy(tracer);
+        return VK_SUCCESS;
+    free(*tracer);
+    *tracer = NULL;
     return result;
 }
 
@@ -184,7 +115,7 @@ static VkResult create_set(struct work *work)
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
         .descriptorPool = work->descriptors,
         .descriptorSetCount = 1,
-        .pSetLayouts = &work->tracer->set_layout,
+        .pSetLayouts = &work->tracer->pipeline.set_layout,
     };
     if (result == VK_SUCCESS)
         result = device->vk->AllocateDescriptorSets(device->handle, &info, &work->set);
@@ -241,19 +172,19 @@ static void record_builds(const struct work *work)
 
 static void record_rays(const struct work *work, uint32_t count)
 {
-    const VkuDeviceDispatchTable *vk = work->device->vk;
-    const struct constants constants = {work->rays.address, work->answers.address, count};
+    const struct build_parameters *parameters = work->job->inputs[0].parameters;
+    const bool has_boxes = parameters->info.geometryCount > 0 &&
+                           parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+    const struct trace_constants constants = {work->rays.address, work->answers.address, count,
+                                              !has_boxes};
     const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
                                      .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
                                      .dstAccessMask = VK_ACCESS_HOST_READ_BIT};
-    vk->CmdBindPipeline(work->commands, VK_PIPELINE_BIND_POINT_COMPUTE, work->tracer->pipeline);
-    vk->CmdBindDescriptorSets(work->commands, VK_PIPELINE_BIND_POINT_COMPUTE, work->tracer->layout,
-                              0, 1, &work->set, 0, NULL);
-    vk->CmdPushConstants(work->commands, work->tracer->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                         sizeof(constants), &constants);
-    vk->CmdDispatch(work->commands, (count + GROUP - 1) / GROUP, 1, 1);
-    vk->CmdPipelineBarrier(work->commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                           VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0, NULL);
+    trace_pipeline_record(work->device, &work->tracer->pipeline, work->commands, work->set,
+                          &constants);
+    work->device->vk->CmdPipelineBarrier(work->commands, trace_pipeline_stage(work->device),
+                                         VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
+                                         NULL);
 }
 
 static VkResult submit(const struct work *work)
@@ -275,6 +206,25 @@ static VkResult submit(const struct work *work)
     return result;
 }
 
+/* An any-hit shader may be called more than once for the same. */
+static void drop_repeated(struct compare_answer *answer)
+{
+    uint32_t there = answer->candidate_count, kept = 0;
+    if (there > COMPARE_CANDIDATES)
+        return;
+    for (uint32_t i = 0; i < there; i++) {
+        const struct compare_hit *hit = &answer->candidates[i];
+        uint32_t j = 0;
+        while (j < kept && (answer->candidates[j].geometry != hit->geometry ||
+                            answer->candidates[j].primitive != hit->primitive ||
+                            answer->candidates[j].instance != hit->instance))
+            j++;
+        if (j == kept)
+            answer->candidates[kept++] = *hit;
+    }
+    answer->candidate_count = kept;
+}
+
 static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)
 {
     const VkuDeviceDispatchTable *vk = work->device->vk;
@@ -292,10 +242,12 @@ static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)
     result = vk->EndCommandBuffer(work->commands);
     if (result == VK_SUCCESS)
         result = submit(work);
-    if (result == VK_SUCCESS)
-        memcpy(work->job->answers + first, work->answers.bytes,
-               count * sizeof(struct compare_answer));
-    return result;
+    if (result != VK_SUCCESS)
+        return result;
+    memcpy(work->job->answers + first, work->answers.bytes, count * sizeof(struct compare_answer));
+    for (uint32_t i = 0; i < count; i++)
+        drop_repeated(&work->job->answers[first + i]);
+    return VK_SUCCESS;
 }
 
 VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job)
@@ -331,11 +283,6 @@ void tracer_destroy(struct tracer *tracer)
         vk->WaitForFences(tracer->device.handle, 1, &late->fence, VK_TRUE, WAIT_NANOSECONDS);
         free_work(late);
     }
-    if (tracer->pipeline)
-        vk->DestroyPipeline(tracer->device.handle, tracer->pipeline, NULL);
-    if (tracer->layout)
-        vk->DestroyPipelineLayout(tracer->device.handle, tracer->layout, NULL);
-    if (tracer->set_layout)
-        vk->DestroyDescriptorSetLayout(tracer->device.handle, tracer->set_layout, NULL);
+    trace_pipeline_destroy(&tracer->device, &tracer->pipeline);
     free(tracer);
 }

@@ -7,7 +7,7 @@
 #include "compare/memory.h"
 #include "compare/trace_data.h"
 
-/* The pipeline that traces, one a device. Used by one thread at a time. */
+/* What traces, one a device. Used by one thread at a time. */
 struct tracer;
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer);
 /* The device is idle by then. */

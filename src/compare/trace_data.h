@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rays that go to a driver, and what it answers: laid out as the shader has them
- * (layer/compare/compare.comp). */
+ * (layer/compare/shaders/data.glsl). */
 #ifndef ASSAY_COMPARE_TRACE_DATA_H
 #define ASSAY_COMPARE_TRACE_DATA_H
 

@@ -14,17 +14,22 @@
 /* ---- the device */
 
 static const char *const extensions[] = {
-    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-    VK_KHR_RAY_QUERY_EXTENSION_NAME, /* without the layer, which enables it itself */
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_KHR_RAY_QUERY_EXTENSION_NAME, /* these two: not both; not with the layer, which enables it
+                                        itself */
+    VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME,
 };
 
 static VkResult create_device(struct bench *bench)
 {
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
+    VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR,
+        .rayTracingPipeline = VK_TRUE};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &query,
         .accelerationStructure = VK_TRUE};
     VkPhysicalDeviceVulkan12Features features = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
@@ -36,16 +41,19 @@ static VkResult create_device(struct bench *bench)
         .queueCount = 1,
         .pQueuePriorities = &priority,
     };
+    const char *names[] = {extensions[0], extensions[1], extensions[2]};
+    if (bench->kind == BENCH_PIPELINES || bench->kind == BENCH_LAYER_PIPELINES)
+        names[2] = extensions[3];
+    if (bench->kind != BENCH_LAYER)
+        structures.pNext = bench->kind == BENCH_QUERIES ? (void *)&query : (void *)&pipelines;
     const VkDeviceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
         .pNext = &features,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
         .enabledExtensionCount = bench->kind == BENCH_LAYER ? 2 : 3,
-        .ppEnabledExtensionNames = extensions,
+        .ppEnabledExtensionNames = names,
     };
-    if (bench->kind == BENCH_LAYER)
-        structures.pNext = NULL;
     return vkCreateDevice(bench->physical, &info, NULL, &bench->device);
 }
 
@@ -88,7 +96,7 @@ static VkResult create_instance(struct bench *bench)
 {
     static const char *const layer = "VK_LAYER_ASSAY_validation";
     static const char *const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const uint32_t has_layer = bench->kind == BENCH_LAYER;
+    const uint32_t has_layer = bench->kind >= BENCH_LAYER;
     const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                            .apiVersion = VK_API_VERSION_1_3};
     const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
@@ -122,11 +130,14 @@ const char *bench_open(struct bench *bench, enum bench_kind kind)
     if (create_instance(bench) != VK_SUCCESS)
         return "no driver";
     if (create_device(bench) != VK_SUCCESS)
-        return "the driver has no ray queries";
+        return "the driver doesn't trace so";
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
+        .pNext = &limits};
     VkPhysicalDeviceDriverProperties driver = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &limits};
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &groups};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
     vkGetPhysicalDeviceProperties2(bench->physical, &properties);
@@ -141,8 +152,12 @@ const char *bench_open(struct bench *bench, enum bench_kind kind)
         .memory = &bench->memory,
         .scratch_alignment = limits.minAccelerationStructureScratchOffsetAlignment,
         .queue_lock = &bench->queue_lock,
+        .has_queries = kind == BENCH_QUERIES,
+        .group_handle_size = groups.shaderGroupHandleSize,
+        .group_handle_alignment = groups.shaderGroupHandleAlignment,
+        .group_base_alignment = groups.shaderGroupBaseAlignment,
     };
-    if (kind == BENCH_LAYER)
+    if (kind >= BENCH_LAYER)
         return create_pool(bench) == VK_SUCCESS ? NULL : "no command pool";
     return tracer_create(&bench->compare, &bench->tracer) == VK_SUCCESS ? NULL : "no pipeline";
 }

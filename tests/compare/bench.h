@@ -6,7 +6,12 @@
 #include "compare/tracer.h"
 #include "subject.h"
 
-enum bench_kind { BENCH_DRIVER, BENCH_LAYER };
+enum bench_kind {
+    BENCH_QUERIES,
+    BENCH_PIPELINES,
+    BENCH_LAYER, /* neither is enabled */
+    BENCH_LAYER_PIPELINES,
+};
 
 /* Messages of the layer. */
 struct heard {

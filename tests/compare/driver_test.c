@@ -15,6 +15,7 @@
 enum { RAYS = 4096 };
 
 static struct bench bench;
+static enum bench_kind kind;
 static struct subject subject;
 static struct tally tally;
 
@@ -198,7 +199,7 @@ static void test_inactive(void **state)
 static int open_bench(void **state)
 {
     (void)state;
-    const char *lacks = bench_open(&bench, BENCH_DRIVER);
+    const char *lacks = bench_open(&bench, kind);
     if (lacks) {
         print_message("skipped: %s\n", lacks);
         exit(77);
@@ -215,8 +216,9 @@ static int close_bench(void **state)
     return 0;
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    kind = argc > 1 && strcmp(argv[1], "pipelines") == 0 ? BENCH_PIPELINES : BENCH_QUERIES;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
         cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),

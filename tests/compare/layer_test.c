@@ -15,6 +15,7 @@
 #include "compare/structures.h"
 
 static struct bench bench;
+static enum bench_kind kind;
 static struct subject subject;
 
 /* Builds on the application's queue, in memory of its own; `source` as in bench_compare(). */
@@ -129,7 +130,7 @@ static int open_bench(void **state)
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "4096", 1);
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
-    const char *lacks = bench_open(&bench, BENCH_LAYER);
+    const char *lacks = bench_open(&bench, kind);
     if (lacks) {
         print_message("skipped: %s\n", lacks);
         exit(77);
@@ -145,8 +146,9 @@ static int close_bench(void **state)
     return 0;
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    kind = argc > 1 && strcmp(argv[1], "pipelines") == 0 ? BENCH_LAYER_PIPELINES : BENCH_LAYER;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_right),        cmocka_unit_test(test_fan),
         cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),

@@ -3,51 +3,12 @@
 // committed, so that what meets at an edge is seen.
 #version 460
 #extension GL_EXT_ray_query : require
-#extension GL_EXT_buffer_reference : require
-#extension GL_EXT_buffer_reference_uvec2 : require
+#extension GL_GOOGLE_include_directive : require
+#include "data.glsl"
 
 layout(local_size_x = 64) in;
 
-// As in src/compare/trace_data.h.
-const uint ROOM = 14;
-const uint HIT = 1, AABB = 2, FRONT = 4;
-
-struct Ray
-{
-    vec3 origin;
-    float t_min;
-    vec3 direction;
-    float t_max;
-};
-struct Hit
-{
-    float t, u, v;
-    uint kind, geometry, primitive, instance, spare;
-};
-struct Answer
-{
-    Hit closest;
-    uint candidate_count;
-    uint spare[7];
-    Hit candidates[ROOM];
-};
-
 layout(set = 0, binding = 0) uniform accelerationStructureEXT top;
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Rays
-{
-    Ray at[];
-};
-layout(buffer_reference, std430, buffer_reference_align = 16) buffer Answers
-{
-    Answer at[];
-};
-
-layout(push_constant) uniform Constants
-{
-    uvec2 rays, answers;
-    uint count;
-};
-
 void trace_closest(uint i, Ray ray)
 {
     Hit hit = Hit(0, 0, 0, 0, 0, 0, 0, 0);

@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making the pipelines that trace. */
+#include "compare/pipelines.h"
+
+#include <string.h>
+
+static const uint32_t query[] = {
+#include "compare_query.h"
+};
+static const uint32_t generation[] = {
+#include "compare_generation.h"
+};
+static const uint32_t miss[] = {
+#include "compare_miss.h"
+};
+static const uint32_t closest_hit[] = {
+#include "compare_closest_hit.h"
+};
+static const uint32_t any_hit[] = {
+#include "compare_any_hit.h"
+};
+static const uint32_t any_hit_of_box[] = {
+#include "compare_any_hit_of_box.h"
+};
+static const uint32_t intersection[] = {
+#include "compare_intersection.h"
+};
+
+enum { GROUP = 64 /* rays of a workgroup */ };
+
+static VkResult create_layouts(const struct compare_device *device, struct trace_pipeline *pipeline)
+{
+    const VkDescriptorSetLayoutBinding binding = {
+        .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
+        .descriptorCount = 1,
+        .stageFlags =
+            device->has_queries ? VK_SHADER_STAGE_COMPUTE_BIT : VK_SHADER_STAGE_RAYGEN_BIT_KHR,
+    };
+    const VkDescriptorSetLayoutCreateInfo set_info = {
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+        .bindingCount = 1,
+        .pBindings = &binding,
+    };
+    const VkPushConstantRange range = {.stageFlags = pipeline->stages,
+                                       .size = sizeof(struct trace_constants)};
+    const VkPipelineLayoutCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+        .setLayoutCount = 1,
+        .pSetLayouts = &pipeline->set_layout,
+        .pushConstantRangeCount = 1,
+        .pPushConstantRanges = &range,
+    };
+    VkResult result = device->vk->CreateDescriptorSetLayout(device->handle, &set_info, NULL,
+                                                            &pipeline->set_layout);
+    if (result == VK_SUCCESS)
+        result = device->vk->CreatePipelineLayout(device->handle, &info, NULL, &pipeline->layout);
+    return result;
+}
+
+static VkResult create_module(const struct compare_device *device, const uint32_t *words,
+                              size_t size, VkShaderModule *module)
+{
+    const VkShaderModuleCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+        .codeSize = size,
+        .pCode = words,
+    };
+    return device->vk->CreateShaderModule(device->handle, &info, NULL, module);
+}
+
+static VkResult create_compute(const struct compare_device *device, struct trace_pipeline *pipeline)
+{
+    VkShaderModule module;
+    VkResult result = create_module(device, query, sizeof(query), &module);
+    if (result != VK_SUCCESS)
+        return result;
+    const VkComputePipelineCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module,
+                  .pName = "main"},
+        .layout = pipeline->layout,
+    };
+    result = device->vk->CreateComputePipelines(device->handle, VK_NULL_HANDLE, 1, &info, NULL,
+                                                &pipeline->pipeline);
+    device->vk->DestroyShaderModule(device->handle, module, NULL);
+    return result;
+}
+
+/* ---- the ray-tracing pipeline */
+
+enum stage {
+    STAGE_GENERATION,
+    STAGE_MISS,
+    STAGE_CLOSEST_HIT,
+    STAGE_ANY_HIT,
+    STAGE_ANY_HIT_OF_BOX,
+    STAGE_INTERSECTION,
+    STAGE_COUNT,
+};
+
+static const struct {
+    VkShaderStageFlagBits stage;
+    const uint32_t *words;
+    size_t size;
+} stages[STAGE_COUNT] = {
+    [STAGE_GENERATION] = {VK_SHADER_STAGE_RAYGEN_BIT_KHR, generation, sizeof(generation)},
+    [STAGE_MISS] = {VK_SHADER_STAGE_MISS_BIT_KHR, miss, sizeof(miss)},
+    [STAGE_CLOSEST_HIT] = {VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, closest_hit, sizeof(closest_hit)},
+    [STAGE_ANY_HIT] = {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit, sizeof(any_hit)},
+    [STAGE_ANY_HIT_OF_BOX] = {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit_of_box,
+                              sizeof(any_hit_of_box)},
+    [STAGE_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, intersection,
+                            sizeof(intersection)},
+};
+
+/* Generation, miss, then the hit groups that the generation shader knows. */
+enum { GROUPS = 5, HIT_GROUPS = 3 };
+
+static VkRayTracingShaderGroupCreateInfoKHR group(VkRayTracingShaderGroupTypeKHR type,
+                                                  uint32_t general, uint32_t closest, uint32_t any,
+                                                  uint32_t of_box)
+{
+    return (VkRayTracingShaderGroupCreateInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR,
+        .type = type,
+        .generalShader = general,
+        .closestHitShader = closest,
+        .anyHitShader = any,
+        .intersectionShader = of_box,
+    };
+}
+
+static VkResult create_of_modules(const struct compare_device *device,
+                                  const VkShaderModule modules[STAGE_COUNT],
+                                  struct trace_pipeline *pipeline)
+{
+    const uint32_t none = VK_SHADER_UNUSED_KHR;
+    const VkRayTracingShaderGroupTypeKHR
+        general = VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR,
+        triangles = VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR,
+        boxes = VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR;
+    const VkRayTracingShaderGroupCreateInfoKHR groups[GROUPS] = {
+        group(general, STAGE_GENERATION, none, none, none),
+        group(general, STAGE_MISS, none, none, none),
+        group(triangles, none, STAGE_CLOSEST_HIT, none, none),
+        group(triangles, none, none, STAGE_ANY_HIT, none),
+        group(boxes, none, none, STAGE_ANY_HIT_OF_BOX, STAGE_INTERSECTION),
+    };
+    VkPipelineShaderStageCreateInfo infos[STAGE_COUNT];
+    for (int i = 0; i < STAGE_COUNT; i++)
+        infos[i] = (VkPipelineShaderStageCreateInfo){
+            .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+            .stage = stages[i].stage,
+            .module = modules[i],
+            .pName = "main",
+        };
+    const VkRayTracingPipelineCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
+        .stageCount = STAGE_COUNT,
+        .pStages = infos,
+        .groupCount = GROUPS,
+        .pGroups = groups,
+        .maxPipelineRayRecursionDepth = 1,
+        .layout = pipeline->layout,
+    };
+    return device->vk->CreateRayTracingPipelinesKHR(device->handle, VK_NULL_HANDLE, VK_NULL_HANDLE,
+                                                    1, &info, NULL, &pipeline->pipeline);
+}
+
+static VkResult create_ray_tracing(const struct compare_device *device,
+                                   struct trace_pipeline *pipeline)
+{
+    VkShaderModule modules[STAGE_COUNT] = {VK_NULL_HANDLE};
+    VkResult result = VK_SUCCESS;
+    for (int i = 0; i < STAGE_COUNT && result == VK_SUCCESS; i++)
+        result = create_module(device, stages[i].words, stages[i].size, &modules[i]);
+    if (result == VK_SUCCESS)
+        result = create_of_modules(device, modules, pipeline);
+    for (int i = 0; i < STAGE_COUNT; i++)
+        if (modules[i])
+            device->vk->DestroyShaderModule(device->handle, modules[i], NULL);
+    return result;
+}
+
+static uint32_t align(uint32_t size, uint32_t alignment)
+{
+    return (size + alignment - 1) / alignment * alignment;
+}
+
+enum { HANDLE_MAX = 256 /* bytes, where 32 are usual */ };
+
+/* Each part begins at a multiple of the base alignment. */
+static VkResult create_table(const struct compare_device *device, struct trace_pipeline *pipeline)
+{
+    const uint32_t size = device->group_handle_size;
+    const uint32_t stride = align(size, device->group_handle_alignment);
+    const uint32_t part = align(HIT_GROUPS * stride, device->group_base_alignment);
+    unsigned char handles[GROUPS * HANDLE_MAX];
+    if (size == 0 || size > HANDLE_MAX)
+        return VK_ERROR_FEATURE_NOT_PRESENT;
+    VkResult result = device->vk->GetRayTracingShaderGroupHandlesKHR(
+        device->handle, pipeline->pipeline, 0, GROUPS, (size_t)GROUPS * size, handles);
+    if (result == VK_SUCCESS)
+        result = compare_buffer_create(device, VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR,
+                                       4ull * part, true, &pipeline->table);
+    if (result != VK_SUCCESS)
+        return result;
+    uint64_t first = pipeline->table.address + device->group_base_alignment - 1;
+    first -= first % device->group_base_alignment;
+    unsigned char *bytes = pipeline->table.bytes + (first - pipeline->table.address);
+    memcpy(bytes, handles, size);
+    memcpy(bytes + part, handles + size, size);
+    for (uint32_t i = 0; i < HIT_GROUPS; i++)
+        memcpy(bytes + 2ull * part + i * stride, handles + (2ull + i) * size, size);
+    pipeline->generation = (VkStridedDeviceAddressRegionKHR){first, stride, stride};
+    pipeline->miss = (VkStridedDeviceAddressRegionKHR){first + part, stride, stride};
+    pipeline->hit = (VkStridedDeviceAddressRegionKHR){first + 2ull * part, stride,
+                                                      (uint64_t)HIT_GROUPS * stride};
+    return VK_SUCCESS;
+}
+
+/* ---- either */
+
+VkResult trace_pipeline_create(const struct compare_device *device, struct trace_pipeline *pipeline)
+{
+    *pipeline = (struct trace_pipeline){
+        .stages = device->has_queries
+                      ? VK_SHADER_STAGE_COMPUTE_BIT
+                      : VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR |
+                            VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
+    };
+    VkResult result = create_layouts(device, pipeline);
+    if (result == VK_SUCCESS)
+        result = device->has_queries ? create_compute(device, pipeline)
+                                     : create_ray_tracing(device, pipeline);
+    if (result == VK_SUCCESS && !device->has_queries)
+        result = create_table(device, pipeline);
+    if (result != VK_SUCCESS)
+        trace_pipeline_destroy(device, pipeline);
+    return result;
+}
+
+void trace_pipeline_destroy(const struct compare_device *device, struct trace_pipeline *pipeline)
+{
+    compare_buffer_free(device, &pipeline->table);
+    if (pipeline->pipeline)
+        device->vk->DestroyPipeline(device->handle, pipeline->pipeline, NULL);
+    if (pipeline->layout)
+        device->vk->DestroyPipelineLayout(device->handle, pipeline->layout, NULL);
+    if (pipeline->set_layout)
+        device->vk->DestroyDescriptorSetLayout(device->handle, pipeline->set_layout, NULL);
+    *pipeline = (struct trace_pipeline){0};
+}
+
+void trace_pipeline_record(const struct compare_device *device,
+                           const struct trace_pipeline *pipeline, VkCommandBuffer commands,
+                           VkDescriptorSet set, const struct trace_constants *constants)
+{
+    const VkPipelineBindPoint point = device->has_queries ? VK_PIPELINE_BIND_POINT_COMPUTE
+                                                          : VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR;
+    device->vk->CmdBindPipeline(commands, point, pipeline->pipeline);
+    device->vk->CmdBindDescriptorSets(commands, point, pipeline->layout, 0, 1, &set, 0, NULL);
+    device->vk->CmdPushConstants(commands, pipeline->layout, pipeline->stages, 0,
+                                 sizeof(*constants), constants);
+    if (device->has_queries) {
+        device->vk->CmdDispatch(commands, (constants->count + GROUP - 1) / GROUP, 1, 1);
+        return;
+    }
+    const VkStridedDeviceAddressRegionKHR callable = {0};
+    device->vk->CmdTraceRaysKHR(commands, &pipeline->generation, &pipeline->miss, &pipeline->hit,
+                                &callable, constants->count, 1, 1);
+}
