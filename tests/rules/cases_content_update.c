@@ -14,9 +14,10 @@ static const struct setup with_content = {.level = "content"};
  * itself. Returns its index. */
 static uint32_t update_of_itself(struct scene *scene, uint32_t model)
 {
+    const VkBuildAccelerationStructureFlagsKHR flags = scene->infos[model].flags;
     scene->infos[model].flags |= ALLOW_UPDATE;
     const uint32_t build = scene_add_build(scene, model);
-    scene->infos[model].flags &= ~ALLOW_UPDATE;
+    scene->infos[model].flags = flags;
     scene_build_before(scene, build, 1);
     scene->infos[build].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
