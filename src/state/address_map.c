@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_ENTRIES = 32, FIRST_CHUNKS = 8, CACHE_LINE = 64 };
+enum { CHUNK_ENTRIES = 32, FIRST_CHUNKS = 8, CACHE_LINE = 64, NEAR = 4 };
 
 /* A search reads `begins` alone, and one of the others for what it finds. */
 struct address_chunk {
@@ -191,15 +191,32 @@ void address_map_remove(struct address_map *map, uint64_t begin, const void *rec
     }
 }
 
+static struct address_position fetch_chunk(const struct address_map *map, size_t c)
+{
+    const char *chunk = (const char *)map->chunks[c];
+    for (size_t i = 0; i < offsetof(struct address_chunk, entries); i += CACHE_LINE)
+        __builtin_prefetch(chunk + i);
+    return (struct address_position){.chunk = c};
+}
+
 struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address)
 {
     if (!map->chunk_count)
         return (struct address_position){0};
-    struct address_position position = {.chunk = chunk_of(map, address)};
-    const char *chunk = (const char *)map->chunks[position.chunk];
-    for (size_t i = 0; i < offsetof(struct address_chunk, entries); i += CACHE_LINE)
-        __builtin_prefetch(chunk + i);
-    return position;
+    return fetch_chunk(map, chunk_of(map, address));
+}
+
+struct address_position address_map_find_chunk_near(const struct address_map *map, uint64_t address,
+                                                    const struct address_position *found,
+                                                    unsigned count)
+{
+    for (unsigned i = 0; map->chunk_count && i < count && i < NEAR; i++) {
+        size_t c = found[count - 1 - i].chunk;
+        if (map->firsts[c] <= address &&
+            (c + 1 == map->chunk_count || address < map->firsts[c + 1]))
+            return fetch_chunk(map, c);
+    }
+    return address_map_find_chunk(map, address);
 }
 
 void address_map_find_entry(const struct address_map *map, uint64_t address,

@@ -35,6 +35,11 @@ struct address_position {
 /* A search in three steps, each of which fetches what the next needs into the processor's cache, so
  * that several searches can wait together; the last fetches the record. */
 struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address);
+/* The same, sooner where it is a chunk of the last few of the `count` positions found before:
+ * addresses that are looked up together are often neighbours. */
+struct address_position address_map_find_chunk_near(const struct address_map *map, uint64_t address,
+                                                    const struct address_position *found,
+                                                    unsigned count);
 void address_map_find_entry(const struct address_map *map, uint64_t address,
                             struct address_position *position);
 void address_map_fetch(const struct address_map *map, struct address_position position);

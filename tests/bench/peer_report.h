@@ -36,9 +36,10 @@ void peer_report_submissions(void);
 void peer_report_submission(struct peer_report *report, uint32_t builds,
                             const struct figures *first, const struct figures *again);
 
-/* figures[i]: of 1 << i threads, each of which records `builds` a call. */
+/* [i]: of 1 << i threads, each of which records `builds` a call; see struct thread_times. */
 enum { THREAD_COUNTS = 3 };
 void peer_report_threads(struct peer_report *report, uint32_t builds,
-                         const struct figures figures[THREAD_COUNTS]);
+                         const struct figures wall[THREAD_COUNTS],
+                         const struct figures cpu[THREAD_COUNTS]);
 
 #endif

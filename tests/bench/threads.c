@@ -13,7 +13,7 @@ struct recording_thread {
     struct recorder recorder;
     const struct scene *scene;
     uint32_t first, builds, times;
-    double began, ended;
+    double began, ended, cpu;
 };
 
 static double wall_time(void)
@@ -33,14 +33,16 @@ static void *run(void *argument)
     struct recording_thread *self = argument;
     record(self, 1); /* what is done once a thread */
     pthread_barrier_wait(self->start);
+    double cpu = thread_time();
     self->began = wall_time();
     record(self, self->times);
     self->ended = wall_time();
+    self->cpu = thread_time() - cpu;
     return NULL;
 }
 
-double threads_time(const struct side *side, const struct scene *scene, uint32_t count,
-                    uint32_t builds, uint32_t times)
+struct thread_times threads_time(const struct side *side, const struct scene *scene, uint32_t count,
+                                 uint32_t builds, uint32_t times)
 {
     struct recording_thread threads[MOST_THREADS];
     pthread_barrier_t start;
@@ -52,13 +54,15 @@ double threads_time(const struct side *side, const struct scene *scene, uint32_t
         if (pthread_create(&threads[i].thread, NULL, run, &threads[i]) != 0)
             bench_fail("a thread can't be created");
     }
-    double began = 0, ended = 0;
+    double began = 0, ended = 0, cpu = 0;
     for (uint32_t i = 0; i < count; i++) {
         pthread_join(threads[i].thread, NULL);
         recorder_close(&threads[i].recorder);
         began = i && began < threads[i].began ? began : threads[i].began;
         ended = ended > threads[i].ended ? ended : threads[i].ended;
+        cpu += threads[i].cpu;
     }
     pthread_barrier_destroy(&start);
-    return (ended - began) / ((double)count * builds * times);
+    double recorded = (double)count * builds * times;
+    return (struct thread_times){.wall = (ended - began) / recorded, .cpu = cpu / recorded};
 }

@@ -19,6 +19,7 @@ struct range {
     uint64_t begin, size;
     bool present;
     unsigned found; /* by the query under way */
+    bool is_only;   /* as that says */
 };
 
 struct world {
@@ -47,9 +48,28 @@ static void note(void *record, void *context)
     range->found++;
 }
 
+/* The shorter ways lead to the same. */
+static void assert_ways_agree(const struct address_map *map, uint64_t address)
+{
+    const uint64_t others[] = {0, UINT64_MAX, address - 1, address + 1, address / 2, address};
+    enum { OTHERS = sizeof(others) / sizeof(others[0]) };
+    struct address_position found[OTHERS];
+    struct address_position position = address_map_find_chunk(map, address);
+    for (unsigned i = 0; i < OTHERS; i++) {
+        assert_int_equal(address_map_find_chunk_near(map, address, found, i).chunk, position.chunk);
+        found[i] = address_map_find_chunk(map, others[i]);
+    }
+    address_map_find_entry(map, address, &position);
+    struct range *only = address_map_only(map, position, address);
+    if (only)
+        only->is_only = true;
+}
+
 static void assert_finds_what_is_there(struct world *world, uint64_t address)
 {
+    assert_ways_agree(&world->map, address);
     address_map_find(&world->map, address, note, NULL);
+    uint32_t holders = 0, only = 0;
     for (uint32_t i = 0; i < world->count; i++) {
         struct range *range = &world->ranges[i];
         bool holds =
@@ -57,8 +77,13 @@ static void assert_finds_what_is_there(struct world *world, uint64_t address)
         if (range->found != holds)
             fail_msg("address %#lx: [%#lx, +%#lx) visited %u times", (unsigned long)address,
                      (unsigned long)range->begin, (unsigned long)range->size, range->found);
+        holders += holds;
+        only += range->is_only;
+        assert_true(!range->is_only || holds);
         range->found = 0;
+        range->is_only = false;
     }
+    assert_true(only == 0 || holders == 1);
 }
 
 static void add(struct world *world, struct range *range)

@@ -199,6 +199,25 @@ static void test_a_table_needs_memory(void **state)
     assert_null(all);
 }
 
+/* What was found last in one table is not what another one has by that handle. */
+static void test_tables_have_their_own(void **state)
+{
+    (void)state;
+    struct command_buffers *one = some_command_buffers(), *other = some_command_buffers();
+    struct command_buffer *of_one = command_buffers_find(one, handle(1));
+    struct command_buffer *of_other = command_buffers_find(other, handle(1));
+    assert_ptr_not_equal(of_one, of_other);
+    assert_ptr_equal(command_buffers_find(one, handle(1)), of_one);
+    command_buffers_destroy(other);
+    other = some_command_buffers();
+    assert_ptr_equal(command_buffers_find(one, handle(1)), of_one);
+    take_away(one, 1);
+    assert_null(command_buffers_find(one, handle(1)));
+    assert_non_null(command_buffers_find(other, handle(1)));
+    command_buffers_destroy(one);
+    command_buffers_destroy(other);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -206,6 +225,7 @@ int main(void)
         cmocka_unit_test(test_a_pool_takes_its_command_buffers_along),
         cmocka_unit_test(test_freed_handles_come_again),
         cmocka_unit_test(test_what_is_not_known_changes_nothing),
+        cmocka_unit_test(test_tables_have_their_own),
         cmocka_unit_test(test_random_lives),
         cmocka_unit_test(test_what_was_lost_is_unknown),
         cmocka_unit_test(test_the_command_buffers_of_a_lost_pool_are_unknown),

@@ -157,16 +157,18 @@ static void assert_sweeps(struct call *call)
 /* How a random call is made. */
 struct style {
     uint32_t memories, handles, bytes, longest;
-    bool in_order; /* spans and handles ascend with the builds */
+    bool in_order;    /* spans and handles ascend with the builds */
+    uint32_t between; /* bytes between the places that the roles have in one memory; 0: none have */
 };
 
 static void add_random(struct random *random, struct call *call, const struct style *style,
                        enum range_role role, uint32_t build)
 {
-    uint32_t at = style->in_order ? build * 5 : random_below(random, style->bytes);
+    uint32_t at = style->in_order ? build * 5 + (uint32_t)role * style->between
+                                  : random_below(random, style->bytes);
+    uint32_t memory = style->between ? 1 : random_below(random, style->memories);
     uint32_t handle = style->in_order ? build : random_below(random, style->handles);
-    struct used_range range = range_of(role, build, role == ROLE_SCRATCH ? 0 : handle,
-                                       random_below(random, style->memories), at,
+    struct used_range range = range_of(role, build, role == ROLE_SCRATCH ? 0 : handle, memory, at,
                                        at + random_below(random, style->longest));
     for (uint32_t i = 0; i < call->count; i++)
         if (same_range(&call->ranges[i], &range))
@@ -194,15 +196,18 @@ static void test_random_calls(void **state)
 {
     (void)state;
     static const struct style styles[] = {
-        {3, 20, 200, 40, false},                            /* many pairs */
-        {2, 3, 30, 30, false},                              /* nearly all alias */
-        {5, 1000, 4000, 60, false},                         /* few pairs */
-        {2, 50, 300, 12, true},     {2, 50, 100, 2, false}, /* empty ones too */
+        {3, 20, 200, 40, false, 0},                               /* many pairs */
+        {2, 3, 30, 30, false, 0},                                 /* nearly all alias */
+        {5, 1000, 4000, 60, false, 0},                            /* few pairs */
+        {2, 50, 300, 12, true, 0},     {2, 50, 100, 2, false, 0}, /* empty ones too */
+        {0, 50, 0, 6, true, 1000},                                /* apart at a glance */
+        {0, 50, 0, 6, true, 80},   /* the ranges of a role are apart, those of two are not */
+        {0, 50, 0, 7, true, 1000}, /* the roles are apart, their ranges are not */
     };
     struct random random = random_of("sweep");
     static struct call call;
-    for (int round = 0; round < 250; round++) {
-        make_random(&random, &call, &styles[round % 5]);
+    for (int round = 0; round < 400; round++) {
+        make_random(&random, &call, &styles[round % 8]);
         assert_sweeps(&call);
     }
 }
@@ -249,7 +254,7 @@ static void test_a_structure_in_pieces_is_one_structure(void **state)
 static void test_it_stops_where_no_more_are_wanted(void **state)
 {
     (void)state;
-    static const struct style style = {1, 2, 10, 30, false};
+    static const struct style style = {1, 2, 10, 30, false, 0};
     struct random random = random_of("sweep wanted");
     static struct call call;
     for (int round = 0; round < 100; round++) {
@@ -357,7 +362,7 @@ static void test_a_lost_range_silences_all(void **state)
 static void test_a_search_without_memory_makes_nothing_up(void **state)
 {
     (void)state;
-    static const struct style style = {2, 3, 60, 30, false};
+    static const struct style style = {2, 3, 60, 30, false, 0};
     struct random random = random_of("sweep memory");
     static struct call call;
     bool failed[2] = {true, true};
