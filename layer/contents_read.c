@@ -254,7 +254,8 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
-    comparer_keep(reading->ran->device->comparer, buffer->journal, item, &executed.memory);
+    if (build->place.command != COMMAND_NV)
+        comparer_keep(reading->ran->device->comparer, buffer->journal, item, &executed.memory);
     snapshot_memory_close(&memory);
     if (note)
         replay_judge_contents(&reading->replay, note);
@@ -294,8 +295,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
     pthread_rwlock_rdlock(&execution->lock);
     bool is_known = !execution->is_lost && !atomic_load(&execution->is_overwritten);
     for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
-        if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE) &&
-            item->build->place.command != COMMAND_NV)
+        if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE))
             read_item(&buffer, item);
         if (item->kind != ITEM_EXECUTE)
             continue;

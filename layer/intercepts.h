@@ -145,6 +145,7 @@
     INTERCEPT(CreateAccelerationStructureNV)                                                       \
     INTERCEPT(DestroyAccelerationStructureNV)                                                      \
     INTERCEPT(BindAccelerationStructureMemoryNV)                                                   \
+    INTERCEPT(GetAccelerationStructureHandleNV)                                                    \
     INTERCEPT(CmdCopyAccelerationStructureNV)                                                      \
     INTERCEPT(CmdBuildAccelerationStructureNV)
 

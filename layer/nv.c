@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of VK_NV_ray_tracing: its structures, and the command that builds them. */
+#include <string.h>
+
 #include "build_call.h"
 #include "intercepts.h"
 #include "state/chain.h"
@@ -93,6 +95,20 @@ assay_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
     return result;
 }
 
+VKAPI_ATTR VkResult VKAPI_CALL assay_GetAccelerationStructureHandleNV(
+    VkDevice device, VkAccelerationStructureNV accelerationStructure, size_t dataSize, void *pData)
+{
+    struct layer_device *state = layer_find_device(device);
+    uint64_t reference;
+    VkResult result =
+        state->vk.GetAccelerationStructureHandleNV(device, accelerationStructure, dataSize, pData);
+    if (result == VK_SUCCESS && state->level >= LEVEL_CONTENT && dataSize >= sizeof(reference)) {
+        memcpy(&reference, pData, sizeof(reference));
+        resources_add_nv_reference(state->resources, accelerationStructure, reference);
+    }
+    return result;
+}
+
 /* ---- builds */
 
 static struct built describe(const struct build_call *call, const struct nv_call_view *view)
@@ -100,12 +116,19 @@ static struct built describe(const struct build_call *call, const struct nv_call
     uint32_t position = call->origin.build_index;
     if (!view->info)
         return (struct built){.state = BUILT_UNKNOWN, .position = position};
+    /* Updates are measured by their data alone. */
+    bool may_be_asked =
+        view->update || (view->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV);
+    struct geometry_shapes *shapes = NULL;
+    if (call->device->level >= LEVEL_CONTENT && may_be_asked && !view->geometries_unreadable)
+        shapes = built_nv_shapes(view->info);
     return (struct built){.state = BUILT_BEFORE,
                           .command_buffer = call->origin.command_buffer,
                           .position = position,
                           .flags = view->info->flags,
                           .type = view->info->type,
-                          .geometry_count = view->info->geometryCount};
+                          .geometry_count = view->info->geometryCount,
+                          .shapes = shapes};
 }
 
 static void see_build(void *user, const struct nv_call_view *view)

@@ -33,6 +33,7 @@
 #undef ASK_micromap_triangle
 #undef ASK_opacity_index
 #undef ASK_instance
+#undef ASK_nv_instance
 #undef ASK_reference
 #undef ASK_indices
 #undef ASK_transform
@@ -70,6 +71,7 @@
 #define ASK_micromap_triangle(name, level)
 #define ASK_opacity_index(name, level)
 #define ASK_instance(name, level)
+#define ASK_nv_instance(name, level)
 #define ASK_reference(name, level)
 #define ASK_indices(name, level)
 #define ASK_transform(name, level)

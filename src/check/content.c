@@ -42,6 +42,14 @@ uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressC
     return memory->find(memory->context, begin, extent, bytes);
 }
 
+/* Instances of VK_NV_ray_tracing are a parameter of the command, not a geometry. */
+static struct location location_of(const struct geometry_view *geometry)
+{
+    bool is_parameter =
+        geometry->build->call->command == COMMAND_NV && instances_in(geometry->geometry);
+    return walk_location(geometry, is_parameter ? SUBJECT_PARAMETER : SUBJECT_GEOMETRY);
+}
+
 /* Of all data that a rule asks about, the first that breaks it is told. */
 #define ASK_ONCE(name, view)                                                                       \
     if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
@@ -88,7 +96,7 @@ void content_walk_radius(struct content *content, const struct radius_view *radi
 
 void content_walk_transform(struct content *content, const struct transform_view *transform)
 {
-    const struct location location = walk_location(transform->geometry, SUBJECT_GEOMETRY);
+    const struct location location = location_of(transform->geometry);
     struct finding finding;
 #include "rules.def"
 }
@@ -99,7 +107,18 @@ void content_walk_transform(struct content *content, const struct transform_view
 
 void content_walk_instance(struct content *content, const struct instance_view *instance)
 {
-    const struct location location = walk_location(instance->geometry, SUBJECT_GEOMETRY);
+    const struct location location = location_of(instance->geometry);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_nv_instance
+#define ASK_nv_instance(name, level) ASK_ONCE(name, nv_instance)
+
+void content_walk_nv_instance(struct content *content, const struct nv_instance_view *nv_instance)
+{
+    const struct location location = location_of(nv_instance->geometry);
     struct finding finding;
 #include "rules.def"
 }
@@ -110,7 +129,7 @@ void content_walk_instance(struct content *content, const struct instance_view *
 
 void content_walk_reference(struct content *content, const struct reference_view *reference)
 {
-    const struct location location = walk_location(reference->geometry, SUBJECT_GEOMETRY);
+    const struct location location = location_of(reference->geometry);
     struct finding finding;
 #include "rules.def"
 }
@@ -209,6 +228,7 @@ static void view_indices(const uint8_t *indices, uint32_t size, struct indices_v
         view->consumed = count_vertices(indices, size, count, (uint64_t)max + 2);
 }
 
+/* Those of VK_NV_ray_tracing have no ranges, which the rules are about. */
 static void read_indices(struct content *content,
                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
@@ -273,7 +293,8 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     memcpy(content.wants, walk->wants, sizeof(content.wants));
     content_keep_count(&content);
     if (triangles) {
-        read_indices(&content, triangles);
+        if (range->geometry->build->call->command != COMMAND_NV)
+            read_indices(&content, triangles);
         read_transform(&content, triangles);
     }
     if (aabbs)

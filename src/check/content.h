@@ -92,6 +92,7 @@ void content_free_instances(struct instance_uses *instances);
 void content_walk_indices(struct content *content, const struct indices_view *indices);
 void content_walk_box(struct content *content, const struct box_view *box);
 void content_walk_instance(struct content *content, const struct instance_view *instance);
+void content_walk_nv_instance(struct content *content, const struct nv_instance_view *nv_instance);
 void content_walk_reference(struct content *content, const struct reference_view *reference);
 void content_walk_motion_instance(struct content *content,
                                   const struct motion_instance_view *motion_instance);

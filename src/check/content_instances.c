@@ -97,6 +97,18 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
         content_walk_transform(content, &view);
 }
 
+static void check_nv_reference(struct content *content, uint32_t index, uint64_t reference)
+{
+    if (!reference || content->range->geometry->build->call->command != COMMAND_NV)
+        return;
+    const struct nv_instance_view view = {
+        .geometry = content->range->geometry,
+        .index = index,
+        .reference = reference,
+        .refers_to = resources_find_nv_reference(content->walk->context->resources, reference)};
+    content_walk_nv_instance(content, &view);
+}
+
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance)
 {
@@ -108,6 +120,7 @@ void content_check_instance(struct content *content, uint32_t index, bool has_mo
     content_find_reference(content, reference, &view.referenced);
     content_walk_instance(content, &view);
     content_check_reference(content, index, &view.referenced);
+    check_nv_reference(content, index, reference);
     content_check_transform(content, index, reference, &instance->transform);
 }
 

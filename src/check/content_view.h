@@ -4,6 +4,7 @@
 #define ASSAY_CHECK_CONTENT_VIEW_H
 
 #include "check/view.h"
+#include "state/resources.h"
 
 /* The vertices that a geometry of triangles uses. */
 struct indices_view {
@@ -66,6 +67,14 @@ struct instance_view {
     bool has_motion; /* it is a member of a VkAccelerationStructureMotionInstanceNV */
     VkAccelerationStructureInstanceKHR instance;
     struct accel_facts referenced; /* what it refers to; nothing is known of references of 0 */
+};
+
+/* An instance of VK_NV_ray_tracing that refers to something. */
+struct nv_instance_view {
+    const struct geometry_view *geometry;
+    uint32_t index;
+    uint64_t reference;
+    enum nv_reference refers_to;
 };
 
 /* What an instance of any kind refers to, a structure that is alive. */

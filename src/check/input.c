@@ -51,8 +51,22 @@ const char *input_field(enum input_role role)
     return "scratchData.deviceAddress";
 }
 
+static const char *nv_data_field(enum input_role role)
+{
+    switch ((int)role) {
+    case INPUT_TRANSFORM:
+        return "geometry.triangles.transformData";
+    case INPUT_AABBS:
+        return "geometry.aabbs.aabbData";
+    default:
+        return "instanceData";
+    }
+}
+
 const char *input_data_field(enum build_command command, enum input_role role)
 {
+    if (command == COMMAND_NV)
+        return nv_data_field(role);
     if (command != COMMAND_HOST)
         return input_field(role);
     switch ((int)role) {

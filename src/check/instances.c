@@ -49,6 +49,20 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
                     number(instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
 }
 
+/* One that refers to nothing is inactive. */
+bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_instance,
+                                             struct finding *finding)
+{
+    enum nv_reference refers_to = nv_instance->refers_to;
+    return (refers_to != NV_REFERENCE_TOP_LEVEL && refers_to != NV_REFERENCE_OF_NOBODY) ||
+           violated(finding, "instanceData",
+                    "leads to instance {}, whose accelerationStructureReference {} {}",
+                    number(nv_instance->index), hex(nv_instance->reference),
+                    text(refers_to == NV_REFERENCE_TOP_LEVEL
+                             ? "is the handle of a top-level structure"
+                             : "was never returned by vkGetAccelerationStructureHandleNV"));
+}
+
 /* What they refer to. */
 
 static struct value structure(const struct reference_view *reference)

@@ -46,11 +46,14 @@ void judge_geometries(struct walk *walk, const struct update_view *update,
     if (!asked || !source || asked->count != source->count)
         return;
     struct location location = *build;
-    location.subject = SUBJECT_GEOMETRY;
     for (uint32_t i = 0; i < asked->count; i++) {
         struct updated_geometry_view geometry = {
             .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
         location.geometry = i;
+        location.subject =
+            build->command == COMMAND_NV && asked->items[i].type == VK_GEOMETRY_TYPE_INSTANCES_KHR
+                ? SUBJECT_PARAMETER
+                : SUBJECT_GEOMETRY;
         walk_updated_geometry(walk, &geometry, &location);
         judge_updated_micromap(walk, &geometry, &location);
     }

@@ -33,8 +33,12 @@ static bool changed(const struct updated_geometry_view *geometry, struct finding
                     const char *says, uint32_t primitive)
 {
     const struct update_view *update = geometry->update;
-    return violated(finding, "", says, number(primitive),
-                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, update->src),
+    bool is_nv = update->command == COMMAND_NV;
+    bool is_parameter = is_nv && geometry->asked->type == VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    return violated(finding, is_parameter ? "instanceData" : "", says, number(primitive),
+                    object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                 : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                           update->src),
                     built_at(update->source->command_buffer, update->source->position));
 }
 

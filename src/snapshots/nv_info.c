@@ -2,6 +2,8 @@
 /* From VkAccelerationStructureInfoNV to a build's parameters. */
 #include "snapshots/nv_info.h"
 
+#include "state/built.h"
+
 static VkDeviceOrHostAddressConstKHR address(const struct nv_data *data, VkBuffer buffer,
                                              VkDeviceSize offset)
 {
@@ -9,16 +11,10 @@ static VkDeviceOrHostAddressConstKHR address(const struct nv_data *data, VkBuffe
     return (VkDeviceOrHostAddressConstKHR){.deviceAddress = found};
 }
 
-/* Nothing is drawn of no vertices, whatever the indices say. */
-static uint32_t count_triangles(const VkGeometryTrianglesNV *from)
-{
-    bool is_indexed = from->indexType != VK_INDEX_TYPE_NONE_NV && from->vertexCount;
-    return (is_indexed ? from->indexCount : from->vertexCount) / 3;
-}
-
 static void translate_triangles(const VkGeometryTrianglesNV *from, const struct nv_data *data,
                                 VkAccelerationStructureGeometryTrianglesDataKHR *to)
 {
+    to->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
     to->vertexFormat = from->vertexFormat;
     to->vertexData = address(data, from->vertexData, from->vertexOffset);
     to->vertexStride = from->vertexStride;
@@ -33,19 +29,21 @@ static void translate_geometry(const VkGeometryNV *from, const struct nv_data *d
                                VkAccelerationStructureGeometryKHR *to, uint32_t *count)
 {
     const VkGeometryAABBNV *aabbs = &from->geometry.aabbs;
+    to->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
     to->geometryType = from->geometryType;
     to->flags = from->flags;
+    *count = nv_primitive_count(from);
     switch (from->geometryType) {
     case VK_GEOMETRY_TYPE_TRIANGLES_NV:
         translate_triangles(&from->geometry.triangles, data, &to->geometry.triangles);
-        *count = count_triangles(&from->geometry.triangles);
         break;
     case VK_GEOMETRY_TYPE_AABBS_NV:
+        to->geometry.aabbs.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR;
         to->geometry.aabbs.data = address(data, aabbs->aabbData, aabbs->offset);
         to->geometry.aabbs.stride = aabbs->stride;
-        *count = aabbs->numAABBs;
         break;
     default: /* no instances here, so that the builder refuses it */
+        *count = 0;
         to->geometryType = VK_GEOMETRY_TYPE_MAX_ENUM_KHR;
     }
 }
@@ -70,7 +68,10 @@ static VkResult copy_instances(const VkAccelerationStructureInfoNV *info,
     VkResult result = build_parameters_allocate(copy, 1);
     if (result != VK_SUCCESS)
         return result;
+    copy->geometries[0].sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
     copy->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    copy->geometries[0].geometry.instances.sType =
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR;
     if (data)
         copy->geometries[0].geometry.instances.data =
             address(data, data->instances, data->instance_offset);

@@ -240,3 +240,36 @@ struct built built_describe(const struct build_description *description)
     built.contents = build_contents_share(description->contents);
     return built;
 }
+
+/* ---- VK_NV_ray_tracing */
+
+/* Nothing is drawn of no vertices, whatever the indices say. */
+uint32_t nv_primitive_count(const VkGeometryNV *geometry)
+{
+    const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
+    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_NV && triangles->vertexCount;
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV)
+        return geometry->geometry.aabbs.numAABBs;
+    return (is_indexed ? triangles->indexCount : triangles->vertexCount) / 3;
+}
+
+struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info)
+{
+    bool is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
+    uint32_t count = is_top ? 1 : info->geometryCount;
+    struct geometry_shapes *shapes = allocate_shapes(count, 0, false);
+    if (!shapes)
+        return NULL;
+    shapes->dst_size = shapes->needed_size = 0;
+    for (uint32_t i = 0; i < count; i++)
+        shapes->items[i] =
+            is_top ? (struct geometry_shape){.type = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                                             .count_known = true,
+                                             .primitive_count = info->instanceCount}
+                   : (struct geometry_shape){
+                         .type = info->pGeometries[i].geometryType,
+                         .index_type = info->pGeometries[i].geometry.triangles.indexType,
+                         .count_known = true,
+                         .primitive_count = nv_primitive_count(&info->pGeometries[i])};
+    return shapes;
+}

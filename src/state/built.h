@@ -131,6 +131,12 @@ struct build_description {
     struct build_contents *contents;       /* shared; NULL: none */
 };
 
+/* Of a build of VK_NV_ray_tracing, whose geometries are readable: types, counts and index types.
+ * NULL without memory. */
+struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info);
+/* As many triangles or boxes as a geometry has. */
+uint32_t nv_primitive_count(const VkGeometryNV *geometry);
+
 struct built built_describe(const struct build_description *description);
 
 #endif

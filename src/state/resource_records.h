@@ -113,6 +113,9 @@ struct nv_accel_record {
 struct resources {
     struct reader_lock lock;
     struct handle_table memories, buffers, accels, micromaps, nv_accels;
+    struct handle_table
+        nv_references; /* what instances refer to by vkGetAccelerationStructureHandleNV:
+                          which enum nv_reference it is */
     struct handle_table accel_addresses; /* see resources_references.c; only of those set */
     struct address_map addresses;        /* of buffer records */
     struct memory_record *mapped;        /* all that the host has mapped */

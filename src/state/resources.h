@@ -94,6 +94,17 @@ uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationSt
 /* As for buffers. */
 void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
                              VkDeviceMemory memory, VkDeviceSize offset, bool instances_differ);
+/* What vkGetAccelerationStructureHandleNV has said of a structure. */
+void resources_add_nv_reference(struct resources *resources, VkAccelerationStructureNV handle,
+                                uint64_t reference);
+/* Whether any structure has or had that reference, which isn't 0. Takes the lock itself. */
+enum nv_reference {
+    NV_REFERENCE_UNKNOWN,
+    NV_REFERENCE_BOTTOM_LEVEL,
+    NV_REFERENCE_TOP_LEVEL,
+    NV_REFERENCE_OF_NOBODY
+};
+enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference);
 void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle);
 
 /* Look-ups. Between begin and end the caller calls nothing but the four below, and no lock of

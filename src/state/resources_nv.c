@@ -23,6 +23,7 @@ void resources_release_nv(struct resources *resources)
 {
     handle_table_each(&resources->nv_accels, free_record, NULL);
     handle_table_release(&resources->nv_accels);
+    handle_table_release(&resources->nv_references);
 }
 
 /* Returns the id of what was removed, or 0. */
@@ -139,4 +140,47 @@ void resources_find_nv_accel(const struct resources *resources, VkAccelerationSt
     facts->span = span_of(accel);
     facts->sizes = accel->sizes;
     facts->created = nv_shape_share(accel->created);
+}
+
+/* ---- what instances refer to */
+
+static enum nv_reference level_of(const struct nv_accel_record *accel)
+{
+    if (!accel || !accel->created)
+        return NV_REFERENCE_UNKNOWN;
+    return accel->created->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV
+               ? NV_REFERENCE_TOP_LEVEL
+               : NV_REFERENCE_BOTTOM_LEVEL;
+}
+
+static void *as_record(enum nv_reference reference)
+{
+    return (void *)((uintptr_t)reference + 1); // NOLINT(performance-no-int-to-ptr)
+}
+
+/* A reference that was of structures of both levels tells nothing. */
+void resources_add_nv_reference(struct resources *resources, VkAccelerationStructureNV handle,
+                                uint64_t reference)
+{
+    if (!reference)
+        return;
+    reader_lock_write(&resources->lock);
+    void *level = as_record(level_of(find(resources, handle)));
+    const void *before = handle_table_find(&resources->nv_references, reference);
+    if (before && before != level)
+        level = as_record(NV_REFERENCE_UNKNOWN);
+    if (!handle_table_set(&resources->nv_references, reference, level))
+        resources->incomplete = true;
+    reader_lock_write_done(&resources->lock);
+}
+
+enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference)
+{
+    unsigned token = resources_begin_reading(resources);
+    uintptr_t found = (uintptr_t)handle_table_find(&resources->nv_references, reference);
+    bool is_nobodys = !found && !resources->incomplete;
+    resources_end_reading(resources, token);
+    if (is_nobodys)
+        return NV_REFERENCE_OF_NOBODY;
+    return found ? (enum nv_reference)(found - 1) : NV_REFERENCE_UNKNOWN;
 }

@@ -9,9 +9,9 @@
 
 #include "play.h"
 
-static const struct case_list *const lists[] = {&cases_content,   &cases_content_update,
-                                                &cases_instances, &cases_motion,
-                                                &cases_radii,     &cases_micromap_contents};
+static const struct case_list *const lists[] = {
+    &cases_content, &cases_content_update,    &cases_instances,  &cases_motion,
+    &cases_radii,   &cases_micromap_contents, &cases_nv_contents};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {

@@ -5,6 +5,15 @@
 
 #include "case.h"
 
+static void set_limits(struct null_driver_config *config)
+{
+    config->micromap_properties_khr.maxOpacity2StateSubdivisionLevel = 6;
+    config->micromap_properties_khr.maxOpacity4StateSubdivisionLevel = 5;
+    config->micromap_properties_khr.maxOpacityLossy4StateSubdivisionLevel = 4;
+}
+
+static const struct setup with_limits = {
+    .configure = set_limits, .enable = ENABLE_OPACITY_MICROMAP_KHR, .level = "content"};
 static const struct setup with_content = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
                                           .level = "content"};
 
@@ -166,9 +175,10 @@ INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OP
     "<VkAccelerationStructureTrianglesOpacityMicromapKHR>.indexBuffer has index "
 
 /* Of a rule, what precedes the mutation, that, and the twin. */
-#define CASE(name_, rule_, prepare_, mutate_, mutate_twin_, path_)                                 \
+#define CASE(...) CASE_WITH(with_content, __VA_ARGS__)
+#define CASE_WITH(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)                    \
     {                                                                                              \
-        .name = (name_), RULES(RULE_##rule_), .setup = &with_content, .prepare = (prepare_),       \
+        .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
         .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE, .path = (path_) \
     }
 #define SILENT_CASE(name_, rule_, prepare_, mutate_)                                               \
@@ -196,16 +206,16 @@ static const struct test_case cases[] = {
          triangle_behind_the_last, LEADS_TO(0)),
     CASE("micromap_format_zero_of_large_level", micromap_triangle_format_is_valid, build_micromap,
          format_zero_of_large_level, NULL, LEADS_TO(0)),
-    CASE("micromap_level_of_2_states", triangle_2_state_level_is_within_limit, build_micromap,
-         level_2_beyond, level_2_at_the_limit,
-         LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
-                     "maxOpacity2StateSubdivisionLevel (6)"),
-    CASE("micromap_level_of_4_states", triangle_4_state_level_is_within_limit, build_micromap,
-         level_4_beyond, level_4_at_the_limit,
-         LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
-    CASE("lossy_micromap_level", lossy_triangle_level_is_within_limit, build_lossy_micromap,
-         level_4_at_the_limit, level_lossy_at_the_limit,
-         LEADS_TO(3) "which has subdivisionLevel 5"),
+    CASE_WITH(with_limits, "micromap_level_of_2_states", triangle_2_state_level_is_within_limit,
+              build_micromap, level_2_beyond, level_2_at_the_limit,
+              LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
+                          "maxOpacity2StateSubdivisionLevel (6)"),
+    CASE_WITH(with_limits, "micromap_level_of_4_states", triangle_4_state_level_is_within_limit,
+              build_micromap, level_4_beyond, level_4_at_the_limit,
+              LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
+    CASE_WITH(with_limits, "lossy_micromap_level", lossy_triangle_level_is_within_limit,
+              build_lossy_micromap, level_4_at_the_limit, level_lossy_at_the_limit,
+              LEADS_TO(3) "which has subdivisionLevel 5"),
     CASE("lossy_micromap_of_2_states", lossy_triangle_is_4_state, build_lossy_micromap,
          format_2_state, level_lossy_at_the_limit, LEADS_TO(2) "whose format 1 is not"),
     SILENT_CASE("lossless_micromap_of_2_states", lossy_triangle_is_4_state, build_micromap,

@@ -176,7 +176,7 @@ void scene_nv_use_boxes(struct scene *scene)
         nv->geometries[i] = empty_geometry(VK_GEOMETRY_TYPE_AABBS_NV);
         nv->geometries[i].geometry.aabbs.aabbData = nv->boxes.handle;
         nv->geometries[i].geometry.aabbs.numAABBs = 3;
-        nv->geometries[i].geometry.aabbs.stride = 24;
+        nv->geometries[i].geometry.aabbs.stride = i == 0 ? 24 : 32; /* as the boxes lie */
         nv->geometries[i].geometry.aabbs.offset = i * 1024;
     }
     scene_nv_give_objects(scene);
