@@ -88,9 +88,9 @@ static bool binary_is_free(const struct test *test, const struct usage *usage,
 {
     if (usage->waited != usage->top)
         return false;
+    if (usage->waiter == call->queue)
+        return call->kind == SUBMIT_COMMANDS && !usage->bindings_wait;
     return usage->waiter == 0 ||
-           (usage->waiter == call->queue && call->kind == SUBMIT_COMMANDS &&
-            !usage->bindings_wait) ||
            (!queue_is_flying(test, usage->waiter) && !queue_is_held(test, usage->waiter));
 }
 
