@@ -73,15 +73,19 @@ static uint64_t value_at(const uint64_t *values, uint32_t count, uint32_t i)
     return values && i < count ? values[i] : 0;
 }
 
+static const VkTimelineSemaphoreSubmitInfo *timeline_of(const void *chain)
+{
+    static const VkTimelineSemaphoreSubmitInfo none = {0};
+    const VkTimelineSemaphoreSubmitInfo *timeline =
+        chain_find(chain, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+    return timeline ? timeline : &none;
+}
+
 static void add_submit(struct submission *submission, const struct layer_device *device,
                        const VkSubmitInfo *info)
 {
     bool spread = is_spread(device, info);
-    const VkTimelineSemaphoreSubmitInfo none = {0};
-    const VkTimelineSemaphoreSubmitInfo *timeline =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
-    if (!timeline)
-        timeline = &none;
+    const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
     submission_add_batch(submission);
     for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
         submission_add_wait(
@@ -218,11 +222,7 @@ static struct journal *announce_bindings(struct layer_device *device, const VkBi
 static void add_bindings(struct submission *submission, struct layer_device *device,
                          const VkBindSparseInfo *info)
 {
-    const VkTimelineSemaphoreSubmitInfo none = {0};
-    const VkTimelineSemaphoreSubmitInfo *timeline =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
-    if (!timeline)
-        timeline = &none;
+    const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
     submission_add_batch(submission);
     for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
         submission_add_wait(

@@ -43,6 +43,17 @@ static VkResult settle(const struct copy_call *call, VkResult result, struct cpu
                : VK_ERROR_VALIDATION_FAILED;
 }
 
+/* A tree that is to be that of dst, and the size of that. */
+static VkResult create_for_dst(const struct copy_call *call, struct cpu_tree **tree, uint64_t *size)
+{
+    struct cpu_structure_info dst;
+    if (!cpu_structures_find(call->device->structures, call->dst, &dst))
+        return VK_ERROR_VALIDATION_FAILED;
+    *size = dst.size;
+    *tree = cpu_tree_create();
+    return *tree ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
 /* What `use` makes of the bytes of src. */
 static VkResult with_source(const struct copy_call *call,
                             VkResult (*use)(const struct copy_call *call, const void *source))
@@ -58,13 +69,12 @@ static VkResult with_source(const struct copy_call *call,
 
 static VkResult copy_tree(const struct copy_call *call, const void *source)
 {
-    struct cpu_structure_info dst;
-    if (!cpu_structures_find(call->device->structures, call->dst, &dst))
-        return VK_ERROR_VALIDATION_FAILED;
-    struct cpu_tree *tree = cpu_tree_create();
-    if (!tree)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    return settle(call, cpu_make_by_copy(call->device, call->mode, source, dst.size, tree), tree);
+    struct cpu_tree *tree;
+    uint64_t size;
+    VkResult result = create_for_dst(call, &tree, &size);
+    if (result != VK_SUCCESS)
+        return result;
+    return settle(call, cpu_make_by_copy(call->device, call->mode, source, size, tree), tree);
 }
 
 static VkResult run_copy(void *context, uint32_t part)
@@ -116,13 +126,12 @@ VkResult cpu_host_serialize(struct cpu_device *device, uint64_t operation,
 
 static VkResult read_tree(const struct copy_call *call, const struct input_memory *memory)
 {
-    struct cpu_structure_info dst;
-    if (!cpu_structures_find(call->device->structures, call->dst, &dst))
-        return VK_ERROR_VALIDATION_FAILED;
-    struct cpu_tree *tree = cpu_tree_create();
-    if (!tree)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    VkResult result = cpu_make_by_deserializing(call->device, memory, call->from, dst.size, tree);
+    struct cpu_tree *tree;
+    uint64_t size;
+    VkResult result = create_for_dst(call, &tree, &size);
+    if (result != VK_SUCCESS)
+        return result;
+    result = cpu_make_by_deserializing(call->device, memory, call->from, size, tree);
     return settle(call, result, tree);
 }
 

@@ -3,7 +3,6 @@
  * when they executed, whenever the tree is asked for; and none is made that nobody asks for. */
 #include "device_stage.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -306,7 +305,7 @@ static void test_indirect(void **state)
     close_scene(&scene);
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_as_host_build),
@@ -318,12 +317,10 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_executed_twice_at_once),
         cmocka_unit_test(test_indirect),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

@@ -3,7 +3,6 @@
  * counters of backend cpu say of the difference. */
 #include "device_stage.h"
 
-#include <stdio.h>
 #include <string.h>
 
 static struct device_stage device;
@@ -135,19 +134,17 @@ static void test_exactness(void **state)
     assert_true(edge.exactCalls > 0);
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_untouched),  cmocka_unit_test(test_transform),
         cmocka_unit_test(test_rebuild),    cmocka_unit_test(test_clone),
         cmocka_unit_test(test_compaction), cmocka_unit_test(test_exactness),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

@@ -5,7 +5,6 @@
 #include "host_scene.h"
 #include "motion_scene.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -183,7 +182,7 @@ static void test_array_of_pointers(void **state)
     close_device_scene(&scene);
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_as_host_build),
@@ -191,13 +190,11 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_indirect),
         cmocka_unit_test(test_array_of_pointers),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
     stage = device.stage; /* for what host_scene.h serializes */
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

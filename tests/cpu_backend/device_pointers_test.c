@@ -3,7 +3,6 @@
  * gathered at that point of the command buffer, and what the application has bound stays bound. */
 #include "device_stage.h"
 
-#include <stdio.h>
 #include <string.h>
 
 static struct device_stage device;
@@ -197,19 +196,17 @@ static void test_bound_state_stays(void **state)
     expect_silence();
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gathered),
         cmocka_unit_test(test_gathered_by_indirect_build),
         cmocka_unit_test(test_bound_state_stays),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

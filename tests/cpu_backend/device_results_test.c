@@ -3,7 +3,6 @@
  * written to buffers, which is there once the application knows that the submission is complete. */
 #include "device_stage.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -353,19 +352,17 @@ static void test_copied_queries(void **state)
     close_scene(&scene);
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_moment),
         cmocka_unit_test(test_other_queries), cmocka_unit_test(test_compaction),
         cmocka_unit_test(test_serialization), cmocka_unit_test(test_copied_queries),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

@@ -2,6 +2,7 @@
 /* Command buffers, buffers, and builds with them. */
 #include "device_stage.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,6 +26,18 @@ void device_stage_close(struct device_stage *stage)
 {
     stage->stage.vk.DestroyCommandPool(stage->stage.device, stage->pool, NULL);
     stage_close(&stage->stage);
+}
+
+int device_stage_main(struct device_stage *stage, int argc, char **argv, int (*run_all)(void))
+{
+    const char *reason = argc == 2 ? device_stage_open(stage, argv[1]) : "name a platform";
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
+    int failed = run_all();
+    device_stage_close(stage);
+    return failed;
 }
 
 /* ---- buffers */

@@ -14,6 +14,8 @@ struct device_stage {
 
 const char *device_stage_open(struct device_stage *stage, const char *platform);
 void device_stage_close(struct device_stage *stage);
+/* What main() returns: opens the stage on the platform that the arguments name, and runs tests. */
+int device_stage_main(struct device_stage *stage, int argc, char **argv, int (*run_all)(void));
 
 /* A buffer in mapped memory, for any use that the tests make of one. */
 struct device_buffer {

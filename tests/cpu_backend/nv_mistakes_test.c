@@ -3,7 +3,6 @@
  * crashes; what is refused; and that no driver hears of the backend's handles. */
 #include "nv_stage.h"
 
-#include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -279,7 +278,7 @@ static void test_shader_side(void **state)
     expect_refusal("vkCreateDescriptorPool");
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_data_that_is_not_there, open_scene, close_scene),
@@ -289,12 +288,10 @@ int main(int argc, char **argv)
         cmocka_unit_test_setup_teardown(test_names_and_private_data, open_scene, close_scene),
         cmocka_unit_test_setup_teardown(test_shader_side, open_scene, close_scene),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
-    return failed;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

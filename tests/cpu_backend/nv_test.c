@@ -3,7 +3,6 @@
  * byte, what the host builds of the same input by VK_KHR_acceleration_structure. */
 #include "nv_stage.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -355,7 +354,7 @@ static void test_copies(void **state)
     device_expect_silence(&device);
 }
 
-int main(int argc, char **argv)
+static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_as_host_builds),
@@ -363,15 +362,14 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_updates),
         cmocka_unit_test(test_copies),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
     data = device_buffer_create(&device, DATA_SIZE);
     put_data();
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     device_buffer_destroy(&device, &data);
-    device_stage_close(&device);
     return failed;
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
 }

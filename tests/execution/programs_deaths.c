@@ -1,15 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What recorded builds use and no longer is there when they are submitted. */
-#include "program.h"
+#include "deaths.h"
 
 #define TRIANGLES_FIELD(field) ".pGeometries[0].geometry.triangles." field ".deviceAddress"
-
-static struct shape boxes(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_AABBS_KHR;
-    return shape;
-}
 
 static struct shape instances(void)
 {
@@ -18,25 +11,6 @@ static struct shape instances(void)
     shape.geometry_type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
     return shape;
 }
-
-/* An input of a build; the twin loses it after the submission. */
-#define INPUT_DIES(name_, input, action, rule_, path_, shape_)                                     \
-    {                                                                                              \
-        .name = name_, .steps = STEPS(RECORD_BUILD(A, X, GOOD), action(input), REPORTS, RUN(A)),   \
-        .twin = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, action(input)), .once = true,        \
-        RULE_IS(rule_), .path = (path_), .shape = (shape_), .keeps_place = true                    \
-    }
-
-/* An object of an update from X to Y. */
-#define UPDATE_LOSES(name_, action, rule_, path_)                                                  \
-    {                                                                                              \
-        .name = name_,                                                                             \
-        .steps = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), IDLE, action,     \
-                       REPORTS, RUN(B)),                                                           \
-        .twin =                                                                                    \
-            STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), RUN(B), IDLE, action), \
-        .once = true, RULE_IS(rule_), .path = (path_), .keeps_place = true                         \
-    }
 
 /* Its address is taken over by another buffer before the submission: as good as before. */
 #define INPUT_IS_RENEWED(name_, input, shape_)                                                     \
@@ -59,9 +33,9 @@ static const struct program programs[] = {
     INPUT_DIES("transform_memory_freed", TRANSFORMS, FREE_INPUT, RULE_input_buffer_is_bound,
                TRIANGLES_FIELD("transformData"), NULL),
     INPUT_DIES("aabb_buffer_destroyed", BOXES, DESTROY_INPUT, RULE_input_address_is_in_a_buffer,
-               ".pGeometries[0].geometry.aabbs.data.deviceAddress", boxes),
+               ".pGeometries[0].geometry.aabbs.data.deviceAddress", shape_boxes),
     INPUT_DIES("aabb_memory_freed", BOXES, FREE_INPUT, RULE_input_buffer_is_bound,
-               ".pGeometries[0].geometry.aabbs.data.deviceAddress", boxes),
+               ".pGeometries[0].geometry.aabbs.data.deviceAddress", shape_boxes),
     INPUT_DIES("instance_buffer_destroyed", INSTANCES_INPUT, DESTROY_INPUT,
                RULE_input_address_is_in_a_buffer,
                ".pGeometries[0].geometry.instances.data.deviceAddress", instances),
@@ -75,7 +49,7 @@ static const struct program programs[] = {
     INPUT_IS_RENEWED("vertex_buffer_renewed", VERTICES, NULL),
     INPUT_IS_RENEWED("index_buffer_renewed", INDICES, NULL),
     INPUT_IS_RENEWED("transform_buffer_renewed", TRANSFORMS, NULL),
-    INPUT_IS_RENEWED("aabb_buffer_renewed", BOXES, boxes),
+    INPUT_IS_RENEWED("aabb_buffer_renewed", BOXES, shape_boxes),
     INPUT_IS_RENEWED("instance_buffer_renewed", INSTANCES_INPUT, instances),
     INPUT_IS_RENEWED("scratch_buffer_renewed", SCRATCH, NULL),
 
@@ -100,14 +74,7 @@ static const struct program programs[] = {
     UPDATE_LOSES("src_memory_freed", FREE_MEMORY(X), RULE_update_src_is_backed_by_memory,
                  ".srcAccelerationStructure"),
 
-    {.name = "dst_destroyed_and_its_handle_recycled",
-     .steps = STEPS(RECORD_BUILD(A, X, GOOD), DESTROY(X), CREATE(X), REPORTS, RUN(A)),
-     .twin = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY(X), CREATE(X)),
-     .once = true,
-     .needs = NEEDS_RECYCLING,
-     RULE_IS(RULE_dst_is_a_valid_handle),
-     .path = ".dstAccelerationStructure",
-     .keeps_place = true},
+    DST_IS_RECYCLED(RULE_dst_is_a_valid_handle, ".dstAccelerationStructure"),
     {.name = "destroyed_before_resubmission",
      .steps =
          STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY_INPUT(INDICES), REPORTS, RUN(A)),
@@ -116,15 +83,7 @@ static const struct program programs[] = {
      RULE_IS(RULE_input_address_is_in_a_buffer),
      .path = TRIANGLES_FIELD("indexData"),
      .keeps_place = true},
-    {.name = "destroyed_under_a_secondary",
-     .steps = STEPS(RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A),
-                    DESTROY_INPUT(INDICES), REPORTS, RUN(A)),
-     .twin = STEPS(RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), RUN(A), IDLE,
-                   DESTROY_INPUT(INDICES)),
-     .once = true,
-     RULE_IS(RULE_input_address_is_in_a_buffer),
-     .path = TRIANGLES_FIELD("indexData"),
-     .keeps_place = true},
+    INDICES_DIE_UNDER_A_SECONDARY(RULE_input_address_is_in_a_buffer, TRIANGLES_FIELD("indexData")),
     {.name = "destroyed_and_never_submitted",
      .steps = STEPS(RECORD_BUILD(A, X, GOOD), DESTROY_INPUT(INDICES), DESTROY(X)),
      .once = true},

@@ -22,6 +22,13 @@ struct shape shape_plain(void)
     };
 }
 
+struct shape shape_boxes(void)
+{
+    struct shape shape = shape_plain();
+    shape.geometry_type = VK_GEOMETRY_TYPE_AABBS_KHR;
+    return shape;
+}
+
 static uint64_t address_of(const struct test_buffer *buffer, bool by_host)
 {
     return by_host ? (uint64_t)(uintptr_t)buffer->host : buffer->address;

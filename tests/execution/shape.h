@@ -28,6 +28,7 @@ enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
 
 /* A build of one triangle geometry, with everything. */
 struct shape shape_plain(void);
+struct shape shape_boxes(void);
 
 /* The arguments of a build of that shape; they refer to each other. */
 struct shape_arguments {
