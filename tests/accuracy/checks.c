@@ -179,7 +179,7 @@ static void measure_bytes(const struct bench *bench, struct side *side, enum wor
 static void measure(struct bench *bench, enum workload_kind kind, enum build_command command)
 {
     const char *by = command == COMMAND_HOST ? "host" : "device";
-    const uint32_t samples = bench->is_quick ? 3 : bench->platform.is_null ? 31 : 15;
+    const uint32_t samples = bench->is_quick ? 3 : bench->platform.is_null ? 31 : 7;
     fprintf(stderr, "  checks: %s, %s, by the %s\n", bench->platform.name, workload_names[kind],
             by);
     for (uint32_t i = 0; i < bench->side_count; i++) {

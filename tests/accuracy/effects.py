@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Counts, with callgrind, the instructions that a build takes from its recording to the end of its
 submission: where an effect (updates, compaction, an extension ...) has never been seen, where it could
-be used and isn't, and where it is. Writes them as CSV, and fails where a scene pays for a core effect
-that it doesn't use, or where a count is higher than expected."""
+be used and isn't, and where it is; and those that the reference builder takes for a mesh and rays of
+no effect, beside what it took before it knew any. Writes them as CSV, and fails where a scene pays for
+a core effect that it doesn't use, or where a count is higher than expected."""
 
 import argparse
 import csv
@@ -18,6 +19,10 @@ CORE = ("update", "compaction", "instances", "indirect")
 EXTENSIONS = ("motion", "micromap", "spheres")
 USES = ("never", "unused", "used")
 TIMES = 10
+ACCURACIES = ("fast", "robust", "exact")
+# Counted at the last revision whose builder knew nothing of motion, micromaps, spheres and dense
+# geometry, with gcc 12.2.
+PLAIN = pathlib.Path(__file__).parent / "plain.csv"
 NOISE = 0.01   # hash tables and addresses differ
 MARGIN = 0.15  # so do compilers and C libraries
 
@@ -26,17 +31,23 @@ def fail(message):
     sys.exit(f"effects.py: {message}")
 
 
-def count(arguments, effect, use):
-    """Instructions a build."""
+def collect(arguments, function, *command):
+    """Instructions within a function, and what the command printed."""
     run = subprocess.run(
         [arguments.valgrind, "--tool=callgrind", "--callgrind-out-file=/dev/null",
-         "--collect-atstart=no", "--toggle-collect=counted_runs",
-         arguments.program, effect, use, str(TIMES)], capture_output=True, text=True)
+         "--collect-atstart=no", f"--toggle-collect={function}", *command],
+        capture_output=True, text=True)
     collected = re.search(r"Collected : (\d+)", run.stderr)
-    builds = re.search(r"(\d+) builds", run.stdout)
-    if run.returncode or not collected or not builds or not int(collected[1]):
-        fail(f"{effect}, {use}: the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
-    return int(collected[1]) / int(builds[1])
+    if run.returncode or not collected or not int(collected[1]):
+        fail(f"{command}: the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
+    return int(collected[1]), run.stdout
+
+
+def count(arguments, effect, use):
+    """Instructions a build."""
+    collected, printed = collect(arguments, "counted_runs", arguments.program, effect, use,
+                                 str(TIMES))
+    return collected / int(re.search(r"(\d+) builds", printed)[1])
 
 
 def count_all(arguments, effects):
@@ -69,6 +80,26 @@ def compare(path, effects, counts):
         return fail(f"{path}: {error}")
 
 
+def count_plain(arguments):
+    """What the reference builder takes now beside what the file says it took."""
+    with open(PLAIN, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        function = "counted_build" if row["what"] == "build" else "counted_rays"
+        accuracy = ACCURACIES.index(row["what"].split()[-1]) if function == "counted_rays" else 0
+        row["now"] = collect(arguments, function, arguments.plain, str(accuracy))[0]
+    print(f"\n{'plain mesh':26}{'before':>12}{'now':>12}  instructions")
+    for row in rows:
+        print(f"{row['what']:26}{row['before']:>12}{row['now']:12}")
+    if arguments.plain_csv:
+        with open(arguments.plain_csv, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+    return [f"plain mesh, {row['what']}: {row['now']} instructions, before it knew any effect "
+            f"{row['before']}" for row in rows if row["now"] > int(row["before"]) * (1 + MARGIN)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", type=pathlib.Path, required=True, help="accuracy_effects")
@@ -77,6 +108,8 @@ def main():
     parser.add_argument("--csv", type=pathlib.Path, metavar="FILE", help="write the counts there")
     parser.add_argument("--expected", type=pathlib.Path, metavar="FILE",
                         help="counts that must not be exceeded")
+    parser.add_argument("--plain", type=pathlib.Path, metavar="PROGRAM", help="accuracy_plain")
+    parser.add_argument("--plain-csv", type=pathlib.Path, metavar="FILE")
     arguments = parser.parse_args()
 
     effects = (arguments.only,) if arguments.only else CORE + EXTENSIONS
@@ -93,6 +126,8 @@ def main():
              and abs(counts[effect, "unused"] / counts[effect, "never"] - 1) > NOISE]
     if arguments.expected:
         wrong += compare(arguments.expected, effects, counts)
+    if arguments.plain:
+        wrong += count_plain(arguments)
     if wrong:
         fail("\n".join(wrong))
 

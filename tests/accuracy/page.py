@@ -189,7 +189,8 @@ def checks_table(rows):
 def host_table(rows):
     return table(
         ("level", "a small mesh", "a large mesh", "100,000 instances"),
-        [(row["level"], *(duration(row[f"host_{key}_ns"]) for key in SCENES)) for row in rows])
+        [(row["level"], *(duration(row[f"host_{key}_ns"]) for key in SCENES))
+         for row in rows if row["level"] != COMPARE])
 
 
 def rays_table(rows):
@@ -217,6 +218,14 @@ def effects_table(rows):
         [(row["effect"], number(row["never"]),
           f"{number(row['unused'])} ({float(row['unused_percent']):+.2f} %)",
           f"{number(row['used'])} ({float(row['used_percent']):+.0f} %)") for row in rows])
+
+
+def plain_table(rows):
+    return table(
+        ("2,000 rays, or a build of 4,800 triangles", "before", "now"),
+        [(row["what"], number(row["before"]),
+          f"{number(row['now'])} ({100 * (int(row['now']) / int(row['before']) - 1):+.1f} %)")
+         for row in rows])
 
 
 def processor():
@@ -264,9 +273,10 @@ def main():
     rays = make_rays(read(raw / "rays.csv"))
     builder = make_builder(read(raw / "builder.csv")) if (raw / "builder.csv").exists() else []
     effects = make_effects(read(raw / "effects.csv"))
+    plain = read(raw / "plain.csv") if (raw / "plain.csv").exists() else []
     arguments.output.mkdir(parents=True, exist_ok=True)
     for name, rows in (("checks", checks), ("costs", costs), ("rays", rays), ("builder", builder),
-                       ("effects", effects)):
+                       ("effects", effects), ("plain", plain)):
         if rows:
             write(arguments.output / f"{name}.csv", rows)
 
@@ -275,7 +285,7 @@ def main():
                       "MISTAKES": f"{checks[0]['mistakes']:,}", "VALID": f"{checks[0]['valid']:,}",
                       "RAYS": rays_table(rays), "TRACED": number(rays[0]["traced"]),
                       "BUILDER": builder_table(builder), "EFFECTS": effects_table(effects),
-                      "PROCESSOR": processor(), "SECONDS": arguments.seconds}, template)
+                      "PLAIN": plain_table(plain), "PROCESSOR": processor(), "SECONDS": arguments.seconds}, template)
     (arguments.output / "README.md").write_text(page, encoding="utf-8")
     if arguments.readme:
         update_readme(arguments.readme, checks)

@@ -82,9 +82,10 @@ static void give_instances(struct workload *workload, uint64_t reference, uint32
     VkAccelerationStructureInstanceKHR *instances = (void *)buffer.host;
 
     for (uint32_t i = 0; i < count; i++) {
+        const uint32_t row = i / 400;
         instances[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, 3 * (float)(i % 400)},
-                                 {0, 1, 0, 3 * (float)(i / 400)},
+                                 {0, 1, 0, 3 * (float)row},
                                  {0, 0, 1, 0}},
             .mask = 0xff,
             .accelerationStructureReference = reference};
