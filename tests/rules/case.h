@@ -44,6 +44,13 @@ enum command_mask {
     ON_WITH_RANGES = ON_DEVICE | ON_HOST,
 };
 
+/* A command that takes no build of a kind at all. */
+struct refusal {
+    enum build_command command;
+    enum rule rule;
+};
+extern const struct refusal indirect_takes_no_micromap, host_takes_no_dense_geometry;
+
 struct test_case {
     const char *name;
     const enum rule *rules;
@@ -65,6 +72,9 @@ struct test_case {
     void (*twin_then)(struct scene *scene);
 
     uint32_t commands; /* enum command_mask */
+    /* Where the case is played, too: there it breaks that rule beside its own, and the unmutated
+     * call is the twin. NULL: nowhere. */
+    const struct refusal *refusal;
     const struct setup *setup;
     const struct setup *twin_setup; /* where the setup itself is what breaks the rule */
     bool needs_null_driver;

@@ -274,6 +274,15 @@ static const struct test_case cases[] = {
      .twin_edits = EDITS(SET(BOXES(AABBS, 0).stride, 0xfffffff8)),
      .path = "pInfos[2].pGeometries[0].geometry.aabbs.stride",
      .commands = ON_COMMAND_BUFFERS},
+    /* One box is read whatever the stride. */
+    {.name = "aabb_stride_too_large_for_the_host",
+     RULES(RULE_aabb_stride_fits_32_bits),
+     .edits =
+         EDITS(SET(BOXES(AABBS, 0).stride, 0x100000000), SET(ranges[AABBS][0].primitiveCount, 1)),
+     .twin_edits =
+         EDITS(SET(BOXES(AABBS, 0).stride, 0xfffffff8), SET(ranges[AABBS][0].primitiveCount, 1)),
+     .path = "pInfos[2].pGeometries[0].geometry.aabbs.stride",
+     .commands = ON_HOST},
 };
 
 CASE_LIST(cases_geometry, cases);

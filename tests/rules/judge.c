@@ -11,6 +11,17 @@
 
 static const struct setup default_setup;
 
+const struct refusal indirect_takes_no_micromap = {COMMAND_INDIRECT,
+                                                   RULE_micromap_build_is_not_indirect};
+const struct refusal host_takes_no_dense_geometry = {COMMAND_HOST,
+                                                     RULE_host_build_has_no_dense_geometry};
+
+bool judge_is_refused(const struct play *play)
+{
+    const struct refusal *refusal = play->test_case->refusal;
+    return refusal != NULL && refusal->command == play->command;
+}
+
 const char *rule_id(enum rule rule, enum build_command command)
 {
     const enum vuid vuid = rule_infos[rule].vuid[command];
@@ -150,6 +161,12 @@ bool judge_messages(const struct play *play, const struct world *world, struct r
             judge_say(report, "mutation: no message names %s\n", path);
             good = false;
         }
+    }
+    if (judge_is_refused(play) && judge_expects(play, test_case->refusal->rule)) {
+        const uint32_t count = messages_count(
+            &world->messages, rule_id(test_case->refusal->rule, play->command), NULL);
+        expected += count;
+        good = good && count > 0;
     }
     if (expected != world->messages.count) {
         judge_say(report, "mutation: %u messages with unexpected ids\n",

@@ -43,6 +43,9 @@ const char *judge_cannot_play(const struct play *play, const struct world *world
 
 void judge_apply(struct scene *scene, const struct edit *edits);
 
+/* Whether the command takes no build of the case's kind. */
+bool judge_is_refused(const struct play *play);
+
 /* Whether the mutation breaks a rule of the case where the layer can see it: at the play's level.
  */
 bool judge_expects(const struct play *play, enum rule rule);

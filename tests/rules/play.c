@@ -130,6 +130,8 @@ static bool play_mutation(const struct play *play, struct world *world, struct r
 
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->silent; i++)
         breaks = breaks || judge_expects(play, test_case->rules[i]);
+    if (judge_is_refused(play))
+        breaks = breaks || judge_expects(play, test_case->refusal->rule);
     const struct call call = {breaks ? "mutation" : "valid mutation",
                               test_case->mutate,
                               test_case->edits,
@@ -155,9 +157,10 @@ static void play_twin(const struct play *play, struct world *world, struct repor
                               .may_fail_on_cpu = test_case->may_fail_on_cpu,
                               .then = test_case->twin_then};
 
-    report->stayed_silent =
-        expect_silence(play, world, &base, report) &&
-        ((twin.mutate == NULL && twin.edits == NULL) || expect_silence(play, world, &twin, report));
+    const bool has_twin = !judge_is_refused(play) && (twin.mutate != NULL || twin.edits != NULL);
+
+    report->stayed_silent = expect_silence(play, world, &base, report) &&
+                            (!has_twin || expect_silence(play, world, &twin, report));
 }
 
 void play_case(const struct play *play, struct world *world, struct report *report)

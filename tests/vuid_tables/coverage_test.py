@@ -53,6 +53,14 @@ class Coverage(unittest.TestCase):
         self.assertEqual(run.returncode, status, run.stdout + run.stderr)
         self.assertEqual(run.stdout.splitlines()[-1], last)
 
+    def test_columns(self):
+        self.write_results(*BOTH)
+        self.write_results(BOTH[0], BOTH[1], BOTH[2], platform="other")
+        run = self.run_script("--columns")
+        self.assertIn("null: 0 of 2 pairs", run.stdout)
+        self.assertIn("other: 1 of 2 pairs", run.stdout)
+        self.assertIn("VUID-vkFoo-b-2 (b_is_good): vkFoo", run.stdout)
+
     def test_all_is_proven(self):
         self.write_results(*BOTH)
         run = self.run_script()
