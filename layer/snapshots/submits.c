@@ -124,7 +124,7 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     if (!submit->count)
-        return result;
+        return give_up(submit, result);
     if (result == VK_SUCCESS)
         result = submit_fences(submit, fence);
     if (result != VK_SUCCESS)

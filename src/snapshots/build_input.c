@@ -305,8 +305,10 @@ static VkResult open_geometries(const struct build_parameters *build,
     if (!has_opacities(build))
         return VK_SUCCESS;
     input->opacities = calloc(count, sizeof(*input->opacities));
-    if (!input->opacities)
+    if (!input->opacities) {
+        build_input_close(input);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
     find_opacities(build, memory, input);
     return VK_SUCCESS;
 }

@@ -132,6 +132,7 @@ static int prepare(void **state)
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn", 1);
     setenv("VK_ASSAY_VALIDATION_BACKEND", BACKEND, 1);
+    setenv("VK_ASSAY_VALIDATION_LEVEL", LEVEL, 1);
     return injector_watch(LAYER_LIBRARY) ? 0 : -1;
 }
 
