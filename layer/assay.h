@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What VK_LAYER_ASSAY_validation offers to tests and tools beyond Vulkan: tracing of acceleration
  * structures on the CPU, and counters. Only for devices of backend cpu (assay_validation.backend =
- * cpu) that enable VK_KHR_acceleration_structure or VK_NV_ray_tracing: vkGetDeviceProcAddr answers
- * NULL for others.
+ * cpu) that enable VK_KHR_acceleration_structure or VK_NV_ray_tracing, and counters for such devices
+ * of backend driver at level content, too: vkGetDeviceProcAddr answers NULL for others.
  *
  *     PFN_vkTraceRaysASSAY trace =
  *         (PFN_vkTraceRaysASSAY)vkGetDeviceProcAddr(device, "vkTraceRaysASSAY");
@@ -103,7 +103,8 @@ typedef VkResult(VKAPI_PTR *PFN_vkTraceRaysASSAY)(VkDevice device, const AssayTr
 
 /* ---- vkGetCountersASSAY */
 
-/* What the backend has done for the device since its creation. Nothing is done before it is asked
+/* What the layer has done for the device since its creation; on backend driver it copies snapshots
+ * and nothing else. Nothing is done before it is asked
  * for, so the difference between two readings is what lies between them. */
 typedef struct AssayCounters {
     uint64_t builds;          /* trees built */

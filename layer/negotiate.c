@@ -58,7 +58,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device
     if (state->cpu)
         next = cpu_overlay_command(state->cpu, pName, next);
     if (state->snapshots)
-        next = snapshots_command(pName, next);
+        next = snapshots_command(state->snapshots, pName, next);
     return next && own ? own : next;
 }
 

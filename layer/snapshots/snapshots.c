@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "assay.h"
 #include "contents.h"
 #include "cpu/submits.h"
 #include "snapshots/commands.h"
@@ -115,8 +116,20 @@ void snapshots_destroy(struct snapshots *snapshots)
     free(snapshots);
 }
 
-PFN_vkVoidFunction snapshots_command(const char *name, PFN_vkVoidFunction next)
+/* What the counters of backend cpu count is not done here. */
+static VKAPI_ATTR void VKAPI_CALL get_counters(VkDevice device, size_t size,
+                                               AssayCounters *counters)
 {
+    const AssayCounters now = {.bytesSnapshot = atomic_load(&snapshots_of(device)->bytes_copied)};
+    memset(counters, 0, size);
+    memcpy(counters, &now, size < sizeof(now) ? size : sizeof(now));
+}
+
+PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const char *name,
+                                     PFN_vkVoidFunction next)
+{
+    if (!snapshots->device->cpu && strcmp(name, "vkGetCountersASSAY") == 0)
+        return (PFN_vkVoidFunction)get_counters;
 #define FIND(command)                                                                              \
     if (strcmp(name, "vk" #command) == 0)                                                          \
         return next ? (PFN_vkVoidFunction)snapshots_##command : NULL;

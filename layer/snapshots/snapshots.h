@@ -50,7 +50,8 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
 void snapshots_destroy(struct snapshots *snapshots); /* NULL: nothing */
 
 /* What vkGetDeviceProcAddr answers, where what lies below has `next`. */
-PFN_vkVoidFunction snapshots_command(const char *name, PFN_vkVoidFunction next);
+PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const char *name,
+                                     PFN_vkVoidFunction next);
 
 /* An execution was submitted, after those that were expected before. Takes the reference. */
 void snapshots_expect(struct snapshots *snapshots, struct execution *execution);

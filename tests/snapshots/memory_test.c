@@ -1,0 +1,416 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Random programs of uploads, copies, dispatches and builds, played by two devices, with the layer
+ * at level content and without it: the application's memory is the same after each submission, and
+ * what is valid stays without a message. */
+#include "stage.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../state/random.h"
+
+enum {
+    BUFFERS = 3,
+    VERTICES = 64, /* in each buffer: of 3 floats, then */
+    INDICES = 96,  /* each below VERTICES, */
+    BOXES = 16,
+    INDICES_AT = VERTICES * 12,
+    BOXES_AT = INDICES_AT + INDICES * 4,
+    SIZE = BOXES_AT + BOXES * sizeof(VkAabbPositionsKHR),
+    BLASES = 4,
+    INSTANCES = 6,
+    POINTERS_AT = INSTANCES * sizeof(VkAccelerationStructureInstanceKHR),
+    STRUCTURE_SIZE = 1 << 16,
+    SCRATCH_SIZE = 1 << 18,
+    PROGRAMS = 12,
+    SUBMISSIONS = 8,
+    STEPS = 24,
+};
+
+static const uint32_t fill_code[] = {
+#include "fill_comp.h"
+};
+
+/* As fill.comp has them, behind what other constants there are. */
+struct constants {
+    uint32_t other[4];
+    uint64_t target;
+    uint32_t value;
+};
+
+struct world {
+    struct stage stage;
+    struct stage_buffer inputs[BUFFERS], instances, structures, scratch;
+    unsigned char instances_written[POINTERS_AT + INSTANCES * 8]; /* by the host, alone */
+    VkAccelerationStructureKHR blases[BLASES], tlas;
+    VkPipelineLayout layout;
+    VkPipeline fill;
+    VkCommandBuffer commands;
+};
+
+static struct platform platform;
+static struct world worlds[2]; /* with the layer, and without it */
+
+/* ---- worlds */
+
+static void create_fill(struct world *world)
+{
+    const VkuDeviceDispatchTable *vk = &world->stage.vk;
+    VkDevice device = world->stage.device;
+    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(struct constants)};
+    const VkPipelineLayoutCreateInfo layout = {
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+        .pushConstantRangeCount = 1,
+        .pPushConstantRanges = &range,
+    };
+    const VkShaderModuleCreateInfo code = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+        .codeSize = sizeof(fill_code),
+        .pCode = fill_code,
+    };
+    VkShaderModule module;
+    GET(vk->CreatePipelineLayout(device, &layout, NULL, &world->layout));
+    GET(vk->CreateShaderModule(device, &code, NULL, &module));
+    const VkComputePipelineCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module,
+                  .pName = "main"},
+        .layout = world->layout,
+    };
+    GET(vk->CreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, NULL, &world->fill));
+    vk->DestroyShaderModule(device, module, NULL);
+}
+
+static void write_instances(struct world *world)
+{
+    VkAccelerationStructureInstanceKHR instances[INSTANCES] = {0};
+    uint64_t pointers[INSTANCES];
+    for (uint32_t i = 0; i < INSTANCES; i++) {
+        const VkAccelerationStructureDeviceAddressInfoKHR info = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+            .accelerationStructure = world->blases[i % BLASES],
+        };
+        for (int j = 0; j < 3; j++)
+            instances[i].transform.matrix[j][j] = 1;
+        instances[i].mask = 0xff;
+        instances[i].accelerationStructureReference =
+            world->stage.vk.GetAccelerationStructureDeviceAddressKHR(world->stage.device, &info);
+        pointers[i] = world->instances.address + i * sizeof(instances[0]);
+    }
+    memcpy(world->instances_written, instances, sizeof(instances));
+    memcpy(world->instances_written + POINTERS_AT, pointers, sizeof(pointers));
+    memcpy(world->instances.bytes, world->instances_written, sizeof(world->instances_written));
+}
+
+/* Only the first of the inputs can be copied from by the application. */
+static void open_world(struct world *world, bool has_layer)
+{
+    const VkBufferUsageFlags input =
+        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+        VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    const struct stage_setup setup = {.has_layer = has_layer};
+    struct stage *stage = &world->stage;
+    stage_open(stage, &platform, &setup);
+    for (int i = 0; i < BUFFERS; i++)
+        world->inputs[i] = stage_buffer(
+            stage, SIZE, input | (i ? 0 : (VkBufferUsageFlags)VK_BUFFER_USAGE_TRANSFER_SRC_BIT));
+    world->instances = stage_buffer(stage, sizeof(world->instances_written), input);
+    world->scratch = stage_buffer(stage, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    world->structures = stage_buffer(stage, (BLASES + 1) * STRUCTURE_SIZE,
+                                     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    for (int i = 0; i < BLASES; i++)
+        world->blases[i] =
+            stage_structure(stage, &world->structures, i * STRUCTURE_SIZE, STRUCTURE_SIZE,
+                            VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    world->tlas = stage_structure(stage, &world->structures, BLASES * STRUCTURE_SIZE,
+                                  STRUCTURE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    write_instances(world);
+    create_fill(world);
+}
+
+static void close_world(struct world *world)
+{
+    const VkuDeviceDispatchTable *vk = &world->stage.vk;
+    VkDevice device = world->stage.device;
+    vk->DestroyPipeline(device, world->fill, NULL);
+    vk->DestroyPipelineLayout(device, world->layout, NULL);
+    for (int i = 0; i < BLASES; i++)
+        vk->DestroyAccelerationStructureKHR(device, world->blases[i], NULL);
+    vk->DestroyAccelerationStructureKHR(device, world->tlas, NULL);
+    for (int i = 0; i < BUFFERS; i++)
+        stage_destroy_buffer(&world->stage, &world->inputs[i]);
+    stage_destroy_buffer(&world->stage, &world->instances);
+    stage_destroy_buffer(&world->stage, &world->structures);
+    stage_destroy_buffer(&world->stage, &world->scratch);
+    stage_close(&world->stage);
+}
+
+/* ---- steps: what each does is drawn once, and recorded in both worlds */
+
+static float random_coordinate(struct random *random)
+{
+    return (float)random_below(random, 2001) / 1000 - 1;
+}
+
+static void write_inputs(struct random *random, unsigned char *bytes)
+{
+    float *vertices = (float *)bytes;
+    uint32_t *indices = (uint32_t *)(bytes + INDICES_AT);
+    VkAabbPositionsKHR *boxes = (VkAabbPositionsKHR *)(bytes + BOXES_AT);
+    for (int i = 0; i < 3 * VERTICES; i++)
+        vertices[i] = random_coordinate(random);
+    for (int i = 0; i < INDICES; i++)
+        indices[i] = random_below(random, VERTICES);
+    for (int i = 0; i < BOXES; i++) {
+        float x = random_coordinate(random);
+        boxes[i] = (VkAabbPositionsKHR){x, x, x, x + 1, x + 1, x + 1};
+    }
+}
+
+/* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
+static void barrier(const struct world *world, bool is_before_build)
+{
+    const VkMemoryBarrier memory = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    };
+    const VkPipelineStageFlags others =
+        VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    const VkPipelineStageFlags build = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+    world->stage.vk.CmdPipelineBarrier(world->commands, is_before_build ? others | build : build,
+                                       is_before_build ? build : others | build, 0, 1, &memory, 0,
+                                       NULL, 0, NULL);
+}
+
+static void build(const struct world *world, VkAccelerationStructureKHR dst,
+                  VkAccelerationStructureTypeKHR type,
+                  const VkAccelerationStructureGeometryKHR *geometry,
+                  const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = type,
+        .dstAccelerationStructure = dst,
+        .geometryCount = 1,
+        .pGeometries = geometry,
+        .scratchData.deviceAddress = (world->scratch.address + 255) & ~(VkDeviceAddress)255,
+    };
+    barrier(world, true);
+    world->stage.vk.CmdBuildAccelerationStructuresKHR(world->commands, 1, &info, &range);
+    barrier(world, false);
+}
+
+struct step {
+    int kind;
+    uint32_t buffer, other, blas, first, count;
+    float values[8];
+};
+
+static void build_triangles(const struct world *world, const struct step *step)
+{
+    const VkDeviceAddress address = world->inputs[step->buffer].address;
+    const bool has_indices = step->first % 2;
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexStride = 12,
+            .vertexData.deviceAddress = address,
+            .maxVertex = VERTICES - 1,
+            .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+            .indexData.deviceAddress = has_indices ? address + INDICES_AT : 0,
+        }};
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = 1 + step->count % 8,
+        .primitiveOffset = 12 * (step->first % 8),
+    };
+    build(world, world->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+          &geometry, &range);
+}
+
+static void build_boxes(const struct world *world, const struct step *step)
+{
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+        .geometry.aabbs = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+            .data.deviceAddress = world->inputs[step->buffer].address + BOXES_AT,
+            .stride = sizeof(VkAabbPositionsKHR),
+        }};
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = 1 + step->count % 8, .primitiveOffset = 24 * (step->first % 8)};
+    build(world, world->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+          &geometry, &range);
+}
+
+static void build_instances(const struct world *world, const struct step *step)
+{
+    const bool by_pointers = step->first % 2;
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+        .geometry.instances = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+            .arrayOfPointers = by_pointers,
+            .data.deviceAddress = world->instances.address + (by_pointers ? POINTERS_AT : 0),
+        }};
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount =
+                                                                1 + step->count % INSTANCES};
+    build(world, world->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, &geometry, &range);
+}
+
+/* The constants were pushed, and the pipeline bound, when the command buffer began: all but the
+ * value. */
+static void dispatch(const struct world *world, const struct step *step)
+{
+    world->stage.vk.CmdPushConstants(world->commands, world->layout, VK_SHADER_STAGE_COMPUTE_BIT,
+                                     offsetof(struct constants, value), 4, step->values);
+    world->stage.vk.CmdDispatch(world->commands, 1, 1, 1);
+}
+
+/* Writes come after writes of the same bytes, too. */
+static void wait_for_writes(const struct world *world)
+{
+    const VkPipelineStageFlags stages =
+        VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    const VkMemoryBarrier memory = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+        .dstAccessMask =
+            VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+    };
+    world->stage.vk.CmdPipelineBarrier(world->commands, stages, stages, 0, 1, &memory, 0, NULL, 0,
+                                       NULL);
+}
+
+static void record(const struct world *world, const struct step *step)
+{
+    const VkuDeviceDispatchTable *vk = &world->stage.vk;
+    const VkDeviceSize at = step->first % (VERTICES - 8) * 12;
+    const VkBufferCopy region = {at, at, step->count % 8 * 12 + 12};
+    switch (step->kind) {
+    case 0:
+        wait_for_writes(world);
+        vk->CmdUpdateBuffer(world->commands, world->inputs[step->buffer].handle, at,
+                            sizeof(step->values), step->values);
+        break;
+    case 1:
+        wait_for_writes(world);
+        vk->CmdFillBuffer(world->commands, world->inputs[step->buffer].handle,
+                          INDICES_AT + step->first % (INDICES / 2) * 4, step->count % 8 * 4 + 4,
+                          step->count % VERTICES);
+        break;
+    case 2:
+        wait_for_writes(world);
+        vk->CmdCopyBuffer(world->commands, world->inputs[0].handle,
+                          world->inputs[step->other].handle, 1, &region);
+        break;
+    case 3:
+        wait_for_writes(world);
+        dispatch(world, step);
+        break;
+    case 4:
+        build_boxes(world, step);
+        break;
+    case 5:
+        build_instances(world, step);
+        break;
+    default:
+        build_triangles(world, step);
+        break;
+    }
+}
+
+static struct step draw(struct random *random)
+{
+    struct step step = {
+        .kind = (int)random_below(random, 8),
+        .buffer = random_below(random, BUFFERS),
+        .other = 1 + random_below(random, BUFFERS - 1),
+        .blas = random_below(random, BLASES),
+        .first = random_below(random, 1000),
+        .count = random_below(random, 1000),
+    };
+    for (int i = 0; i < 8; i++)
+        step.values[i] = random_coordinate(random);
+    return step;
+}
+
+/* ---- programs */
+
+static void begin(struct world *world, uint32_t word)
+{
+    const struct constants constants = {.other = {1, 2, 3, 4},
+                                        .target = world->inputs[1].address + word * 4};
+    world->commands = stage_begin(&world->stage, 0);
+    world->stage.vk.CmdBindPipeline(world->commands, VK_PIPELINE_BIND_POINT_COMPUTE, world->fill);
+    world->stage.vk.CmdPushConstants(world->commands, world->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                                     sizeof(constants), &constants);
+}
+
+static void expect_same_memory(void)
+{
+    for (int i = 0; i < BUFFERS; i++)
+        assert_memory_equal(worlds[0].inputs[i].bytes, worlds[1].inputs[i].bytes, SIZE);
+    for (int w = 0; w < 2; w++)
+        assert_memory_equal(worlds[w].instances.bytes, worlds[w].instances_written,
+                            sizeof(worlds[w].instances_written));
+    stage_expect_silence(&worlds[0].stage);
+}
+
+static void play(struct random *random, uint32_t steps, bool builds_all)
+{
+    struct step drawn[STEPS];
+    uint32_t word = random_below(random, 3 * VERTICES);
+    for (uint32_t i = 0; i < steps; i++) {
+        drawn[i] = draw(random);
+        if (builds_all)
+            drawn[i] = (struct step){.kind = 7, .blas = i};
+    }
+    for (int w = 0; w < 2; w++) {
+        begin(&worlds[w], word);
+        for (uint32_t i = 0; i < steps; i++)
+            record(&worlds[w], &drawn[i]);
+        stage_finish(&worlds[w].stage, worlds[w].commands);
+    }
+    expect_same_memory();
+}
+
+static void test_memory_is_the_same(void **state)
+{
+    (void)state;
+    struct random random = random_of("memory_test");
+    for (int program = 0; program < PROGRAMS; program++) {
+        open_world(&worlds[0], true);
+        open_world(&worlds[1], false);
+        for (int i = 0; i < BUFFERS; i++) {
+            write_inputs(&random, worlds[0].inputs[i].bytes);
+            memcpy(worlds[1].inputs[i].bytes, worlds[0].inputs[i].bytes, SIZE);
+        }
+        play(&random, BLASES, true);
+        for (int i = 0; i < SUBMISSIONS; i++)
+            play(&random, STEPS, false);
+        close_world(&worlds[0]);
+        close_world(&worlds[1]);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
+    if (reason) {
+        puts(reason);
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory_is_the_same)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
