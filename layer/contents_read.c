@@ -242,6 +242,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         .count = build->snapshot_count,
         .bases = buffer->execution->bases,
         .gathering = &build->gathering,
+        .omits_unread = true,
     };
     if (!snapshot_memory_open(&memory))
         return;

@@ -3,6 +3,7 @@
 #include "snapshots/gather.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "snapshots/compute_state.h"
 #include "snapshots/staging.h"
@@ -21,7 +22,7 @@ _Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
                    sizeof(VkAccelerationStructureSRTMotionInstanceNV) == 4 * 36,
                "words of elements that have types");
 
-enum { GROUP = 64, GROUPS_MAX = 65535 };
+enum { GROUP = 64, GROUPS_MAX = 65535, RANGE_SIZE = 16, SPARE_RANGES = 16 };
 
 struct gather {
     const struct layer_device *device;
@@ -128,20 +129,38 @@ static uint64_t address_of(const struct recorder *recorder, const struct snapsho
     return chunk->address + snapshot->offset;
 }
 
-/* The ranges as they are while the command is recorded. */
-static bool list_ranges(struct recorder *recorder, struct snapshot *list, uint32_t *count)
+/* As they are now; what is left of the list begins behind all addresses. */
+static void write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size)
+{
+    struct ranges ranges = {.at = (void *)bytes, .capacity = (uint32_t)(size / RANGE_SIZE)};
+    resources_find_ranges(resources, add_range, &ranges);
+    if (ranges.count < ranges.capacity)
+        memset(ranges.at[ranges.count], 0xff, (ranges.capacity - ranges.count) * RANGE_SIZE);
+}
+
+/* There may be more by the time the command executes. */
+static bool list_ranges(struct recorder *recorder, struct snapshot *list)
 {
     struct resources *resources = recorder->device->resources;
     struct ranges ranges = {0};
     resources_find_ranges(resources, add_range, &ranges);
-    uint32_t room = ranges.count;
-    if (!recorder_reserve(recorder, (room + 1ull) * sizeof(*ranges.at), list))
+    if (!recorder_reserve(recorder, (2ull * ranges.count + SPARE_RANGES) * RANGE_SIZE, list))
         return false;
-    unsigned char *bytes = recorder->recording->chunks[list->chunk]->bytes + list->offset;
-    ranges = (struct ranges){.at = (void *)bytes, .capacity = room};
-    resources_find_ranges(resources, add_range, &ranges);
-    *count = ranges.count < room ? ranges.count : room;
+    write_ranges(resources, recorder->recording->chunks[list->chunk]->bytes + list->offset,
+                 list->size);
     return true;
+}
+
+void gather_renew_ranges(const struct layer_device *device, const struct recording *recording)
+{
+    for (const struct recorded_item *item = recording->first; item; item = item->next) {
+        const struct snapshot *list = item->build ? &item->build->gathering.ranges : NULL;
+        if (item->kind == ITEM_EXECUTE)
+            gather_renew_ranges(device, item->secondary);
+        else if (recording->has_gatherings && list && list->size)
+            write_ranges(device->resources, recording->chunks[list->chunk]->bytes + list->offset,
+                         list->size);
+    }
 }
 
 /* ---- the command */
@@ -186,8 +205,6 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
     const uint32_t count = (uint32_t)(addresses->size / sizeof(uint64_t));
     const uint32_t size = gathering->is_typed ? sizeof(VkAccelerationStructureMotionInstanceDataNV)
                                               : sizeof(VkAccelerationStructureInstanceKHR);
-    struct snapshot ranges;
-    uint32_t range_count;
     if (!count)
         return false;
     if (!may_dispatch(recorder)) {
@@ -198,21 +215,22 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         recorder_lose(recorder);
         return false;
     }
-    if (!list_ranges(recorder, &ranges, &range_count) ||
+    if (!list_ranges(recorder, &gathering->ranges) ||
         !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements))
         return false;
     const struct constants constants = {
         .addresses = address_of(recorder, addresses),
-        .ranges = address_of(recorder, &ranges),
+        .ranges = address_of(recorder, &gathering->ranges),
         .target = address_of(recorder, &gathering->elements),
         .count = count,
-        .range_count = range_count,
+        .range_count = (uint32_t)(gathering->ranges.size / RANGE_SIZE),
         .words = size / 4,
         .typed = gathering->is_typed,
     };
     wait_for_addresses(recorder);
     dispatch(recorder, &constants);
     recorder->has_dispatched = true;
+    recorder->recording->has_gatherings = true;
     gathering->addresses = *addresses;
     gathering->count = count;
     return true;

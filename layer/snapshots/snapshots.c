@@ -82,7 +82,8 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
     snapshots->device = device;
     snapshots->next = device->cpu ? device->cpu->next : device->vk;
-    snapshots->uses_queues = device->cpu;
+    snapshots->uses_queues =
+        device->cpu || reporter_settings(device->instance->reporter)->compare_rays;
     snapshots->has_addresses = enables_addresses(create_info);
     snapshots->set_loader_data = find_loader_data_setter(create_info);
     snapshots->expected_last = &snapshots->expected;

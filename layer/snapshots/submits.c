@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "snapshots/commands.h"
+#include "snapshots/gather.h"
 #include "snapshots/recorder.h"
 #include "snapshots/tell.h"
 #include "snapshots/tickets.h"
@@ -46,7 +47,10 @@ static bool add_execution(struct submit *submit, struct recording *recording)
         submit->ticket = ticket_create(submit->snapshots, submit->queue);
     if (!submit->ticket || !reserve(submit))
         return false;
-    submit->missed.unread += recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
+    uint32_t unread = recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
+    if (!unread)
+        gather_renew_ranges(submit->snapshots->device, recording);
+    submit->missed.unread += unread;
     struct execution *execution = execution_create(recording, submit->ticket);
     if (!execution)
         return false;

@@ -157,6 +157,35 @@ static unsigned char *bytes_of(const struct snapshot_memory *memory,
     return memory->bases[snapshot->chunk] + snapshot->offset;
 }
 
+/* As the shader that gathers decides it. */
+static bool was_read(const struct snapshot_memory *memory, uint64_t address, uint64_t size)
+{
+    const struct snapshot *list = &memory->gathering->ranges;
+    const uint64_t(*ranges)[2] = (const void *)bytes_of(memory, list);
+    uint64_t low = 0, high = list->size / sizeof(ranges[0]);
+    while (low < high) {
+        uint64_t middle = (low + high) / 2;
+        if (ranges[middle][0] <= address)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 && address % 4 == 0 && address < ranges[low - 1][1] &&
+           size <= ranges[low - 1][1] - address;
+}
+
+static uint64_t size_of_type(uint64_t type)
+{
+    switch (type) {
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
+        return sizeof(VkAccelerationStructureMatrixMotionInstanceNV);
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
+        return sizeof(VkAccelerationStructureSRTMotionInstanceNV);
+    default:
+        return sizeof(VkAccelerationStructureInstanceKHR);
+    }
+}
+
 /* Those whose address has `type` in its `type_bits`. Of the same there may be several, all alike.
  * Null pointers have no element. */
 static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uint64_t type)
@@ -167,6 +196,8 @@ static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uin
         uint64_t address;
         memcpy(&address, bytes_of(memory, &gathering->addresses) + 8ull * i, sizeof(address));
         if ((address & type_bits) != type || address == type)
+            continue;
+        if (memory->omits_unread && !was_read(memory, address - type, size_of_type(type)))
             continue;
         if (!handle_table_set(&memory->gathered, address - type,
                               bytes_of(memory, &gathering->elements) + i * element_size))

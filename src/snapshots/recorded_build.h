@@ -21,6 +21,8 @@ struct snapshot {
  * are as far apart as the largest type needs. */
 struct gathering {
     struct snapshot addresses, elements;
+    struct snapshot ranges; /* begins and ends of what could be read, ascending; zeros were gathered
+                               from elsewhere */
     uint32_t count;
     bool is_typed;
 };
@@ -85,6 +87,7 @@ struct snapshot_memory {
     uint32_t count;
     unsigned char *const *bases;
     const struct gathering *gathering; /* or NULL */
+    bool omits_unread;                 /* what could not be read isn't there, and not zeros */
     struct handle_table gathered;      /* from addresses to elements; made by: */
 };
 bool snapshot_memory_open(struct snapshot_memory *memory); /* false without memory */

@@ -84,6 +84,7 @@ struct recording {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void *user;
     uint32_t secondary_count;
+    bool has_gatherings;
     bool has_targets; /* it or a secondary has results to deliver */
     /* Builds of which not all could be copied: how many, and the first ones. */
     uint32_t left_out_count;

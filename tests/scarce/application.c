@@ -20,7 +20,9 @@ static void hear(struct application *app, const char *text)
 {
     char *wrong = app->outcome->wrong;
     if (strstr(text, "ASSAY-warning") || strstr(text, "assay_validation."))
-        return; /* about the bad setting */
+        return; /* about the bad setting, or what level content leaves out */
+    if (strstr(text, "micromap-11555"))
+        return; /* data is all zeros, which is no format of a micromap's triangle */
     if (app->expected_id && strstr(text, app->expected_id))
         app->heard++;
     else if (!wrong[0])

@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Threads that record, submit and wait at once at level content on backend driver, each with
+ * command buffers and data of its own, for thread sanitizers; and a device that is lost meanwhile.
+ */
+#include "stage.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <string.h>
+
+enum {
+    THREADS = 4,
+    ROUNDS = 40,
+    BOXES = 16,
+    STRUCTURE_SIZE = 1 << 16,
+    SCRATCH_SIZE = 1 << 16,
+    DATA_SIZE = BOXES * sizeof(VkAabbPositionsKHR),
+};
+
+static struct platform platform;
+static struct stage stage;
+static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
+
+struct worker {
+    struct stage own; /* with a command pool of its own */
+    struct stage_buffer boxes, structures, scratch;
+    VkAccelerationStructureKHR blas;
+    VkFence fence;
+    VkResult result; /* of what it did last */
+};
+
+static void open_worker(struct worker *worker)
+{
+    const VkCommandPoolCreateInfo pool = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+    };
+    *worker = (struct worker){.fence = stage_fence(&stage)};
+    worker->own.platform = stage.platform;
+    worker->own.device = stage.device;
+    worker->own.vk = stage.vk;
+    worker->own.queue = stage.queue;
+    GET(stage.vk.CreateCommandPool(stage.device, &pool, NULL, &worker->own.pool));
+    worker->boxes = stage_buffer(
+        &stage, DATA_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    worker->structures = stage_buffer(&stage, STRUCTURE_SIZE,
+                                      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    worker->scratch = stage_buffer(&stage, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    worker->blas = stage_structure(&stage, &worker->structures, 0, STRUCTURE_SIZE,
+                                   VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void close_worker(struct worker *worker)
+{
+    stage.vk.DestroyCommandPool(stage.device, worker->own.pool, NULL);
+    stage.vk.DestroyFence(stage.device, worker->fence, NULL);
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, worker->blas, NULL);
+    stage_destroy_buffer(&stage, &worker->boxes);
+    stage_destroy_buffer(&stage, &worker->structures);
+    stage_destroy_buffer(&stage, &worker->scratch);
+}
+
+static VkResult submit(struct worker *worker, VkCommandBuffer commands)
+{
+    pthread_mutex_lock(&queue_lock);
+    VkResult result = stage_submit(&worker->own, commands, worker->fence);
+    pthread_mutex_unlock(&queue_lock);
+    if (result == VK_SUCCESS)
+        result = stage.vk.WaitForFences(stage.device, 1, &worker->fence, VK_TRUE, UINT64_MAX);
+    return result == VK_SUCCESS ? stage.vk.ResetFences(stage.device, 1, &worker->fence) : result;
+}
+
+/* Submitted twice, so that what an execution copied may have to be kept while the next one
+ * copies. */
+static void *work(void *argument)
+{
+    struct worker *worker = argument;
+    for (int round = 0; round < ROUNDS && worker->result == VK_SUCCESS; round++) {
+        VkCommandBuffer commands = stage_begin(&worker->own, 0);
+        stage_build_boxes(&worker->own, commands, worker->blas, worker->boxes.address, BOXES,
+                          (worker->scratch.address + 255) & ~(VkDeviceAddress)255);
+        GET(stage.vk.EndCommandBuffer(commands));
+        for (int i = 0; i < 2 && worker->result == VK_SUCCESS; i++)
+            worker->result = submit(worker, commands);
+        stage.vk.FreeCommandBuffers(stage.device, worker->own.pool, 1, &commands);
+    }
+    return NULL;
+}
+
+static void run_threads(struct worker *workers, void (*meanwhile)(void))
+{
+    pthread_t threads[THREADS];
+    for (int i = 0; i < THREADS; i++)
+        open_worker(&workers[i]);
+    for (int i = 0; i < THREADS; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, work, &workers[i]), 0);
+    if (meanwhile)
+        meanwhile();
+    for (int i = 0; i < THREADS; i++)
+        pthread_join(threads[i], NULL);
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    struct worker workers[THREADS];
+    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    run_threads(workers, NULL);
+    for (int i = 0; i < THREADS; i++) {
+        GET(workers[i].result);
+        close_worker(&workers[i]);
+    }
+    stage_expect_silence(&stage);
+    stage_close(&stage);
+}
+
+static void lose_device(void)
+{
+    platform.null_driver.set_device_lost(true);
+}
+
+/* Nothing is said of what may not have executed, and nobody waits for it. */
+static void test_lost_device(void **state)
+{
+    (void)state;
+    if (!platform.is_null)
+        skip();
+    struct worker workers[THREADS];
+    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    run_threads(workers, lose_device);
+    for (int i = 0; i < THREADS; i++) {
+        assert_true(workers[i].result == VK_SUCCESS || workers[i].result == VK_ERROR_DEVICE_LOST);
+        close_worker(&workers[i]);
+    }
+    stage_expect_silence(&stage);
+    stage_close(&stage);
+    platform.null_driver.set_device_lost(false);
+}
+
+int main(int argc, char **argv)
+{
+    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "null");
+    if (reason) {
+        puts(reason);
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_lost_device),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
