@@ -193,13 +193,17 @@ VkCommandBuffer bench_begin(struct bench *bench)
     return commands;
 }
 
-void bench_finish(struct bench *bench, VkCommandBuffer commands)
+void bench_submit(struct bench *bench, VkCommandBuffer commands)
 {
     const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                .commandBufferCount = 1,
                                .pCommandBuffers = &commands};
     assert_int_equal(vkEndCommandBuffer(commands), VK_SUCCESS);
     assert_int_equal(vkQueueSubmit(bench->queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+}
+
+void bench_finish(struct bench *bench, VkCommandBuffer commands)
+{
     assert_int_equal(vkQueueWaitIdle(bench->queue), VK_SUCCESS);
     vkFreeCommandBuffers(bench->device, bench->pool, 1, &commands);
 }

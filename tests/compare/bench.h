@@ -40,8 +40,9 @@ struct bench {
 const char *bench_open(struct bench *bench, enum bench_kind kind);
 void bench_close(struct bench *bench);
 
-/* A command buffer, which is submitted and waited for. */
+/* A command buffer, which is submitted, waited for and freed. */
 VkCommandBuffer bench_begin(struct bench *bench);
+void bench_submit(struct bench *bench, VkCommandBuffer commands);
 void bench_finish(struct bench *bench, VkCommandBuffer commands);
 
 /* `source`: what is built first and then updated; or NULL. Ends the test where something fails. */

@@ -33,6 +33,7 @@ static void build(const struct subject *source)
         compare_structure_build(device, commands, &subject.input, &structure, &update);
     }
     bench.heard = (struct heard){0};
+    bench_submit(&bench, commands);
     bench_finish(&bench, commands);
     compare_structure_free(device, &update);
     compare_structure_free(device, &structure);
