@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is compared, what is kept for it, and what is told. */
+/* What is compared, and what is told. */
 #include "compare/comparer.h"
 
 #include <stdio.h>
@@ -7,87 +7,9 @@
 #include <string.h>
 
 #include "compare/enable.h"
+#include "compare/kept.h"
 #include "compare/summary.h"
-#include "compare/tracer.h"
 #include "snapshots/snapshots.h"
-
-/* Inputs that wait to be compared, and those of structures that may be updated. */
-#define KEPT_MAX ((uint64_t)256 << 20)
-
-/* An input that several may need. */
-struct kept_input {
-    unsigned references;
-    struct input_copy *copy;
-};
-
-/* A build to compare. */
-struct kept_build {
-    struct kept_build *next;
-    const struct journal *journal;
-    struct recorded_place place;
-    struct kept_input *input, *source; /* `source`: of an update, what it is built from first */
-};
-
-struct comparer {
-    struct layer_device *device;
-    struct compare_device below;
-    struct tracer *tracer; /* made when it is first needed */
-    struct kept_build *builds, **last;
-    struct handle_table updatable; /* from structures to the inputs that they were built from */
-    uint64_t kept_size;
-    uint64_t not_known, failed; /* builds that were not compared */
-    bool is_stopped;            /* the driver has failed */
-};
-
-/* ---- inputs */
-
-static void release_input(struct comparer *comparer, struct kept_input *input)
-{
-    if (!input || --input->references > 0)
-        return;
-    comparer->kept_size -= input->copy->size;
-    input_copy_free(input->copy);
-    free(input);
-}
-
-static struct kept_input *share_input(struct kept_input *input)
-{
-    input->references++;
-    return input;
-}
-
-static struct kept_input *keep_input(struct comparer *comparer, const struct compare_input *input)
-{
-    uint64_t size = compare_input_size(input);
-    if (size > KEPT_MAX || comparer->kept_size > KEPT_MAX - size)
-        return NULL;
-    struct kept_input *kept = calloc(1, sizeof(*kept));
-    if (!kept)
-        return NULL;
-    kept->references = 1;
-    kept->copy = input_copy_create(input);
-    if (!kept->copy) {
-        free(kept);
-        return NULL;
-    }
-    comparer->kept_size += kept->copy->size;
-    return kept;
-}
-
-static void set_updatable(struct comparer *comparer, uint64_t structure, struct kept_input *input)
-{
-    struct kept_input *before = handle_table_remove(&comparer->updatable, structure);
-    if (input && structure && handle_table_set(&comparer->updatable, structure, input))
-        share_input(input);
-    release_input(comparer, before);
-}
-
-static void free_build(struct comparer *comparer, struct kept_build *build)
-{
-    release_input(comparer, build->input);
-    release_input(comparer, build->source);
-    free(build);
-}
 
 /* ---- creation */
 
@@ -152,11 +74,6 @@ static void warn_of_failures(const struct comparer *comparer)
     reporter_warn(comparer->device->instance->reporter, line);
 }
 
-static void release_updatable(void *record, void *context)
-{
-    release_input(context, record);
-}
-
 void comparer_destroy(struct comparer *comparer)
 {
     if (!comparer)
@@ -165,10 +82,9 @@ void comparer_destroy(struct comparer *comparer)
     while (comparer->builds) {
         struct kept_build *build = comparer->builds;
         comparer->builds = build->next;
-        free_build(comparer, build);
+        kept_free_build(comparer, build);
     }
-    handle_table_each(&comparer->updatable, release_updatable, comparer);
-    handle_table_release(&comparer->updatable);
+    kept_free_structures(comparer);
     tracer_destroy(comparer->tracer);
     free(comparer);
 }
@@ -201,70 +117,61 @@ static bool has_same_shape(const struct input_copy *a, const struct input_copy *
     return true;
 }
 
-static void add_build(struct comparer *comparer, const struct journal *journal,
-                      const struct recorded_place *place, struct kept_input *input,
-                      struct kept_input *source)
-{
-    struct kept_build *build = calloc(1, sizeof(*build));
-    if (!build) {
-        comparer->failed++;
-        return;
-    }
-    build->journal = journal;
-    build->place = *place;
-    build->input = share_input(input);
-    build->source = source ? share_input(source) : NULL;
-    *comparer->last = build;
-    comparer->last = &build->next;
-}
-
-static void keep_build(struct comparer *comparer, const struct journal *journal,
-                       const struct recorded_item *item, const struct compare_input *input)
+static void keep_bottom(struct comparer *comparer, const struct kept_build *build,
+                        const struct recorded_item *item, const struct compare_input *input)
 {
     bool is_update = item->kind == ITEM_UPDATE;
-    struct kept_input *source =
-        is_update ? handle_table_find(&comparer->updatable, item->src) : NULL;
-    struct kept_input *kept = keep_input(comparer, input);
-    bool is_known = kept && (!is_update || (source && has_same_shape(source->copy, kept->copy)));
-    if (is_known)
-        add_build(comparer, journal, &item->build->place, kept, source);
-    else
-        comparer->not_known++;
-    if (is_update)
-        set_updatable(comparer, item->dst, source);
-    else
-        set_updatable(comparer, item->dst,
-                      input->parameters->info.flags &
-                              VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
-                          ? kept
-                          : NULL);
-    release_input(comparer, kept);
+    struct kept_build own = *build;
+    struct kept_input *source = is_update ? kept_find_structure(comparer, item->src) : NULL;
+    own.input = kept_input_create(comparer, input);
+    own.source = source ? kept_share(source) : NULL;
+    kept_set_structure(comparer, item->dst, own.input);
+    if (own.input && (!is_update || (source && has_same_shape(source->copy, own.input->copy)))) {
+        kept_add_build(comparer, &own);
+        return;
+    }
+    comparer->not_known++;
+    kept_release(comparer, own.input);
+    kept_release(comparer, own.source);
+}
+
+static bool is_top(const struct build_parameters *build)
+{
+    return build->info.geometryCount == 1 &&
+           build->geometries[0].geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
+           !(build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV);
 }
 
 void comparer_keep(struct comparer *comparer, const struct journal *journal,
-                   const struct recorded_item *item, const struct input_memory *memory)
+                   const struct recorded_item *item, const struct input_memory *memory,
+                   uint64_t deaths)
 {
     struct build_parameters parameters;
     if (!comparer || comparer->is_stopped)
         return;
+    const struct kept_build build = {.journal = journal, .place = item->build->place};
     const struct build_parameters *given = recorded_build_given(item->build);
-    if (given->had_chains || item->build->place.command == COMMAND_NV || !reference_takes(given)) {
-        set_updatable(comparer, item->dst, NULL);
+    if (given->had_chains || build.place.command == COMMAND_NV ||
+        (!reference_takes(given) && !is_top(given))) {
+        kept_set_structure(comparer, item->dst, NULL);
         return;
     }
     if (!read_parameters(item->build, memory, &parameters)) {
         comparer->failed++;
         return;
     }
-    keep_build(comparer, journal, item, &(struct compare_input){&parameters, memory});
+    if (is_top(given))
+        kept_add_top(comparer, &build, &parameters, memory, deaths);
+    else
+        keep_bottom(comparer, &build, item, &(struct compare_input){&parameters, memory});
     if (item->build->is_indirect)
         free(parameters.ranges);
 }
 
 /* ---- comparing */
 
-static void tell(const struct comparer *comparer, const struct kept_build *build, VkQueue queue,
-                 const struct summary *summary, const struct rays *rays)
+void comparer_tell(const struct comparer *comparer, const struct kept_build *build, VkQueue queue,
+                   const struct summary *summary)
 {
     const struct layer_device *device = comparer->device;
     const struct call_origin origin = {
@@ -284,39 +191,42 @@ static void tell(const struct comparer *comparer, const struct kept_build *build
         struct finding finding;
         const struct location location = {
             .command = build->place.command,
-            .subject = judgement->reason == REASON_NO_SUCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY,
+            .subject = build->top || judgement->reason == REASON_NO_SUCH ? SUBJECT_BUILD
+                                                                         : SUBJECT_GEOMETRY,
             .build = build->place.info,
             .geometry = judgement->geometry,
             .geometry_by_pointer = build->place.geometry_by_pointer,
         };
-        summary_describe(summary, rays, d, words);
+        summary_describe(summary, d, words);
         violated(&finding, "", "{}", text(words));
         reporter_send_difference(device->instance->reporter, d, &location, &origin, &finding);
     }
 }
 
+VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
+{
+    if (!snapshots_queue_family(comparer->device->snapshots, job->queue, &job->queue_family))
+        return VK_ERROR_UNKNOWN;
+    VkResult result =
+        comparer->tracer ? VK_SUCCESS : tracer_create(&comparer->below, &comparer->tracer);
+    return result == VK_SUCCESS ? tracer_run(comparer->tracer, job) : result;
+}
+
 static VkResult trace(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
                       const struct rays *rays, struct compare_answer *answers)
 {
+    const struct compare_input *input = &build->input->copy->input;
+    const struct compare_input inputs[2] = {build->source ? build->source->copy->input : *input,
+                                            *input};
     struct tracer_job job = {
         .queue = queue,
-        .input_count = 1,
-        .inputs = {build->input->copy->input},
+        .input_count = build->source ? 2 : 1,
+        .inputs = inputs,
         .ray_count = rays->count,
         .rays = rays->rays,
         .answers = answers,
     };
-    if (build->source) {
-        job.inputs[0] = build->source->copy->input;
-        job.inputs[job.input_count++] = build->input->copy->input;
-    }
-    if (!snapshots_queue_family(comparer->device->snapshots, queue, &job.queue_family))
-        return VK_ERROR_UNKNOWN;
-    VkResult result =
-        comparer->tracer ? VK_SUCCESS : tracer_create(&comparer->below, &comparer->tracer);
-    if (result == VK_SUCCESS)
-        result = tracer_run(comparer->tracer, &job);
-    return result;
+    return comparer_trace(comparer, &job);
 }
 
 static VkResult compare(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
@@ -333,20 +243,28 @@ static VkResult compare(struct comparer *comparer, const struct kept_build *buil
     if (result == VK_SUCCESS) {
         struct summary summary;
         summary_make(reference, &rays, answers, &summary);
-        tell(comparer, build, queue, &summary, &rays);
+        comparer_tell(comparer, build, queue, &summary);
     }
     free(answers);
     rays_free(&rays);
     return result;
 }
 
-static void compare_build(struct comparer *comparer, const struct kept_build *build, VkQueue queue)
+static VkResult compare_bottom(struct comparer *comparer, const struct kept_build *build,
+                               VkQueue queue)
 {
     struct reference reference;
     VkResult result = reference_open(build->input->copy, &reference);
     if (result == VK_SUCCESS)
         result = compare(comparer, build, queue, &reference);
     reference_close(&reference);
+    return result;
+}
+
+static void compare_build(struct comparer *comparer, const struct kept_build *build, VkQueue queue)
+{
+    VkResult result = build->top ? comparer_compare_top(comparer, build, queue)
+                                 : compare_bottom(comparer, build, queue);
     comparer->not_known += result == VK_ERROR_FORMAT_NOT_SUPPORTED;
     comparer->failed += result != VK_SUCCESS && result != VK_ERROR_FORMAT_NOT_SUPPORTED;
     comparer->is_stopped |= result == VK_ERROR_DEVICE_LOST || result == VK_TIMEOUT;
@@ -363,6 +281,6 @@ void comparer_run(struct comparer *comparer, VkQueue queue)
             comparer->failed++;
         else
             compare_build(comparer, build, queue);
-        free_build(comparer, build);
+        kept_free_build(comparer, build);
     }
 }

@@ -16,9 +16,10 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
 void comparer_destroy(struct comparer *comparer); /* NULL: nothing */
 
 /* A build that has executed: of an input that is known, the bytes are copied, for snapshots are
- * locked only that long. With a null comparer nothing. */
+ * locked only that long. `deaths` is the execution's. With a null comparer nothing. */
 void comparer_keep(struct comparer *comparer, const struct journal *journal,
-                   const struct recorded_item *item, const struct input_memory *memory);
+                   const struct recorded_item *item, const struct input_memory *memory,
+                   uint64_t deaths);
 /* Compares what was kept since, while the journals still live. With no lock held: messages go out,
  * and the queue is used. */
 void comparer_run(struct comparer *comparer, VkQueue queue);

@@ -22,6 +22,9 @@ static const uint32_t any_hit[] = {
 static const uint32_t any_hit_of_box[] = {
 #include "compare_any_hit_of_box.h"
 };
+static const uint32_t no_intersection[] = {
+#include "compare_no_intersection.h"
+};
 static const uint32_t intersection[] = {
 #include "compare_intersection.h"
 };
@@ -97,6 +100,7 @@ enum stage {
     STAGE_ANY_HIT,
     STAGE_ANY_HIT_OF_BOX,
     STAGE_INTERSECTION,
+    STAGE_NO_INTERSECTION,
     STAGE_COUNT,
 };
 
@@ -113,10 +117,12 @@ static const struct {
                               sizeof(any_hit_of_box)},
     [STAGE_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, intersection,
                             sizeof(intersection)},
+    [STAGE_NO_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, no_intersection,
+                               sizeof(no_intersection)},
 };
 
 /* Generation, miss, then the hit groups that the generation shader knows. */
-enum { GROUPS = 5, HIT_GROUPS = 3 };
+enum { GROUPS = 6, HIT_GROUPS = 4 };
 
 static VkRayTracingShaderGroupCreateInfoKHR group(VkRayTracingShaderGroupTypeKHR type,
                                                   uint32_t general, uint32_t closest, uint32_t any,
@@ -145,6 +151,7 @@ static VkResult create_of_modules(const struct compare_device *device,
         group(general, STAGE_GENERATION, none, none, none),
         group(general, STAGE_MISS, none, none, none),
         group(triangles, none, STAGE_CLOSEST_HIT, none, none),
+        group(boxes, none, none, none, STAGE_NO_INTERSECTION),
         group(triangles, none, none, STAGE_ANY_HIT, none),
         group(boxes, none, none, STAGE_ANY_HIT_OF_BOX, STAGE_INTERSECTION),
     };

@@ -18,7 +18,7 @@ struct trace_pipeline {
 /* As the shaders have them. */
 struct trace_constants {
     uint64_t rays, answers;
-    uint32_t count, has_triangles;
+    uint32_t count;
 };
 
 /* Frees what it made where it fails. */

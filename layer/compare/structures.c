@@ -112,69 +112,83 @@ VkResult compare_structure_create(const struct compare_device *device,
     return result;
 }
 
-static VkAccelerationStructureGeometryKHR top_geometry(const struct compare_structure *structure)
-{
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances =
-            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-             .data.deviceAddress = align(structure->input.address, COMPARE_ALIGNMENT)},
-    };
-}
-
 static VkAccelerationStructureBuildGeometryInfoKHR
-top_info(const struct compare_structure *structure,
-         const VkAccelerationStructureGeometryKHR *geometry)
+top_info(const struct compare_structure *structure)
 {
     return (VkAccelerationStructureBuildGeometryInfoKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+        .flags = structure->flags,
         .dstAccelerationStructure = structure->handle,
         .geometryCount = 1,
-        .pGeometries = geometry,
+        .pGeometries = structure->geometries,
     };
 }
 
-static VkResult create_instance(const struct compare_device *device,
-                                const struct compare_structure *bottom,
-                                struct compare_structure *structure)
+/* Where instances begin behind their pointers. */
+static uint64_t pointers_size(const struct compare_instances *instances)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = bottom->handle,
-    };
-    const VkAccelerationStructureInstanceKHR instance = {
-        .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
-        .mask = 0xff,
-        .accelerationStructureReference =
-            device->vk->GetAccelerationStructureDeviceAddressKHR(device->handle, &info),
-    };
+    return instances->array_of_pointers
+               ? align(instances->count * sizeof(uint64_t), COMPARE_ALIGNMENT)
+               : 0;
+}
+
+static VkResult create_instances(const struct compare_device *device,
+                                 const struct compare_instances *instances,
+                                 struct compare_structure *structure)
+{
+    uint64_t size =
+        pointers_size(instances) + instances->count * sizeof(VkAccelerationStructureInstanceKHR);
+    structure->geometries = calloc(1, sizeof(*structure->geometries));
+    if (!structure->geometries)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
     VkResult result = compare_buffer_create(
         device, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
-        COMPARE_ALIGNMENT + sizeof(instance), true, &structure->input);
-    if (result != VK_SUCCESS)
-        return result;
-    uint64_t skipped =
-        align(structure->input.address, COMPARE_ALIGNMENT) - structure->input.address;
-    memcpy(structure->input.bytes + skipped, &instance, sizeof(instance));
-    return VK_SUCCESS;
+        COMPARE_ALIGNMENT + size, true, &structure->input);
+    *structure->geometries = (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+        .flags = instances->geometry_flags,
+        .geometry.instances =
+            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+             .arrayOfPointers = instances->array_of_pointers,
+             .data.deviceAddress = align(structure->input.address, COMPARE_ALIGNMENT)},
+    };
+    structure->flags = instances->flags;
+    structure->instance_count = instances->count;
+    return result;
+}
+
+void compare_structure_set_instance(const struct compare_structure *structure,
+                                    const struct compare_instances *instances, uint32_t instance,
+                                    uint64_t reference, uint32_t record)
+{
+    uint64_t base = align(structure->input.address, COMPARE_ALIGNMENT);
+    uint64_t address =
+        base + pointers_size(instances) + instance * sizeof(VkAccelerationStructureInstanceKHR);
+    VkAccelerationStructureInstanceKHR copy = instances->instances[instance];
+    copy.accelerationStructureReference = reference;
+    copy.instanceShaderBindingTableRecordOffset = record & 0xffffff;
+    memcpy(structure->input.bytes + (address - structure->input.address), &copy, sizeof(copy));
+    if (instances->array_of_pointers)
+        memcpy(structure->input.bytes + (base - structure->input.address) +
+                   instance * sizeof(address),
+               &address, sizeof(address));
 }
 
 VkResult compare_structure_create_top(const struct compare_device *device,
-                                      const struct compare_structure *bottom,
+                                      const struct compare_instances *instances,
                                       struct compare_structure *structure)
 {
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    const uint32_t count = 1;
-    VkResult result = create_instance(device, bottom, structure);
+    VkResult result = create_instances(device, instances, structure);
     if (result != VK_SUCCESS)
         return result;
-    const VkAccelerationStructureGeometryKHR geometry = top_geometry(structure);
-    const VkAccelerationStructureBuildGeometryInfoKHR info = top_info(structure, &geometry);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = top_info(structure);
     device->vk->GetAccelerationStructureBuildSizesKHR(
-        device->handle, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &count, &sizes);
+        device->handle, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &instances->count,
+        &sizes);
     result = create_scratch(device, sizes.buildScratchSize, structure);
     if (result == VK_SUCCESS)
         result = create(device, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
@@ -225,8 +239,8 @@ void compare_structure_build(const struct compare_device *device, VkCommandBuffe
 void compare_structure_build_top(const struct compare_device *device, VkCommandBuffer commands,
                                  const struct compare_structure *structure)
 {
-    const VkAccelerationStructureGeometryKHR geometry = top_geometry(structure);
-    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1};
-    VkAccelerationStructureBuildGeometryInfoKHR info = top_info(structure, &geometry);
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount =
+                                                                structure->instance_count};
+    VkAccelerationStructureBuildGeometryInfoKHR info = top_info(structure);
     build(device, commands, &info, &range, structure);
 }

@@ -10,6 +10,8 @@ struct compare_structure {
     struct compare_buffer buffer, scratch, input;
     VkAccelerationStructureKHR handle;
     VkAccelerationStructureGeometryKHR *geometries; /* owned */
+    VkBuildAccelerationStructureFlagsKHR flags;     /* these two: of a TLAS */
+    uint32_t instance_count;
 };
 
 /* Makes room for a build, and for its input, which is filled in. `target`: NULL, or what an update
@@ -18,10 +20,21 @@ VkResult compare_structure_create(const struct compare_device *device,
                                   const struct compare_input *input,
                                   const struct compare_structure *target,
                                   struct compare_structure *structure);
-/* A TLAS of one instance of it. */
+
+/* Those of a TLAS; references, and records of the shader binding table, are filled in later. */
+struct compare_instances {
+    uint32_t count;
+    const VkAccelerationStructureInstanceKHR *instances;
+    bool array_of_pointers;
+    VkBuildAccelerationStructureFlagsKHR flags;
+    VkGeometryFlagsKHR geometry_flags;
+};
 VkResult compare_structure_create_top(const struct compare_device *device,
-                                      const struct compare_structure *bottom,
+                                      const struct compare_instances *instances,
                                       struct compare_structure *structure);
+void compare_structure_set_instance(const struct compare_structure *structure,
+                                    const struct compare_instances *instances, uint32_t instance,
+                                    uint64_t reference, uint32_t record);
 void compare_structure_free(const struct compare_device *device,
                             struct compare_structure *structure);
 

@@ -47,7 +47,9 @@ struct work {
     const struct tracer *tracer;
     const struct compare_device *device;
     const struct tracer_job *job;
-    struct compare_structure bottom, update, top;
+    struct compare_structure
+        *bottoms; /* one an input; of an update the second only has its input */
+    struct compare_structure top;
     struct compare_buffer rays, answers; /* of a batch */
     VkDescriptorPool descriptors;
     VkDescriptorSet set;
@@ -66,8 +68,9 @@ static void free_work(struct work *work)
     if (work->descriptors)
         device->vk->DestroyDescriptorPool(device->handle, work->descriptors, NULL);
     compare_structure_free(device, &work->top);
-    compare_structure_free(device, &work->update);
-    compare_structure_free(device, &work->bottom);
+    for (uint32_t i = 0; work->bottoms && i < work->job->input_count; i++)
+        compare_structure_free(device, &work->bottoms[i]);
+    free(work->bottoms);
     compare_buffer_free(device, &work->rays);
     compare_buffer_free(device, &work->answers);
     free(work);
@@ -137,16 +140,67 @@ static VkResult create_set(struct work *work)
     return VK_SUCCESS;
 }
 
+static VkResult create_bottoms(struct work *work)
+{
+    const struct tracer_job *job = work->job;
+    VkResult result = VK_SUCCESS;
+    work->bottoms = calloc(job->input_count + 1ull, sizeof(*work->bottoms));
+    if (!work->bottoms)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (uint32_t i = 0; i < job->input_count && result == VK_SUCCESS; i++)
+        result =
+            compare_structure_create(work->device, &job->inputs[i],
+                                     i && !job->top ? &work->bottoms[0] : NULL, &work->bottoms[i]);
+    return result;
+}
+
+static uint64_t address_of(const struct work *work, uint32_t bottom)
+{
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = work->bottoms[bottom].handle,
+    };
+    return work->device->vk->GetAccelerationStructureDeviceAddressKHR(work->device->handle, &info);
+}
+
+static bool has_boxes(const struct compare_input *input)
+{
+    const struct build_parameters *build = input->parameters;
+    return build->info.geometryCount > 0 &&
+           build->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+}
+
+/* Without a TLAS to compare: of one instance. */
+static VkResult create_top(struct work *work)
+{
+    static const VkAccelerationStructureInstanceKHR identity = {
+        .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
+        .mask = 0xff,
+        .accelerationStructureReference = 1,
+    };
+    static const struct compare_instances single = {.count = 1, .instances = &identity};
+    const struct compare_instances *instances = work->job->top ? work->job->top : &single;
+    VkResult result = compare_structure_create_top(work->device, instances, &work->top);
+    for (uint32_t i = 0; i < instances->count && result == VK_SUCCESS; i++) {
+        uint64_t number = instances->instances[i].accelerationStructureReference;
+        uint32_t bottom = (uint32_t)number - 1;
+        if (number)
+            compare_structure_set_instance(&work->top, instances, i, address_of(work, bottom),
+                                           has_boxes(&work->job->inputs[bottom]));
+        else
+            compare_structure_set_instance(&work->top, instances, i, 0, 0);
+    }
+    return result;
+}
+
 static VkResult create_work(struct work *work)
 {
     const struct compare_device *device = work->device;
     const struct tracer_job *job = work->job;
     uint64_t batch = job->ray_count < BATCH ? job->ray_count : BATCH;
-    VkResult result = compare_structure_create(device, &job->inputs[0], NULL, &work->bottom);
-    if (result == VK_SUCCESS && job->input_count > 1)
-        result = compare_structure_create(device, &job->inputs[1], &work->bottom, &work->update);
+    VkResult result = create_bottoms(work);
     if (result == VK_SUCCESS)
-        result = compare_structure_create_top(device, &work->bottom, &work->top);
+        result = create_top(work);
     if (result == VK_SUCCESS)
         result = compare_buffer_create(device, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                                        batch * sizeof(struct compare_ray), true, &work->rays);
@@ -163,20 +217,15 @@ static VkResult create_work(struct work *work)
 static void record_builds(const struct work *work)
 {
     const struct tracer_job *job = work->job;
-    compare_structure_build(work->device, work->commands, &job->inputs[0], NULL, &work->bottom);
-    if (job->input_count > 1)
-        compare_structure_build(work->device, work->commands, &job->inputs[1], &work->bottom,
-                                &work->update);
+    for (uint32_t i = 0; i < job->input_count; i++)
+        compare_structure_build(work->device, work->commands, &job->inputs[i],
+                                i && !job->top ? &work->bottoms[0] : NULL, &work->bottoms[i]);
     compare_structure_build_top(work->device, work->commands, &work->top);
 }
 
 static void record_rays(const struct work *work, uint32_t count)
 {
-    const struct build_parameters *parameters = work->job->inputs[0].parameters;
-    const bool has_boxes = parameters->info.geometryCount > 0 &&
-                           parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    const struct trace_constants constants = {work->rays.address, work->answers.address, count,
-                                              !has_boxes};
+    const struct trace_constants constants = {work->rays.address, work->answers.address, count};
     const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
                                      .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
                                      .dstAccessMask = VK_ACCESS_HOST_READ_BIT};
@@ -210,6 +259,7 @@ static VkResult submit(const struct work *work)
 static void drop_repeated(struct compare_answer *answer)
 {
     uint32_t there = answer->candidate_count, kept = 0;
+    answer->flags = 0;
     if (there > COMPARE_CANDIDATES)
         return;
     for (uint32_t i = 0; i < there; i++) {

@@ -4,7 +4,7 @@
 #define ASSAY_LAYER_COMPARE_TRACER_H
 
 #include "compare/input.h"
-#include "compare/memory.h"
+#include "compare/structures.h"
 #include "compare/trace_data.h"
 
 /* What traces, one a device. Used by one thread at a time. */
@@ -13,13 +13,15 @@ VkResult tracer_create(const struct compare_device *device, struct tracer **trac
 /* The device is idle by then. */
 void tracer_destroy(struct tracer *tracer); /* NULL: nothing */
 
-/* Of a BLAS: it is built from the first input; if there is another, then updated from that one.
- * Rays meet it in a TLAS of one instance whose transform is the identity. */
+/* Of a BLAS (`top` is NULL): it is built from the first input; if there is another, then updated
+ * from that one. Rays meet it in a TLAS of one instance whose transform is the identity. Of a TLAS:
+ * each input is one of the structures that its instances name by number, from 1 on. */
 struct tracer_job {
     VkQueue queue;
     uint32_t queue_family;
-    uint32_t input_count; /* 1 or 2 */
-    struct compare_input inputs[2];
+    uint32_t input_count;
+    const struct compare_input *inputs;
+    const struct compare_instances *top;
     uint32_t ray_count;
     const struct compare_ray *rays;
     struct compare_answer *answers;

@@ -9,6 +9,7 @@
 
 struct fan_view {
     const struct compare_ray *ray;
+    double scale; /* of struct rays */
     bool is_edge;
     float at[3], end[3];       /* the vertex, or the edge */
     double angle;              /* around the vertex, seen along the ray, so far */
@@ -71,7 +72,7 @@ static bool add_triangle(struct fan_view *view, const struct triangle_record *tr
 {
     const float *const corners[3] = {triangle->a, triangle->b, triangle->c};
     struct placing placing;
-    placing_of_triangle(view->ray, triangle, &placing);
+    placing_of_triangle(view->ray, triangle, view->scale, &placing);
     if (!placing.is_sound || !placing.is_within || (!is_first && placing.is_front != *is_front))
         return false;
     *is_front = placing.is_front;
@@ -91,8 +92,10 @@ bool fan_is_met_once(const struct reference *reference, const struct rays *rays,
 {
     const struct aim *aim = &rays->aims[ray];
     const struct fan *fan = &rays->fans[ray];
-    struct fan_view view = {
-        .ray = &rays->rays[ray], .is_edge = aim->at == AIM_EDGE, .nearest_edge = INFINITY};
+    struct fan_view view = {.ray = &rays->rays[ray],
+                            .scale = rays->scale,
+                            .is_edge = aim->at == AIM_EDGE,
+                            .nearest_edge = INFINITY};
     struct triangle_record triangle;
     bool is_front = false;
     if (fan->count == 0 ||

@@ -68,17 +68,20 @@ static const struct compare_hit *find_driver(const struct case_of_ray *c, uint32
     return NULL;
 }
 
-/* Keeps the difference that comes first in the list of them all, which is by weight but for
- * PRIMITIVE, whose two halves would be MISSED and EXTRA. */
-static void conclude(const struct case_of_ray *c, const struct judgement *judgement)
+bool judgement_outweighs(const struct judgement *judgement, const struct judgement *other)
 {
-    static const unsigned char weights[DIFFERENCE_COUNT] = {
+    /* PRIMITIVE is first, for its two halves would be MISSED and EXTRA. */
+    static const unsigned char weights[DIFFERENCE_COUNT + 1] = {
         [DIFFERENCE_PRIMITIVE] = 7, [DIFFERENCE_MISSED] = 6,   [DIFFERENCE_DOUBLE] = 5,
         [DIFFERENCE_EXTRA] = 4,     [DIFFERENCE_DISTANCE] = 3, [DIFFERENCE_BARYCENTRICS] = 2,
         [DIFFERENCE_FACING] = 1,
     };
-    if (c->judgement->difference == DIFFERENCE_COUNT ||
-        weights[judgement->difference] > weights[c->judgement->difference])
+    return weights[judgement->difference] > weights[other->difference];
+}
+
+static void conclude(const struct case_of_ray *c, const struct judgement *judgement)
+{
+    if (judgement_outweighs(judgement, c->judgement))
         *c->judgement = *judgement;
 }
 
@@ -158,7 +161,7 @@ static void judge_hit(const struct case_of_ray *c, const struct compare_hit *hit
         conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_INACTIVE, hit, NULL);
     if (state != SOURCE_ACTIVE || reference->is_aabbs)
         return;
-    placing_of_triangle(c->line, &triangle, &placing);
+    placing_of_triangle(c->line, &triangle, c->rays->scale, &placing);
     judge_place(c, hit, &placing);
 }
 
@@ -217,7 +220,7 @@ static void judge_exact_triangle(const struct case_of_ray *c, const struct trace
     if (reference_triangle(c->reference, exact->geometry, exact->primitive, &triangle) !=
         SOURCE_ACTIVE)
         return;
-    placing_of_triangle(c->line, &triangle, &placing);
+    placing_of_triangle(c->line, &triangle, c->rays->scale, &placing);
     if (placing.side != PLACING_IN)
         return;
     if (!find_driver(c, exact->geometry, exact->primitive)) {
@@ -226,7 +229,7 @@ static void judge_exact_triangle(const struct case_of_ray *c, const struct trace
             conclude_of_hit(c, DIFFERENCE_PRIMITIVE, REASON_PASSES, other, &placing);
         else
             conclude_missed(c, exact, REASON_MEETS);
-    } else if (!c->answer->closest.kind) {
+    } else if (!c->answer->closest.kind && !(c->answer->flags & COMPARE_ELSEWHERE)) {
         conclude_missed(c, exact, REASON_MEETS);
     }
 }
@@ -237,7 +240,7 @@ static void judge_exact_box(const struct case_of_ray *c, const struct trace_hit 
     bool is_limit = c->rays->aims[c->ray].at == AIM_LIMIT;
     if (!find_driver(c, exact->geometry, exact->primitive) &&
         reference_aabb(c->reference, exact->geometry, exact->primitive, &box) == SOURCE_ACTIVE &&
-        placing_meets_box(c->line, &box))
+        placing_meets_box(c->line, &box, c->rays->scale, c->rays->is_moved))
         conclude_missed(c, exact, is_limit ? REASON_LIMIT : REASON_MEETS);
 }
 
@@ -284,10 +287,11 @@ bool judge_ray(const struct reference *reference, const struct rays *rays, uint3
         .ray = ray,
         .line = &rays->rays[ray],
         .answer = answer,
-        .is_whole = answer->candidate_count <= COMPARE_CANDIDATES,
+        .is_whole = answer->candidate_count <= COMPARE_CANDIDATES && !(answer->flags & COMPARE_CUT),
         .judgement = judgement,
     };
-    c.candidate_count = c.is_whole ? answer->candidate_count : COMPARE_CANDIDATES;
+    c.candidate_count =
+        answer->candidate_count < COMPARE_CANDIDATES ? answer->candidate_count : COMPARE_CANDIDATES;
     *judgement = (struct judgement){.difference = DIFFERENCE_COUNT};
     trace(&c);
     if (c.has_more)

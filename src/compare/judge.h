@@ -26,12 +26,15 @@ enum judge_reason {
 struct judgement {
     enum difference difference;
     enum judge_reason reason;
-    uint32_t geometry, primitive; /* that it is about */
+    uint32_t instance, geometry, primitive; /* that it is about; the instance of a TLAS */
     bool has_reference, has_driver;
     struct trace_hit reference;
     struct compare_hit driver;
     double t, u, v; /* exact ones of the driver's primitive, where the difference is in them */
 };
+
+/* Of two differences of one ray; DIFFERENCE_COUNT is none. */
+bool judgement_outweighs(const struct judgement *judgement, const struct judgement *other);
 
 /* Of one ray the most telling difference; false: none. */
 bool judge_ray(const struct reference *reference, const struct rays *rays, uint32_t ray,

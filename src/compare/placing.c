@@ -69,7 +69,7 @@ static enum placing_side side_of(const struct placing *placing)
 }
 
 void placing_of_triangle(const struct compare_ray *ray, const struct triangle_record *triangle,
-                         struct placing *placing)
+                         double scale, struct placing *placing)
 {
     const float *const vertices[3] = {triangle->a, triangle->b, triangle->c};
     double corners[3][3], ab[3], ac[3], normal[3];
@@ -84,7 +84,7 @@ void placing_of_triangle(const struct compare_ray *ray, const struct triangle_re
     cross(ab, ac, normal);
     double length = sqrt(dot(direction, direction)), size = sqrt(dot(normal, normal));
     double along = dot(direction, normal), cosine = fabs(along) / (length * size);
-    placing->open = PLACING_TOLERANCE * scale_of(ray, vertices, 3);
+    placing->open = PLACING_TOLERANCE * larger(scale, scale_of(ray, vertices, 3));
     if (!(cosine >= PLACING_EDGE_ON))
         return;
     place_edges(corners, direction, length, along > 0 ? 1 : -1, placing);
@@ -135,10 +135,11 @@ static bool meets_exactly(const struct compare_ray *ray, const struct aabb_recor
     return enter <= ray->t_max && leave >= ray->t_min;
 }
 
-bool placing_meets_box(const struct compare_ray *ray, const struct aabb_record *box)
+bool placing_meets_box(const struct compare_ray *ray, const struct aabb_record *box, double scale,
+                       bool is_moved)
 {
     const float *const corners[2] = {box->lower, box->upper};
-    double margin = PLACING_TOLERANCE * scale_of(ray, corners, 2);
+    double margin = PLACING_TOLERANCE * larger(scale, scale_of(ray, corners, 2));
     double enter = ray->t_min, leave = ray->t_max;
     int moving = 0, axis = 0;
     for (int i = 0; i < 3; i++) {
@@ -159,5 +160,5 @@ bool placing_meets_box(const struct compare_ray *ray, const struct aabb_record *
     }
     if (enter < leave)
         return true;
-    return moving == 1 && meets_exactly(ray, box, axis, margin);
+    return moving == 1 && !is_moved && meets_exactly(ray, box, axis, margin);
 }

@@ -31,9 +31,11 @@ struct placing {
     bool is_within;   /* t lies between tmin and tmax for certain */
 };
 
+/* `scale`: beside coordinates, what the driver rounds is as large as this; or 0. */
 void placing_of_triangle(const struct compare_ray *ray, const struct triangle_record *triangle,
-                         struct placing *placing);
+                         double scale, struct placing *placing);
 /* Whether the ray meets a box for certain, by the inclusive test. */
-bool placing_meets_box(const struct compare_ray *ray, const struct aabb_record *box);
+bool placing_meets_box(const struct compare_ray *ray, const struct aabb_record *box, double scale,
+                       bool is_moved);
 
 #endif

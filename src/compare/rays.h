@@ -32,6 +32,8 @@ struct rays {
     struct compare_ray *rays;
     struct aim *aims;
     struct fan *fans; /* of aims at edges and vertices */
+    double scale;     /* what is rounded is at least as large as this */
+    bool is_moved;    /* by a transform, so that nothing is exact in the driver's arithmetic */
 };
 
 VkResult rays_create(const struct reference *reference, uint32_t count, struct rays *rays);

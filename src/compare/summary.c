@@ -16,8 +16,29 @@ void summary_make(const struct reference *reference, const struct rays *rays,
             continue;
         if (summary->found[judgement.difference].count++ > 0)
             continue;
-        summary->found[judgement.difference].ray = i;
         summary->found[judgement.difference].judgement = judgement;
+        summary->found[judgement.difference].ray = rays->rays[i];
+        summary->found[judgement.difference].aim = rays->aims[i];
+        summary->found[judgement.difference].fan = rays->fans[i];
+    }
+}
+
+void summary_make_top(const struct top_reference *reference, const struct top_rays *rays,
+                      const struct compare_answer *answers, struct summary *summary)
+{
+    *summary = (struct summary){.rays = rays->count, .is_top = true};
+    for (uint32_t i = 0; i < rays->count; i++) {
+        struct judgement judgement;
+        const struct top_aim *aim = &rays->aims[i];
+        if (!top_judge_ray(reference, rays, i, &answers[i], &judgement) ||
+            summary->found[judgement.difference].count++ > 0)
+            continue;
+        const struct rays *own = &rays->bottoms[reference->input->instances[aim->instance].bottom];
+        summary->found[judgement.difference].judgement = judgement;
+        summary->found[judgement.difference].ray = rays->rays[i];
+        summary->found[judgement.difference].aim = own->aims[aim->ray];
+        summary->found[judgement.difference].fan = own->fans[aim->ray];
+        summary->found[judgement.difference].aimed_instance = aim->instance;
     }
 }
 
@@ -159,21 +180,26 @@ static void append_reason(struct text_buffer *text, const struct judgement *judg
     }
 }
 
-void summary_describe(const struct summary *summary, const struct rays *rays,
-                      enum difference difference, char out[SUMMARY_TEXT])
+void summary_describe(const struct summary *summary, enum difference difference,
+                      char out[SUMMARY_TEXT])
 {
     const struct judgement *judgement = &summary->found[difference].judgement;
-    uint32_t ray = summary->found[difference].ray;
+    const struct aim *aim = &summary->found[difference].aim;
     struct text_buffer text;
     text_begin(&text, out, SUMMARY_TEXT);
+    if (summary->is_top)
+        text_append(&text, "makes a TLAS of which instance %" PRIu32 ", geometry %" PRIu32 ", ",
+                    judgement->instance, judgement->geometry);
     text_append(&text, "primitive %" PRIu32 " %s: ", judgement->primitive, name_of(difference));
-    append_ray(&text, &rays->rays[ray]);
+    append_ray(&text, &summary->found[difference].ray);
     text_append(&text, ", ");
-    append_aim(&text, &rays->aims[ray]);
+    append_aim(&text, aim);
+    if (summary->is_top)
+        text_append(&text, " of instance %" PRIu32, summary->found[difference].aimed_instance);
     text_append(&text, ". ");
     append_reference(&text, judgement);
     append_driver(&text, judgement);
-    append_reason(&text, judgement, &rays->fans[ray], &rays->aims[ray]);
+    append_reason(&text, judgement, &summary->found[difference].fan, aim);
     text_append(&text, ". So differ %" PRIu32 " of %" PRIu32 " rays",
                 summary->found[difference].count, summary->rays);
 }

@@ -3,22 +3,31 @@
 #ifndef ASSAY_COMPARE_SUMMARY_H
 #define ASSAY_COMPARE_SUMMARY_H
 
-#include "compare/judge.h"
+#include "compare/top.h"
 
 struct summary {
     uint32_t rays;
+    bool is_top;
     struct {
-        uint32_t count, ray; /* how many, and the first */
+        uint32_t count; /* how many; and of the first: */
         struct judgement judgement;
+        struct compare_ray ray;
+        struct aim aim;
+        struct fan fan;
+        uint32_t aimed_instance;
     } found[DIFFERENCE_COUNT];
 };
 
 void summary_make(const struct reference *reference, const struct rays *rays,
                   const struct compare_answer *answers, struct summary *summary);
 
-/* What a finding says, after the name of the geometry; only where the count isn't 0. */
+void summary_make_top(const struct top_reference *reference, const struct top_rays *rays,
+                      const struct compare_answer *answers, struct summary *summary);
+
+/* What a finding says, after the name of the geometry, or of the TLAS's build; only where the count
+ * isn't 0. */
 enum { SUMMARY_TEXT = 2048 };
-void summary_describe(const struct summary *summary, const struct rays *rays,
-                      enum difference difference, char text[SUMMARY_TEXT]);
+void summary_describe(const struct summary *summary, enum difference difference,
+                      char text[SUMMARY_TEXT]);
 
 #endif

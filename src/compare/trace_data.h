@@ -22,10 +22,15 @@ struct compare_hit {
 
 enum { COMPARE_CANDIDATES = 14 };
 
+/* Of an answer that is part of another: not all candidates are there; the nearest triangle is in
+ * another instance. */
+enum { COMPARE_CUT = 1, COMPARE_ELSEWHERE = 2 };
+
 struct compare_answer {
     struct compare_hit closest; /* of triangles */
     uint32_t candidate_count;   /* different ones, those that there was no room for included */
-    uint32_t spare[7];
+    uint32_t flags;             /* the host's own: COMPARE_CUT, COMPARE_ELSEWHERE */
+    uint32_t spare[6];
     struct compare_hit candidates[COMPARE_CANDIDATES];
 };
 

@@ -221,18 +221,17 @@ void bench_compare(struct bench *bench, const struct subject *source, const stru
     assert_int_equal(rays_create(&reference, count, &rays), VK_SUCCESS);
     struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
     assert_non_null(answers);
-    struct tracer_job job = {
+    struct compare_input inputs[2] = {subject->input, subject->input};
+    if (source)
+        inputs[0] = source->input;
+    const struct tracer_job job = {
         .queue = bench->queue,
-        .input_count = 1,
-        .inputs = {subject->input},
+        .input_count = source ? 2 : 1,
+        .inputs = inputs,
         .ray_count = rays.count,
         .rays = rays.rays,
         .answers = answers,
     };
-    if (source) {
-        job.inputs[0] = source->input;
-        job.inputs[job.input_count++] = subject->input;
-    }
     assert_int_equal(tracer_run(bench->tracer, &job), VK_SUCCESS);
     tally_judge(tally, &reference, &rays, answers);
     free(answers);

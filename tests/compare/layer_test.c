@@ -125,6 +125,60 @@ static void test_boxes(void **state)
     assert_true(bench.heard.count <= 1);
 }
 
+/* Of two instances of the subject, one of them turned and larger, and an inactive one. */
+static void build_top(bool array_of_pointers)
+{
+    const struct compare_device *device = &bench.compare;
+    VkAccelerationStructureInstanceKHR instances[3] = {
+        {.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 0xff},
+        {.transform.matrix = {{0, -2, 0, 40}, {2, 0, 0, 1}, {0, 0, 2, 0}}, .mask = 1},
+        {.mask = 0xff},
+    };
+    const struct compare_instances top = {
+        .count = 3, .instances = instances, .array_of_pointers = array_of_pointers};
+    struct compare_structure bottom = {0}, structure = {0};
+    VkCommandBuffer commands = bench_begin(&bench);
+    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &bottom), VK_SUCCESS);
+    assert_int_equal(compare_structure_create_top(device, &top, &structure), VK_SUCCESS);
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = bottom.handle,
+    };
+    uint64_t address = bench.vk.GetAccelerationStructureDeviceAddressKHR(bench.device, &info);
+    for (uint32_t i = 0; i < 3; i++)
+        compare_structure_set_instance(&structure, &top, i, i < 2 ? address : 0, 5);
+    compare_structure_build(device, commands, &subject.input, NULL, &bottom);
+    compare_structure_build_top(device, commands, &structure);
+    bench.heard = (struct heard){0};
+    bench_submit(&bench, commands);
+    bench_finish(&bench, commands);
+    compare_structure_free(device, &structure);
+    compare_structure_free(device, &bottom);
+}
+
+static void test_top(void **state)
+{
+    (void)state;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    for (int pointers = 0; pointers < 2; pointers++) {
+        build_top(pointers);
+        if (bench.heard.count)
+            fail_msg("%s", bench.heard.last);
+    }
+    subject_begin(&subject);
+    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    for (int pointers = 0; pointers < 2; pointers++) {
+        build_top(pointers);
+        if (!strstr(bench.driver, "Mesa 25.0.7"))
+            continue;
+        assert_int_equal(bench.heard.counts[DIFFERENCE_DOUBLE], 2);
+        if (!strstr(bench.heard.texts[DIFFERENCE_DOUBLE],
+                    "pInfos[0] makes a TLAS of which instance"))
+            fail_msg("%s", bench.heard.texts[DIFFERENCE_DOUBLE]);
+    }
+}
+
 static int open_bench(void **state)
 {
     (void)state;
@@ -153,7 +207,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_right),        cmocka_unit_test(test_fan),
         cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
-        cmocka_unit_test(test_boxes),
+        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_top),
     };
     return cmocka_run_group_tests(tests, open_bench, close_bench);
 }

@@ -39,5 +39,4 @@ layout(push_constant) uniform Constants
 {
     uvec2 rays, answers;
     uint count;
-    uint has_triangles;
 };

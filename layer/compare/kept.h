@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a comparer keeps: builds that wait to be compared, and the latest input of each structure,
+ * for updates of it and for instances. All together are bounded. */
+#ifndef ASSAY_LAYER_COMPARE_KEPT_H
+#define ASSAY_LAYER_COMPARE_KEPT_H
+
+#include "compare/comparer.h"
+#include "compare/tracer.h"
+
+#define KEPT_MAX ((uint64_t)256 << 20) /* bytes of inputs */
+
+/* An input that several may need. */
+struct kept_input {
+    unsigned references;
+    struct input_copy *copy;
+};
+
+/* The latest of a structure. */
+struct kept_structure {
+    uint64_t handle;
+    struct kept_input *input;
+};
+
+struct kept_build {
+    struct kept_build *next;
+    const struct journal *journal;
+    struct recorded_place place;
+    struct kept_input *input, *source; /* of a BLAS; `source`: what an update is built from first */
+    struct kept_top *top;              /* of a TLAS */
+};
+
+struct comparer {
+    struct layer_device *device;
+    struct compare_device below;
+    struct tracer *tracer; /* made when it is first needed */
+    struct kept_build *builds, **last;
+    struct handle_table structures; /* of struct kept_structure */
+    uint64_t kept_size;
+    uint64_t not_known, failed; /* builds that were not compared */
+    bool is_stopped;            /* the driver has failed */
+};
+
+struct kept_input *kept_share(struct kept_input *input);
+void kept_release(struct comparer *comparer, struct kept_input *input); /* NULL: nothing */
+void kept_free_build(struct comparer *comparer, struct kept_build *build);
+void kept_free_structures(struct comparer *comparer);
+
+/* Inputs of structures that are no more are given up where room is needed. */
+struct kept_input *kept_input_create(struct comparer *comparer, const struct compare_input *input);
+/* NULL: nothing is known of it any more. Shares the input. */
+void kept_set_structure(struct comparer *comparer, uint64_t handle, struct kept_input *input);
+struct kept_input *kept_find_structure(const struct comparer *comparer, uint64_t handle);
+
+/* Takes over what the build has. */
+void kept_add_build(struct comparer *comparer, const struct kept_build *build);
+
+/* A TLAS (tops.c). */
+void kept_add_top(struct comparer *comparer, const struct kept_build *build,
+                  const struct build_parameters *parameters, const struct input_memory *memory,
+                  uint64_t deaths);
+void kept_free_top(struct comparer *comparer, struct kept_top *top); /* NULL: nothing */
+VkResult comparer_compare_top(struct comparer *comparer, const struct kept_build *build,
+                              VkQueue queue);
+
+/* For both kinds of build. */
+struct summary;
+void comparer_tell(const struct comparer *comparer, const struct kept_build *build, VkQueue queue,
+                   const struct summary *summary);
+VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job);
+
+#endif

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Top-level builds on lavapipe, compared without the layer: instances of separate triangles and
+ * boxes are right, and what is wrong of a BLAS is found through an instance, too. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "bench.h"
+#include "compare/top.h"
+
+enum { RAYS = 4096, BOTTOMS = 3, INSTANCES = 9 };
+
+static struct bench bench;
+static enum bench_kind kind;
+static struct tally tally;
+static struct input_copy *bottoms[BOTTOMS]; /* separate triangles, boxes, a closed fan */
+
+static VkAccelerationStructureInstanceKHR instance_of(float angle, float size, float x)
+{
+    float c = size * cosf(angle), s = size * sinf(angle);
+    return (VkAccelerationStructureInstanceKHR){
+        .transform.matrix = {{c, -s, 0, x}, {s, c, 0, 2}, {0, 0, size, -1}}, .mask = 0xff};
+}
+
+static void trace(const struct top_input *input, const struct top_rays *rays,
+                  struct compare_answer *answers)
+{
+    struct compare_input inputs[BOTTOMS];
+    VkAccelerationStructureInstanceKHR instances[INSTANCES];
+    for (uint32_t i = 0; i < BOTTOMS; i++)
+        inputs[i] = bottoms[i]->input;
+    for (uint32_t i = 0; i < input->count; i++) {
+        instances[i] = input->instances[i].given;
+        instances[i].accelerationStructureReference =
+            input->instances[i].bottom == TOP_NO_BOTTOM ? 0 : input->instances[i].bottom + 1;
+    }
+    const struct compare_instances top = {
+        .count = input->count,
+        .instances = instances,
+        .array_of_pointers = input->array_of_pointers,
+        .flags = input->flags,
+    };
+    const struct tracer_job job = {
+        .queue = bench.queue,
+        .input_count = BOTTOMS,
+        .inputs = inputs,
+        .top = &top,
+        .ray_count = rays->count,
+        .rays = rays->rays,
+        .answers = answers,
+    };
+    assert_int_equal(tracer_run(bench.tracer, &job), VK_SUCCESS);
+}
+
+static void compare(const struct top_instance *instances, uint32_t count, bool array_of_pointers)
+{
+    const struct top_input input = {.count = count,
+                                    .bottom_count = BOTTOMS,
+                                    .array_of_pointers = array_of_pointers,
+                                    .instances = instances,
+                                    .bottoms = (const struct input_copy *const *)bottoms};
+    struct top_reference reference;
+    struct top_rays rays;
+    assert_int_equal(top_reference_open(&input, &reference), VK_SUCCESS);
+    assert_int_equal(top_rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
+    assert_non_null(answers);
+    if (rays.count)
+        trace(&input, &rays, answers);
+    tally = (struct tally){.rays = rays.count};
+    for (uint32_t i = 0; i < rays.count; i++) {
+        struct judgement judgement;
+        if (!top_judge_ray(&reference, &rays, i, &answers[i], &judgement))
+            continue;
+        tally.all++;
+        tally.counts[judgement.difference][judgement.reason]++;
+    }
+    tally_print(&tally, "top");
+    free(answers);
+    top_rays_free(&rays);
+    top_reference_close(&reference);
+}
+
+static void test_right(void **state)
+{
+    (void)state;
+    struct top_instance instances[INSTANCES] = {
+        {instance_of(0, 1, 0), 0},
+        {instance_of(0.5f, 2, 30), 0},
+        {instance_of(2, 0.25f, 5), 1},
+        {instance_of(1, 100, -2000), 0},
+        {instance_of(1, 1, 1), TOP_NO_BOTTOM},
+        {instance_of(3, 1, 8), 0},
+        {instance_of(4, 3, 9), 1},
+        {instance_of(5, 1e-3f, 3), 0},
+        {instance_of(0.25f, 1, 2), 0},
+    };
+    instances[3].given.flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
+    instances[5].given.mask = 0;
+    instances[7].given.transform.matrix[0][0] *= -1; /* mirrored */
+    instances[7].given.transform.matrix[0][1] *= -1;
+    instances[8].given.instanceShaderBindingTableRecordOffset = 77;
+    instances[8].given.instanceCustomIndex = 99;
+    compare(instances, INSTANCES, false);
+    assert_int_equal(tally.rays, RAYS);
+    assert_int_equal(tally.all, 0);
+    compare(instances, INSTANCES, true);
+    assert_int_equal(tally.all, 0);
+    compare(instances, 0, false);
+    assert_int_equal(tally.rays, 0);
+}
+
+static void test_fan(void **state)
+{
+    (void)state;
+    const struct top_instance instances[2] = {{instance_of(0.5f, 2, 10), 2},
+                                              {instance_of(1, 1, -10), 2}};
+    compare(instances, 2, false);
+    if (strstr(bench.driver, "Mesa 25.0.7"))
+        assert_true(tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED] > 0);
+    assert_int_equal(tally.all, tally.counts[DIFFERENCE_MISSED][REASON_SHARED] +
+                                    tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
+}
+
+static int open_bench(void **state)
+{
+    (void)state;
+    struct subject subjects[BOTTOMS];
+    VkAabbPositionsKHR boxes[BOXES];
+    const char *lacks = bench_open(&bench, kind);
+    if (lacks) {
+        print_message("skipped: %s\n", lacks);
+        exit(77);
+    }
+    soup_fill();
+    boxes_fill(boxes);
+    for (int i = 0; i < BOTTOMS; i++)
+        subject_begin(&subjects[i]);
+    subject_triangles(&subjects[0], soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_boxes(&subjects[1], boxes, BOXES);
+    subject_triangles(&subjects[2], fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    for (int i = 0; i < BOTTOMS; i++) {
+        bottoms[i] = input_copy_create(&subjects[i].input);
+        assert_non_null(bottoms[i]);
+    }
+    return 0;
+}
+
+static int close_bench(void **state)
+{
+    (void)state;
+    for (int i = 0; i < BOTTOMS; i++)
+        input_copy_free(bottoms[i]);
+    bench_close(&bench);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_right),
+        cmocka_unit_test(test_fan),
+    };
+    kind = argc > 1 && strcmp(argv[1], "pipelines") == 0 ? BENCH_PIPELINES : BENCH_QUERIES;
+    return cmocka_run_group_tests(tests, open_bench, close_bench);
+}
