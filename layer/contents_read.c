@@ -6,6 +6,7 @@
 #include "check/content_executed.h"
 #include "compare/comparer.h"
 #include "contents.h"
+#include "submissions.h"
 
 /* While snapshots are read they are locked, so what is found is told afterwards. */
 struct told_finding {
@@ -35,7 +36,7 @@ struct reading {
     struct replay replay;
     const struct journal *located; /* these two: of the update in hand */
     uint32_t located_first;
-    uint32_t next_note, next_used;
+    uint32_t next_note, next_used, next_turn;
     struct read_call *open_calls;
     struct told_finding *findings, **findings_last;
 };
@@ -132,6 +133,7 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
         .active = device->active_rules[place->command],
         .resources = device->resources,
         .deaths = reading->ran->execution->deaths,
+        .flags = submissions_flags(device->submissions),
         .found = found,
         .find_sizes = find_sizes,
         .of_another_device = of_another_device,
@@ -231,6 +233,22 @@ static uint32_t find_used(struct read_buffer *buffer, const struct recorded_buil
     return end - first;
 }
 
+static const struct built_flags_turn *find_turn(struct read_buffer *buffer,
+                                                const struct recorded_build *build)
+{
+    const struct content_notes *notes = &buffer->reading->ran->notes;
+    if (build->parameters.info.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+        return NULL;
+    for (uint32_t i = buffer->reading->next_turn; i < notes->turn_count; i++) {
+        const struct turn_note *note = &notes->turns[i];
+        if (note->journal != buffer->journal || note->position != build->place.position)
+            continue;
+        buffer->reading->next_turn = i + 1;
+        return &note->turn;
+    }
+    return NULL;
+}
+
 static void read_build(struct read_buffer *buffer, const struct recorded_item *item)
 {
     const struct recorded_build *build = item->build;
@@ -252,6 +270,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         .memory = snapshot_memory_of(&memory),
         .contents = note ? note->contents : NULL,
     };
+    executed.turn = find_turn(buffer, build);
     executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);

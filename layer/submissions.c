@@ -13,11 +13,13 @@
 #include "contents.h"
 #include "layer.h"
 #include "snapshots/snapshots.h"
+#include "state/built_flags.h"
 
 struct submissions {
     struct layer_device *device;
     struct build_states live;
-    bool lost; /* nothing is known any more, of anything */
+    struct built_flags *flags; /* NULL: nobody asks */
+    bool lost;                 /* nothing is known any more, of anything */
 
     struct build_undo undo; /* of batches that were checked and have not run */
 
@@ -36,6 +38,9 @@ VkResult submissions_create(struct layer_device *device, struct submissions **su
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*submissions)->device = device;
     pthread_mutex_init(&(*submissions)->news_lock, NULL);
+    if (device->level >= LEVEL_CONTENT &&
+        (device->facts.micromap.ext || device->facts.micromap.khr))
+        (*submissions)->flags = built_flags_create();
     return VK_SUCCESS;
 }
 
@@ -45,6 +50,7 @@ void submissions_destroy(struct submissions *submissions)
         return;
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
+    built_flags_destroy(submissions->flags);
     pthread_mutex_destroy(&submissions->news_lock);
     free(submissions->news);
     free(submissions);
@@ -79,6 +85,12 @@ static void lose(struct submissions *submissions)
     submissions->lost = true;
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
+    built_flags_forget_all(submissions->flags);
+}
+
+struct built_flags *submissions_flags(const struct submissions *submissions)
+{
+    return submissions->flags;
 }
 
 static void take_news(struct submissions *submissions)
@@ -86,8 +98,10 @@ static void take_news(struct submissions *submissions)
     pthread_mutex_lock(&submissions->news_lock);
     for (size_t i = 0; i < submissions->news_count; i++) {
         const struct news *news = &submissions->news[i];
-        for (uint32_t j = 0; j < news->count; j++)
+        for (uint32_t j = 0; j < news->count; j++) {
             build_states_remove(&submissions->live, news->first_id + j);
+            built_flags_forget(submissions->flags, news->first_id + j);
+        }
     }
     submissions->news_count = 0;
     pthread_mutex_unlock(&submissions->news_lock);
@@ -126,6 +140,7 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
         .states = &submissions->live,
+        .flags = submissions->flags,
         .now = run->moment,
         .follows = run->clock,
         .predecessors_known = run->predecessors_known,
@@ -233,6 +248,8 @@ static bool check(void *user, const struct batch_run *run)
 static void drop(void *user)
 {
     struct submissions *submissions = user;
+    for (size_t i = 0; i < submissions->undo.count; i++)
+        built_flags_forget(submissions->flags, submissions->undo.before[i].id);
     build_undo_carry_out(&submissions->undo, &submissions->live);
     contents_drop(submissions->device->contents);
 }

@@ -13,6 +13,7 @@
 #include "state/readable.h"
 #include "state/resources.h"
 
+struct built_flags;
 struct sweep;
 
 /* What a check needs of its surroundings. The functions may call down; none is called while a lock
@@ -22,8 +23,9 @@ struct check_context {
     const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
     struct readable_cache *readable;
     struct resources *resources;
-    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
-    uint64_t deaths;     /* resources_deaths when what is checked after it executed was submitted */
+    struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
+    struct built_flags *flags; /* of structures that builds have found; or NULL */
+    uint64_t deaths; /* resources_deaths when what is checked after it executed was submitted */
 
     /* Takes a finding. Returns false if it wants no more of this rule. */
     bool (*found)(void *user, enum rule rule, const struct location *location,

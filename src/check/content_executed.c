@@ -145,9 +145,11 @@ static void walk_pairs(struct executed_call *call)
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
     call->walk.contents = build->contents;
+    call->walk.turn = build->turn;
     read_build(call, build);
     build_contents_tell(build->contents);
     call->walk.contents = NULL;
+    call->walk.turn = NULL;
     collect_instances(call, build->build);
     keep_build(call, build);
 }

@@ -15,6 +15,7 @@ struct executed_build {
     struct build_contents *contents;       /* to be filled; NULL: nobody will ask */
     const struct used_micromap_note *used; /* the micromaps that its geometries use: */
     uint32_t used_count;
+    const struct built_flags_turn *turn; /* of a build of instances; NULL: it isn't known */
 };
 
 /* The builds of one call, in the call's order; those of which nothing is known may be missing. */

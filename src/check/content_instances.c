@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "check/content.h"
+#include "state/built_flags.h"
 
 /* Bytes from one instance with motion to the next
  * (VkAccelerationStructureGeometryInstancesDataKHR). */
@@ -109,6 +110,15 @@ static void check_nv_reference(struct content *content, uint32_t index, uint64_t
     content_walk_nv_instance(content, &view);
 }
 
+static enum tristate find_disabling(const struct content *content,
+                                    const struct accel_facts *referenced)
+{
+    const struct walk *walk = content->walk;
+    return referenced->alive == YES
+               ? built_flags_allow_disabling(walk->context->flags, referenced->id, walk->turn)
+               : UNKNOWN;
+}
+
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance)
 {
@@ -118,6 +128,8 @@ void content_check_instance(struct content *content, uint32_t index, bool has_mo
                                  .instance = *instance};
     uint64_t reference = instance->accelerationStructureReference;
     content_find_reference(content, reference, &view.referenced);
+    if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
+        view.allows_disabling = find_disabling(content, &view.referenced);
     content_walk_instance(content, &view);
     content_check_reference(content, index, &view.referenced);
     check_nv_reference(content, index, reference);

@@ -66,7 +66,8 @@ struct instance_view {
     uint32_t index;
     bool has_motion; /* it is a member of a VkAccelerationStructureMotionInstanceNV */
     VkAccelerationStructureInstanceKHR instance;
-    struct accel_facts referenced; /* what it refers to; nothing is known of references of 0 */
+    enum tristate allows_disabling; /* of micromaps: with what it refers to was built, by then */
+    struct accel_facts referenced;  /* what it refers to; nothing is known of references of 0 */
 };
 
 /* An instance of VK_NV_ray_tracing that refers to something. */

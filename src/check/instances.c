@@ -36,6 +36,30 @@ bool instance_micromap_flags_have_their_feature(const struct instance_view *inst
                     number(instance->index), hex(instance->instance.flags), hex(flags));
 }
 
+static bool disables_what_may_be(const struct instance_view *instance, struct finding *finding)
+{
+    return instance->allows_disabling != NO ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose flags {} disable micromaps, but {} was built "
+                    "without VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT",
+                    number(instance->index), hex(instance->instance.flags),
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                           (uint64_t)(uintptr_t)instance->referenced.handle));
+}
+
+/* The registry states it of the instance, and of the command that builds it: both ids are told. */
+bool instance_disables_micromaps_only_if_its_blas_allows(const struct instance_view *instance,
+                                                         struct finding *finding)
+{
+    return disables_what_may_be(instance, finding);
+}
+
+bool instances_disable_micromaps_only_if_their_blas_allows(const struct instance_view *instance,
+                                                           struct finding *finding)
+{
+    return disables_what_may_be(instance, finding);
+}
+
 /* An instance without a structure is inactive, not wrong. Those with motion have a rule of their
  * own. */
 bool instance_references_are_valid_handles(const struct instance_view *instance,

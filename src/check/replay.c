@@ -7,6 +7,7 @@
 #include "check/micromap_replay.h"
 #include "check/replay_contents.h"
 #include "check/replay_states.h"
+#include "state/built_flags.h"
 
 /* Judging. */
 
@@ -365,9 +366,13 @@ static bool writes_a_structure(const struct journal_entry *entry)
 void replay_begin_work(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (writes_a_structure(entry) && !build_states_add_writer(replay->states, entry->dst_id))
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (!writes_a_structure(entry))
+            continue;
+        built_flags_forget(replay->flags, entry->dst_id);
+        if (!build_states_add_writer(replay->states, entry->dst_id))
             replay->out_of_memory = true;
+    }
 }
 
 static void remove_writers(struct replay *replay, const struct journal *journal)

@@ -10,6 +10,7 @@
 #include "check/check.h"
 #include "state/command_buffers.h"
 
+struct built_flags;
 struct content_notes;
 
 struct replay {
@@ -24,6 +25,7 @@ struct replay {
     bool predecessors_known;     /* and whether all that executes before it has been replayed */
     bool never_is_certain;       /* nothing but journalled commands builds on this device */
     bool unordered;              /* what the batch does has no order in itself */
+    struct built_flags *flags;   /* told of all writes; NULL: nobody asks */
     struct content_notes *notes; /* of builds that are read later; NULL: none is */
     bool out_of_memory;          /* set where a write could not be noted */
 

@@ -16,6 +16,7 @@ void content_notes_release(struct content_notes *notes)
         built_release(&notes->used[i].built);
     free(notes->items);
     free(notes->used);
+    free(notes->turns);
     *notes = (struct content_notes){0};
 }
 
@@ -24,6 +25,31 @@ static bool is_noted(const struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry)
 {
     return replay->notes && journal->work && entry->built.shapes;
+}
+
+/* Without memory nothing is known of what its instances refer to. */
+static void note_turn(struct replay *replay, const struct journal *journal,
+                      const struct journal_entry *entry)
+{
+    struct content_notes *notes = replay->notes;
+    if (!notes || !journal->work || !replay->flags || !replay->predecessors_known ||
+        entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+        return;
+    if (notes->turn_count == notes->turn_capacity) {
+        uint32_t capacity = notes->turn_capacity ? notes->turn_capacity * 2 : 4;
+        struct turn_note *turns = realloc(notes->turns, capacity * sizeof(*turns));
+        if (!turns)
+            return;
+        notes->turns = turns;
+        notes->turn_capacity = capacity;
+    }
+    struct turn_note *note = &notes->turns[notes->turn_count++];
+    note->journal = journal;
+    note->position = entry->built.position;
+    note->turn.turn = built_flags_now(replay->flags);
+    note->turn.now = replay->now;
+    note->turn.is_unordered = replay->unordered;
+    execution_clock_copy(&note->turn.follows, replay->follows);
 }
 
 /* Without memory nothing is known of the build's contents. */
@@ -50,6 +76,7 @@ static struct content_note *add_note(struct replay *replay, const struct journal
 void replay_note_build(struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry, struct built *built)
 {
+    note_turn(replay, journal, entry);
     if (!is_noted(replay, journal, entry))
         return;
     const struct content_note *note = add_note(replay, journal, entry);
@@ -59,6 +86,7 @@ void replay_note_build(struct replay *replay, const struct journal *journal,
 void replay_note_update(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry)
 {
+    note_turn(replay, journal, entry);
     if (!is_noted(replay, journal, entry))
         return;
     const struct built *source = replay_read(replay, entry);

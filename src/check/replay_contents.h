@@ -5,6 +5,7 @@
 #define ASSAY_CHECK_REPLAY_CONTENTS_H
 
 #include "check/replay.h"
+#include "state/built_flags.h"
 
 struct content_note {
     const struct journal *journal; /* that has the entry: of a command buffer that was submitted */
@@ -20,12 +21,21 @@ struct used_micromap_note {
     struct built built;
 };
 
+/* When a build of instances came, for what it refers to. */
+struct turn_note {
+    const struct journal *journal;
+    uint32_t position; /* of the build */
+    struct built_flags_turn turn;
+};
+
 /* In the order of execution. Zero-initialized is empty. */
 struct content_notes {
     struct content_note *items;
     uint32_t count, capacity;
     struct used_micromap_note *used;
     uint32_t used_count, used_capacity;
+    struct turn_note *turns;
+    uint32_t turn_count, turn_capacity;
 };
 void content_notes_release(struct content_notes *notes);
 

@@ -2,6 +2,8 @@
 /* Reading and writing live states in the order of execution. */
 #include "check/replay_states.h"
 
+#include "state/built_flags.h"
+
 const struct built built_unknown = {.state = BUILT_UNKNOWN};
 const struct built built_filled = {.state = BUILT_FILLED};
 static const struct built never = {.state = BUILT_NEVER};
@@ -56,6 +58,7 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
     if (!id)
         return;
     note_before(replay, id, before);
+    built_flags_write(replay->flags, id, built, written);
     if (before)
         build_state_replace(before, built, written);
     else if (!build_states_set(replay->states, id, built, written))

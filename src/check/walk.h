@@ -7,6 +7,7 @@
 #include "check/extension_view.h"
 #include "check/micromap_view.h"
 
+struct built_flags_turn;
 struct instance_uses;
 
 /* The state of one check. */
@@ -14,9 +15,10 @@ struct walk {
     struct check_context *context;
     bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
     uint32_t findings;
-    struct micromap_uses micromaps;  /* of the build in hand, see check_micromap_build */
-    struct build_contents *contents; /* likewise, to be kept; NULL: nothing */
-    struct instance_uses *instances; /* likewise, see check_host_contents; NULL: none */
+    struct micromap_uses micromaps;      /* of the build in hand, see check_micromap_build */
+    struct build_contents *contents;     /* likewise, to be kept; NULL: nothing */
+    const struct built_flags_turn *turn; /* likewise, when it executed; NULL: it isn't known */
+    struct instance_uses *instances;     /* likewise, see check_host_contents; NULL: none */
 };
 
 void walk_start(struct walk *walk, struct check_context *context);
