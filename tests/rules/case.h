@@ -78,6 +78,8 @@ struct test_case {
     const struct setup *setup;
     const struct setup *twin_setup; /* where the setup itself is what breaks the rule */
     bool needs_null_driver;
+    bool spares_drivers; /* of what it does no driver need be proof, as the null driver and backend
+                            cpu are */
     /* The twin, or the mutation of a silent case, breaks no rule that there is, but may lead to
      * what backend cpu can't build from: then the host's call fails. */
     bool may_fail_on_cpu;

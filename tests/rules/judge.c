@@ -67,6 +67,8 @@ const char *judge_cannot_play(const struct play *play, const struct world *world
 {
     if (play->test_case->needs_null_driver && !play->platform->is_null)
         return "needs the null driver";
+    if (play->test_case->spares_drivers && !play->platform->is_null && !play->platform->is_cpu)
+        return "needs the null driver or backend cpu";
     if (play->command == COMMAND_INDIRECT && !world->has_indirect)
         return "no accelerationStructureIndirectBuild";
     if (play->command == COMMAND_HOST && !world->has_host)
