@@ -63,14 +63,14 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
 static void warn_of_failures(const struct comparer *comparer)
 {
     char line[320];
-    if (comparer->not_known + comparer->failed == 0)
+    const unsigned long long not_known = comparer->not_known, failed = comparer->failed;
+    if (not_known + failed == 0)
         return;
     snprintf(line, sizeof(line),
              "assay_validation.compare_rays: %llu builds were not compared: of %llu not all of the "
              "input was known, or it was too much to keep; for %llu the driver or the layer had no "
              "memory, or the driver took too long.",
-             (unsigned long long)(comparer->not_known + comparer->failed),
-             (unsigned long long)comparer->not_known, (unsigned long long)comparer->failed);
+             not_known + failed, not_known, failed);
     reporter_warn(comparer->device->instance->reporter, line);
 }
 

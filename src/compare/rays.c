@@ -51,15 +51,15 @@ static void pick_direction(struct maker *maker, float direction[3])
     bool is_short = below(maker, 2) == 0;
     int exponent = 0;
     frexp(maker->extent, &exponent);
-    double length = 0;
-    while (length < 0.25) {
+    double length;
+    do {
         length = 0;
         for (int i = 0; i < 3; i++) {
             double part = is_short ? ((double)below(maker, 17) - 8) / 8 : 2 * fraction(maker) - 1;
             direction[i] = (float)ldexp(part, exponent);
             length += part * part;
         }
-    }
+    } while (length < 0.25);
 }
 
 static bool is_edge_on(const struct triangle_record *triangle, const float direction[3])

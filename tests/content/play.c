@@ -28,9 +28,11 @@ struct parameters {
 
 static bool have_changed(const struct scene *scene, const struct parameters *parameters)
 {
+    // NOLINTBEGIN(bugprone-suspicious-memory-comparison): they are copies, padding and all
     return memcmp(parameters->infos, scene->infos, sizeof(parameters->infos)) != 0 ||
            memcmp(parameters->geometries, scene->geometries, sizeof(parameters->geometries)) != 0 ||
            memcmp(parameters->ranges, scene->ranges, sizeof(parameters->ranges)) != 0;
+    // NOLINTEND(bugprone-suspicious-memory-comparison)
 }
 
 /* Pointers to the instances where they are, in the second half of their buffer. */
