@@ -10,7 +10,7 @@ set logscale x
 set format x "%.0s %cs"
 seconds(name) = column(name) * 1e-9
 set yrange [0:110]
-set xrange [5e-8:2e-2]
+set xrange [3e-8:3e-1]
 # Levels that catch nearly the same are told above and below.
 label_y(percent) = percent > 99 || percent < 90 ? percent + 4 : percent - 4
 set key bottom right
