@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "compare/fan.h"
+#include "compare/top.h"
 #include "subject.h"
 
 enum { RAYS = 4096 };
@@ -32,6 +33,7 @@ static struct compare_hit hit_of(const struct trace_hit *from)
                                                   : 0),
         .geometry = from->geometry,
         .primitive = from->primitive,
+        .instance = from->instance,
     };
 }
 
@@ -244,12 +246,88 @@ static void test_mistakes(void **state)
     expect(swap, DIFFERENCE_BARYCENTRICS, REASON_MEETS);
 }
 
+/* ---- instances */
+
+static const void *find_bottom(void *context, uint64_t number)
+{
+    const struct top_reference *top = context;
+    return top->bottoms[number - 1].structure;
+}
+
+static void answer_top(struct top_reference *top, const struct top_rays *top_rays)
+{
+    const struct trace_scene scene = {
+        .structure = top->structure, .accuracy = TRACE_EXACT, .resolver = {find_bottom, top}};
+    memset(answers, 0, sizeof(answers));
+    for (uint32_t i = 0; i < top_rays->count; i++) {
+        const struct compare_ray *from = &top_rays->rays[i];
+        struct trace_ray ray = {.t_min = from->t_min, .t_max = from->t_max, .cull_mask = 0xff};
+        memcpy(ray.origin, from->origin, sizeof(ray.origin));
+        memcpy(ray.direction, from->direction, sizeof(ray.direction));
+        trace_candidates(&scene, &ray, &(struct trace_visitor){keep, &answers[i]});
+    }
+}
+
+static uint32_t judge_top(const struct top_reference *top, const struct top_rays *top_rays,
+                          enum difference expected)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < top_rays->count; i++) {
+        struct judgement judgement;
+        if (!top_judge_ray(top, top_rays, i, &answers[i], &judgement))
+            continue;
+        assert_int_equal(judgement.difference, expected);
+        count++;
+    }
+    return count;
+}
+
+static void test_instances(void **state)
+{
+    (void)state;
+    struct top_instance instances[3] = {
+        {.given = {.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}},
+        {.given = {.transform.matrix = {{0, -2, 0, 50}, {2, 0, 0, 0}, {0, 0, 3, 7}},
+                   .mask = 2,
+                   .flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR}},
+        {.given = {.transform.matrix = {{-1, 0, 0, -20}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 4}},
+    };
+    struct top_reference top;
+    struct top_rays top_rays;
+    subject_begin(&subject);
+    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    copy = input_copy_create(&subject.input);
+    assert_non_null(copy);
+    const struct input_copy *bottoms[1] = {copy};
+    const struct top_input input = {
+        .count = 3, .bottom_count = 1, .instances = instances, .bottoms = bottoms};
+    assert_int_equal(top_reference_open(&input, &top), VK_SUCCESS);
+    assert_int_equal(top_rays_create(&top, RAYS, &top_rays), VK_SUCCESS);
+    assert_int_equal(top_rays.count, RAYS);
+    answer_top(&top, &top_rays);
+    assert_int_equal(judge_top(&top, &top_rays, DIFFERENCE_COUNT), 0);
+    for (uint32_t i = 0; i < RAYS; i++)
+        answers[i].closest.kind ^= COMPARE_FRONT * (answers[i].closest.kind != 0);
+    assert_true(judge_top(&top, &top_rays, DIFFERENCE_FACING) > RAYS / 20);
+    answer_top(&top, &top_rays);
+    for (uint32_t i = 0; i < RAYS; i++)
+        for (uint32_t j = 0; j < answers[i].candidate_count && j < COMPARE_CANDIDATES; j++)
+            answers[i].candidates[j].instance += 3;
+    assert_true(judge_top(&top, &top_rays, DIFFERENCE_PRIMITIVE) > RAYS / 4);
+    memset(answers, 0, sizeof(answers));
+    assert_true(judge_top(&top, &top_rays, DIFFERENCE_MISSED) > RAYS / 20);
+    top_rays_free(&top_rays);
+    top_reference_close(&top);
+    input_copy_free(copy);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_right_answers),
         cmocka_unit_test(test_rounded_answers),
         cmocka_unit_test(test_mistakes),
+        cmocka_unit_test(test_instances),
     };
     soup_fill();
     return cmocka_run_group_tests(tests, NULL, NULL);
