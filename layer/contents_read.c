@@ -274,8 +274,9 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
-    comparer_keep(reading->ran->device->comparer, buffer->journal, item, &executed.memory,
-                  buffer->execution->deaths);
+    const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
+                                         buffer->execution->deaths};
+    comparer_keep(reading->ran->device->comparer, &input);
     snapshot_memory_close(&memory);
     if (note)
         replay_judge_contents(&reading->replay, note);

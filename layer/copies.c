@@ -3,6 +3,7 @@
  * is noted in the command buffer's journal, in its place among the builds, or as work of the host.
  */
 #include "check/replay.h"
+#include "compare/comparer.h"
 #include "host_work.h"
 #include "intercepts.h"
 #include "recording.h"
@@ -45,6 +46,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
 {
     struct layer_device *device = layer_find_device(commandBuffer);
     struct journal_entry entry = copy_entry(device, pInfo);
+    comparer_note_copy(device->comparer, &entry);
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
 }

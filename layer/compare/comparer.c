@@ -47,6 +47,7 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     comparer->device = device;
     comparer->last = &comparer->builds;
+    pthread_mutex_init(&comparer->copies_lock, NULL);
     comparer->below = (struct compare_device){
         .handle = device->handle,
         .vk = &snapshots->next,
@@ -85,6 +86,7 @@ void comparer_destroy(struct comparer *comparer)
         kept_free_build(comparer, build);
     }
     kept_free_structures(comparer);
+    pthread_mutex_destroy(&comparer->copies_lock);
     tracer_destroy(comparer->tracer);
     free(comparer);
 }
@@ -118,14 +120,17 @@ static bool has_same_shape(const struct input_copy *a, const struct input_copy *
 }
 
 static void keep_bottom(struct comparer *comparer, const struct kept_build *build,
-                        const struct recorded_item *item, const struct compare_input *input)
+                        const struct executed_input *executed, const struct compare_input *input)
 {
-    bool is_update = item->kind == ITEM_UPDATE;
+    const struct journal_entry *entry = executed->entry;
+    bool is_update = executed->item->kind == ITEM_UPDATE;
     struct kept_build own = *build;
-    struct kept_input *source = is_update ? kept_find_structure(comparer, item->src) : NULL;
+    struct kept_input *source =
+        is_update && entry ? kept_find_structure(comparer, entry->src_id) : NULL;
     own.input = kept_input_create(comparer, input);
     own.source = source ? kept_share(source) : NULL;
-    kept_set_structure(comparer, item->dst, own.input);
+    if (entry)
+        kept_set_structure(comparer, entry->dst_id, entry->dst, own.input);
     if (own.input && (!is_update || (source && has_same_shape(source->copy, own.input->copy)))) {
         kept_add_build(comparer, &own);
         return;
@@ -142,29 +147,30 @@ static bool is_top(const struct build_parameters *build)
            !(build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV);
 }
 
-void comparer_keep(struct comparer *comparer, const struct journal *journal,
-                   const struct recorded_item *item, const struct input_memory *memory,
-                   uint64_t deaths)
+void comparer_keep(struct comparer *comparer, const struct executed_input *executed)
 {
     struct build_parameters parameters;
     if (!comparer || comparer->is_stopped)
         return;
-    const struct kept_build build = {.journal = journal, .place = item->build->place};
-    const struct build_parameters *given = recorded_build_given(item->build);
+    const struct recorded_build *recorded = executed->item->build;
+    const struct kept_build build = {.journal = executed->journal, .place = recorded->place};
+    const struct build_parameters *given = recorded_build_given(recorded);
     if (given->had_chains || build.place.command == COMMAND_NV ||
         (!reference_takes(given) && !is_top(given))) {
-        kept_set_structure(comparer, item->dst, NULL);
+        if (executed->entry)
+            kept_set_structure(comparer, executed->entry->dst_id, 0, NULL);
         return;
     }
-    if (!read_parameters(item->build, memory, &parameters)) {
+    if (!read_parameters(recorded, executed->memory, &parameters)) {
         comparer->failed++;
         return;
     }
     if (is_top(given))
-        kept_add_top(comparer, &build, &parameters, memory, deaths);
+        kept_add_top(comparer, &build, &parameters, executed->memory, executed->deaths);
     else
-        keep_bottom(comparer, &build, item, &(struct compare_input){&parameters, memory});
-    if (item->build->is_indirect)
+        keep_bottom(comparer, &build, executed,
+                    &(struct compare_input){&parameters, executed->memory});
+    if (recorded->is_indirect)
         free(parameters.ranges);
 }
 

@@ -15,10 +15,15 @@ struct kept_input {
     struct input_copy *copy;
 };
 
-/* The latest of a structure. */
+/* The latest of a structure, by its id, which tells a handle that was reused. */
 struct kept_structure {
-    uint64_t handle;
+    uint64_t id, handle;
     struct kept_input *input;
+};
+
+/* A structure that was copied from another. */
+struct kept_copy {
+    uint64_t id, handle, source_id;
 };
 
 struct kept_build {
@@ -34,7 +39,9 @@ struct comparer {
     struct compare_device below;
     struct tracer *tracer; /* made when it is first needed */
     struct kept_build *builds, **last;
-    struct handle_table structures; /* of struct kept_structure */
+    struct handle_table structures; /* of struct kept_structure, by id */
+    pthread_mutex_t copies_lock;    /* guards: */
+    struct handle_table copies;     /* of struct kept_copy, by id */
     uint64_t kept_size;
     uint64_t not_known, failed; /* builds that were not compared */
     bool is_stopped;            /* the driver has failed */
@@ -47,9 +54,11 @@ void kept_free_structures(struct comparer *comparer);
 
 /* Inputs of structures that are no more are given up where room is needed. */
 struct kept_input *kept_input_create(struct comparer *comparer, const struct compare_input *input);
-/* NULL: nothing is known of it any more. Shares the input. */
-void kept_set_structure(struct comparer *comparer, uint64_t handle, struct kept_input *input);
-struct kept_input *kept_find_structure(const struct comparer *comparer, uint64_t handle);
+/* NULL: nothing is known of it any more. Shares the input. Of id 0 nothing is known. */
+void kept_set_structure(struct comparer *comparer, uint64_t id, uint64_t handle,
+                        struct kept_input *input);
+/* Its own, or that of what it was copied from. */
+struct kept_input *kept_find_structure(struct comparer *comparer, uint64_t id);
 
 /* Takes over what the build has. */
 void kept_add_build(struct comparer *comparer, const struct kept_build *build);

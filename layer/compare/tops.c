@@ -39,7 +39,7 @@ static uint32_t add_bottom(struct kept_top *top, struct kept_input *input)
     return top->input.bottom_count++;
 }
 
-static bool resolve(const struct comparer *comparer, uint64_t deaths, struct kept_top *top,
+static bool resolve(struct comparer *comparer, uint64_t deaths, struct kept_top *top,
                     struct top_instance *instance)
 {
     struct accel_facts facts;
@@ -48,9 +48,7 @@ static bool resolve(const struct comparer *comparer, uint64_t deaths, struct kep
     if (!reference)
         return true;
     resources_find_referenced(comparer->device->resources, reference, deaths, &facts);
-    struct kept_input *input =
-        facts.alive == YES ? kept_find_structure(comparer, (uint64_t)(uintptr_t)facts.handle)
-                           : NULL;
+    struct kept_input *input = facts.alive == YES ? kept_find_structure(comparer, facts.id) : NULL;
     if (!input)
         return false;
     instance->bottom = add_bottom(top, input);
@@ -72,7 +70,7 @@ static bool read_instance(const struct input_memory *memory, uint64_t address,
     return true;
 }
 
-static bool fill(const struct comparer *comparer, const struct build_parameters *parameters,
+static bool fill(struct comparer *comparer, const struct build_parameters *parameters,
                  const struct input_memory *memory, uint64_t deaths, struct kept_top *top)
 {
     const VkAccelerationStructureGeometryInstancesDataKHR *data =

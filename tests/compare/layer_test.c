@@ -125,8 +125,29 @@ static void test_boxes(void **state)
     assert_true(bench.heard.count <= 1);
 }
 
-/* Of two instances of the subject, one of them turned and larger, and an inactive one. */
-static void build_top(bool array_of_pointers)
+static void copy_structure(VkCommandBuffer commands, const struct compare_structure *from,
+                           const struct compare_structure *to)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = from->handle,
+        .dst = to->handle,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+    };
+    bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    bench.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
+                                &barrier, 0, NULL, 0, NULL);
+}
+
+/* Of two instances of the subject, or of a copy of it, one of them turned and larger, and an
+ * inactive one. */
+static void build_top(bool array_of_pointers, bool is_copied)
 {
     const struct compare_device *device = &bench.compare;
     VkAccelerationStructureInstanceKHR instances[3] = {
@@ -136,23 +157,27 @@ static void build_top(bool array_of_pointers)
     };
     const struct compare_instances top = {
         .count = 3, .instances = instances, .array_of_pointers = array_of_pointers};
-    struct compare_structure bottom = {0}, structure = {0};
+    struct compare_structure bottom = {0}, copy = {0}, structure = {0};
     VkCommandBuffer commands = bench_begin(&bench);
     assert_int_equal(compare_structure_create(device, &subject.input, NULL, &bottom), VK_SUCCESS);
+    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &copy), VK_SUCCESS);
     assert_int_equal(compare_structure_create_top(device, &top, &structure), VK_SUCCESS);
     const VkAccelerationStructureDeviceAddressInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = bottom.handle,
+        .accelerationStructure = is_copied ? copy.handle : bottom.handle,
     };
     uint64_t address = bench.vk.GetAccelerationStructureDeviceAddressKHR(bench.device, &info);
     for (uint32_t i = 0; i < 3; i++)
         compare_structure_set_instance(&structure, &top, i, i < 2 ? address : 0, 5);
     compare_structure_build(device, commands, &subject.input, NULL, &bottom);
+    if (is_copied)
+        copy_structure(commands, &bottom, &copy);
     compare_structure_build_top(device, commands, &structure);
     bench.heard = (struct heard){0};
     bench_submit(&bench, commands);
     bench_finish(&bench, commands);
     compare_structure_free(device, &structure);
+    compare_structure_free(device, &copy);
     compare_structure_free(device, &bottom);
 }
 
@@ -161,15 +186,15 @@ static void test_top(void **state)
     (void)state;
     subject_begin(&subject);
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    for (int pointers = 0; pointers < 2; pointers++) {
-        build_top(pointers);
+    for (int kinds = 0; kinds < 4; kinds++) {
+        build_top(kinds & 1, kinds & 2);
         if (bench.heard.count)
             fail_msg("%s", bench.heard.last);
     }
     subject_begin(&subject);
     subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
-    for (int pointers = 0; pointers < 2; pointers++) {
-        build_top(pointers);
+    for (int kinds = 0; kinds < 4; kinds++) {
+        build_top(kinds & 1, kinds & 2);
         if (!strstr(bench.driver, "Mesa 25.0.7"))
             continue;
         assert_int_equal(bench.heard.counts[DIFFERENCE_DOUBLE], 2);
