@@ -7,6 +7,7 @@
 #undef ASK_geometry
 #undef ASK_range
 #undef ASK_indirect
+#undef ASK_indirect_range
 #undef ASK_host_build
 #undef ASK_host_geometry
 #undef ASK_pair
@@ -45,6 +46,7 @@
 #define ASK_geometry(name, level)
 #define ASK_range(name, level)
 #define ASK_indirect(name, level)
+#define ASK_indirect_range(name, level)
 #define ASK_host_build(name, level)
 #define ASK_host_geometry(name, level)
 #define ASK_pair(name, level)

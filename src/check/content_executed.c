@@ -8,6 +8,7 @@
 #include "check/content_micromap.h"
 #include "check/indirect.h"
 #include "check/pairs.h"
+#include "check/predicates.h"
 #include "check/views.h"
 
 /* A build whose structure may be what an instance of another build refers to. */
@@ -60,32 +61,97 @@ static const struct built *find_used(const struct executed_build *executed, uint
     return NULL;
 }
 
-static void read_geometries(struct walk *walk, const struct build_view *build,
-                            const struct executed_build *executed)
+/* `range`: what the build read. */
+static void read_geometry(struct executed_call *call, const struct executed_build *executed,
+                          const struct geometry_view *geometry,
+                          const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
     static const struct chained_input none;
+    const uint32_t index = geometry->index;
     const struct chained_input *given = recorded_build_given(executed->build)->chained;
     const struct chained_input *micromaps = executed->build->parameters.chained;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
-        struct geometry_view geometry = {
-            .build = build, .index = i, .geometry = &build->geometries[i]};
-        struct range_view range = {.geometry = &geometry,
-                                   .range = &build->ranges[i],
-                                   .primitive_count = build->ranges[i].primitiveCount};
-        content_check_geometry(walk, &range, &executed->memory, given ? &given[i] : &none);
-        if (micromaps)
-            content_check_micromaps(walk, &range, &executed->memory, &micromaps[i],
-                                    find_used(executed, i));
+    const struct range_view ranged = {
+        .geometry = geometry, .range = range, .primitive_count = range->primitiveCount};
+    content_check_geometry(&call->walk, &ranged, &executed->memory, given ? &given[index] : &none);
+    if (micromaps)
+        content_check_micromaps(&call->walk, &ranged, &executed->memory, &micromaps[index],
+                                find_used(executed, index));
+}
+
+static void read_direct(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct build_parameters *given = recorded_build_given(executed->build);
+    const struct build_view build = view_of(call, executed->build, given->ranges);
+    for (uint32_t i = 0; i < build.geometry_count; i++) {
+        const struct geometry_view geometry = {
+            .build = &build, .index = i, .geometry = &build.geometries[i]};
+        read_geometry(call, executed, &geometry, &given->ranges[i]);
     }
 }
 
-/* Without memory the build is passed by. */
-static void read_build(struct executed_call *call, const struct executed_build *executed)
+/* ---- indirect builds */
+
+#include "check/ask_nobody.h"
+#undef ASK_indirect_range
+#define ASK_indirect_range(name, level)                                                            \
+    if (walk->wants[RULE_##name] && !name(indirect_range, &finding))                               \
+        walk_hand_on(walk, RULE_##name, &location, &finding);
+
+static void walk_indirect_range(struct walk *walk, const struct indirect_range_view *indirect_range)
 {
-    const struct recorded_build *recorded = executed->build;
-    const struct build_parameters *given = recorded_build_given(recorded);
-    struct build_view build = view_of(call, recorded, given->ranges);
-    read_geometries(&call->walk, &build, executed);
+    const struct location location = walk_location(indirect_range->geometry, SUBJECT_RANGE);
+    struct finding finding;
+#include "rules.def"
+}
+
+/* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
+ * count allows. */
+static void read_indirect_geometry(struct executed_call *call,
+                                   const struct executed_build *executed, struct build_view *build,
+                                   uint32_t index)
+{
+    const uint32_t most = build->ranges[index].primitiveCount;
+    const struct geometry_view geometry = {
+        .build = build, .index = index, .geometry = &build->geometries[index]};
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    if (!recorded_build_read_range(executed->build, &executed->memory, index, &range))
+        return;
+    const struct range_view ranged = {
+        .geometry = &geometry, .range = &range, .primitive_count = range.primitiveCount};
+    const struct indirect_range_view indirect = {
+        .geometry = &geometry, .range = &range, .max_primitive_count = most};
+    walk_range(&call->walk, &ranged, LEVEL_PARAMETERS);
+    walk_indirect_range(&call->walk, &indirect);
+    if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        build->triangle_count += range.primitiveCount;
+    if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+        build->aabb_count += range.primitiveCount;
+    if (range.primitiveCount > most)
+        range.primitiveCount = most;
+    read_geometry(call, executed, &geometry, &range);
+}
+
+/* Of the rules about builds, those whose sums weren't known before. */
+static void check_sums(struct walk *walk, const struct build_view *build)
+{
+    const struct location location = {
+        .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
+    struct finding finding;
+    if (walk->wants[RULE_blas_triangle_count_is_within_limit] &&
+        !blas_triangle_count_is_within_limit(build, &finding))
+        walk_hand_on(walk, RULE_blas_triangle_count_is_within_limit, &location, &finding);
+    if (walk->wants[RULE_blas_aabb_count_is_within_limit] &&
+        !blas_aabb_count_is_within_limit(build, &finding))
+        walk_hand_on(walk, RULE_blas_aabb_count_is_within_limit, &location, &finding);
+}
+
+static void read_indirect(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct build_parameters *given = recorded_build_given(executed->build);
+    struct build_view build = view_of(call, executed->build, given->ranges);
+    for (uint32_t i = 0; i < build.geometry_count; i++)
+        read_indirect_geometry(call, executed, &build, i);
+    check_sums(&call->walk, &build);
 }
 
 /* ---- instances of other builds */
@@ -146,7 +212,10 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
 {
     call->walk.contents = build->contents;
     call->walk.turn = build->turn;
-    read_build(call, build);
+    if (build->build->is_indirect)
+        read_indirect(call, build);
+    else
+        read_direct(call, build);
     build_contents_tell(build->contents);
     call->walk.contents = NULL;
     call->walk.turn = NULL;

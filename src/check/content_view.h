@@ -17,6 +17,13 @@ struct indices_view {
     uint64_t consumed; /* that many different vertices at least */
 };
 
+/* A build range that the indirect command has read. */
+struct indirect_range_view {
+    const struct geometry_view *geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range;
+    uint32_t max_primitive_count; /* of ppMaxPrimitiveCounts */
+};
+
 /* One VkAabbPositionsKHR. */
 struct box_view {
     const struct geometry_view *geometry;

@@ -85,3 +85,27 @@ bool instance_count_is_within_limit(const struct range_view *range, struct findi
                     "{} exceeds maxInstanceCount ({})", number(range->primitive_count),
                     number(limit));
 }
+
+/* The structures that command buffers read indirectly. */
+
+bool indirect_build_ranges_are_valid(const struct indirect_range_view *indirect_range,
+                                     struct finding *finding)
+{
+    const struct range_view range = {.geometry = indirect_range->geometry,
+                                     .range = indirect_range->range,
+                                     .primitive_count = indirect_range->range->primitiveCount};
+    return index_offset_is_aligned(&range, finding) && vertex_offset_is_aligned(&range, finding) &&
+           transform_offset_is_aligned(&range, finding) &&
+           aabb_offset_is_aligned(&range, finding) && instance_offset_is_aligned(&range, finding) &&
+           unindexed_vertices_are_within_max_vertex(&range, finding);
+}
+
+bool indirect_primitive_count_is_within_maximum(const struct indirect_range_view *indirect_range,
+                                                struct finding *finding)
+{
+    uint32_t count = indirect_range->range->primitiveCount;
+    return count <= indirect_range->max_primitive_count ||
+           violated(finding, "",
+                    "is {}, less than primitiveCount ({}) of the build range that was read",
+                    number(indirect_range->max_primitive_count), number(count));
+}

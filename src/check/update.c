@@ -172,3 +172,9 @@ bool primitive_count_matches_source(const struct updated_geometry_view *updated_
 {
     return count_matches(updated_geometry, finding);
 }
+
+bool indirect_primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,
+                                             struct finding *finding)
+{
+    return count_matches(updated_geometry, finding);
+}

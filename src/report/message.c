@@ -99,6 +99,14 @@ static void append_field(struct text_buffer *text, const char *separator, const 
         text_append(text, "%s%s", separator, field);
 }
 
+/* The indirect command has counts in its parameters, which have no fields, and ranges elsewhere. */
+static const char *ranges_name(enum build_command command, const char *field)
+{
+    if (command != COMMAND_INDIRECT)
+        return "ppBuildRangeInfos";
+    return field[0] ? "pIndirectDeviceAddresses" : "ppMaxPrimitiveCounts";
+}
+
 static void append_path(struct text_buffer *text, const struct location *at, const char *field)
 {
     const char *of_build = at->command == COMMAND_NV ? "->" : ".";
@@ -118,12 +126,9 @@ static void append_path(struct text_buffer *text, const struct location *at, con
         append_field(text, at->geometry_by_pointer ? "->" : ".", field);
         return;
     case SUBJECT_RANGE:
-        /* The indirect command has counts here, which have no fields. */
-        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]",
-                    at->command == COMMAND_INDIRECT ? "ppMaxPrimitiveCounts" : "ppBuildRangeInfos",
-                    at->build, at->geometry);
-        if (at->command != COMMAND_INDIRECT)
-            append_field(text, ".", field);
+        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field), at->build,
+                    at->geometry);
+        append_field(text, ".", field);
         return;
     case SUBJECT_ELEMENT:
         text_append(text, "%s[%" PRIu32 "]", field, at->build);

@@ -95,22 +95,30 @@ bool recorded_build_normalize(struct recorded_build *build)
     return true;
 }
 
+bool recorded_build_read_range(const struct recorded_build *build,
+                               const struct input_memory *memory, uint32_t geometry,
+                               VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const void *bytes;
+    uint64_t address = build->indirect_address + geometry * build->indirect_stride;
+    if (geometry_is_dense(&build->parameters.geometries[geometry])) {
+        *range = build->parameters.ranges[geometry];
+        return true;
+    }
+    *range = (VkAccelerationStructureBuildRangeInfoKHR){0};
+    if (memory->find(memory->context, address, sizeof(*range), &bytes) < sizeof(*range))
+        return false;
+    memcpy(range, bytes, sizeof(*range));
+    return true;
+}
+
 void recorded_build_read_ranges(const struct recorded_build *build,
                                 const struct input_memory *memory,
                                 VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
     for (uint32_t i = 0; i < build->parameters.info.geometryCount; i++) {
         const VkAccelerationStructureBuildRangeInfoKHR *most = &build->parameters.ranges[i];
-        const void *bytes;
-        uint64_t address = build->indirect_address + i * build->indirect_stride;
-        ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){0};
-        if (geometry_is_dense(&build->parameters.geometries[i])) {
-            ranges[i] = *most;
-            continue;
-        }
-        if (memory->find(memory->context, address, sizeof(ranges[i]), &bytes) < sizeof(ranges[i]))
-            continue;
-        memcpy(&ranges[i], bytes, sizeof(ranges[i]));
+        recorded_build_read_range(build, memory, i, &ranges[i]);
         if (ranges[i].primitiveCount > most->primitiveCount)
             ranges[i].primitiveCount = most->primitiveCount;
     }

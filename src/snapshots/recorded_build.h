@@ -70,7 +70,11 @@ bool recorded_build_add(struct recorded_build *build, const struct snapshot *sna
 
 void recorded_build_free(struct recorded_build *build); /* NULL: nothing */
 
-/* Reads an indirect build's ranges into its parameters; counts above the maximum are cut. */
+/* Reads the range of one geometry of an indirect build; false where it can't be read. */
+bool recorded_build_read_range(const struct recorded_build *build,
+                               const struct input_memory *memory, uint32_t geometry,
+                               VkAccelerationStructureBuildRangeInfoKHR *range);
+/* Reads all of them; zeros where one can't be read, and counts above the maximum are cut. */
 void recorded_build_read_ranges(const struct recorded_build *build,
                                 const struct input_memory *memory,
                                 VkAccelerationStructureBuildRangeInfoKHR *ranges);

@@ -107,7 +107,7 @@ struct case_list {
 /* One a file. */
 extern const struct case_list cases_host, cases_call, cases_recording, cases_pointers, cases_build,
     cases_build_state, cases_scratch, cases_geometry, cases_chain, cases_address, cases_alignment,
-    cases_range, cases_indirect, cases_overlap, cases_memory, cases_pairs, cases_silent,
+    cases_range, cases_indirect, cases_indirect_contents, cases_overlap, cases_memory, cases_pairs, cases_silent,
     cases_sparse, cases_update, cases_content, cases_content_update, cases_micromap_contents,
     cases_instances, cases_dense, cases_motion, cases_spheres, cases_radii, cases_micromap,
     cases_micromap_data, cases_micromap_use, cases_micromap_state, cases_micromap_update,

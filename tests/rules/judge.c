@@ -138,6 +138,8 @@ static const char *spell_path(const struct play *play, char *buffer, size_t size
     }
     if (play->command != COMMAND_HOST)
         replace_word(buffer, size, "hostAddress", "deviceAddress");
+    if (play->command == COMMAND_INDIRECT)
+        replace_word(buffer, size, "ppBuildRangeInfos", "pIndirectDeviceAddresses");
     return buffer;
 }
 

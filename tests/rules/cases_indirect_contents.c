@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The build ranges that the indirect command reads from memory. */
+#include "case.h"
+
+static const struct setup with_content = {.level = "content"};
+
+#define ALLOW_UPDATE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
+
+/* One primitive less than the second geometry has. */
+static void allow_fewer(struct scene *scene)
+{
+    static const uint32_t fewer[SCENE_GEOMETRIES] = {2, 1};
+    scene->count_pointers[UNINDEXED] = fewer;
+}
+
+static uint32_t update_of_itself(struct scene *scene)
+{
+    scene->infos[UNINDEXED].flags |= ALLOW_UPDATE;
+    const uint32_t build = scene_add_build(scene, UNINDEXED);
+    scene->infos[UNINDEXED].flags &= ~ALLOW_UPDATE;
+    scene_build_before(scene, build, 1);
+    scene->infos[build].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
+    return build;
+}
+
+static void update_fewer(struct scene *scene)
+{
+    scene->ranges[update_of_itself(scene)][1].primitiveCount = 1;
+}
+
+static void update_as_many(struct scene *scene)
+{
+    update_of_itself(scene);
+}
+
+static const struct test_case cases[] = {
+    {.name = "more_primitives_read_than_allowed",
+     RULES(RULE_indirect_primitive_count_is_within_maximum),
+     .setup = &with_content,
+     .mutate = allow_fewer,
+     .commands = ON_INDIRECT,
+     .path = "ppMaxPrimitiveCounts[1][1] is 1, less than primitiveCount (2)"},
+    {.name = "index_offset_read_misaligned",
+     RULES(RULE_index_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 3)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 6)),
+     .commands = ON_INDIRECT,
+     .path = "pIndirectDeviceAddresses[1][1].primitiveOffset 3 is not a multiple of"},
+    {.name = "vertex_offset_read_misaligned",
+     RULES(RULE_vertex_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][0].primitiveOffset, 6)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][0].primitiveOffset, 4)),
+     .commands = ON_INDIRECT,
+     .path = "pIndirectDeviceAddresses[1][0].primitiveOffset 6"},
+    {.name = "transform_offset_read_misaligned",
+     RULES(RULE_transform_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][0].transformOffset, 8)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][0].transformOffset, 32)),
+     .commands = ON_INDIRECT,
+     .path = "pIndirectDeviceAddresses[1][0].transformOffset 8"},
+    {.name = "box_offset_read_misaligned",
+     RULES(RULE_aabb_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 12)),
+     .twin_edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 8)),
+     .commands = ON_INDIRECT,
+     .path = "pIndirectDeviceAddresses[2][1].primitiveOffset 12"},
+    {.name = "vertices_read_beyond_max_vertex",
+     RULES(RULE_unindexed_vertices_are_within_max_vertex, RULE_indirect_build_ranges_are_valid),
+     .setup = &with_content,
+     .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1)),
+     .commands = ON_INDIRECT,
+     .path = "pIndirectDeviceAddresses[1][0].primitiveCount 2 with firstVertex 1"},
+    {.name = "update_reads_fewer_primitives",
+     RULES(RULE_indirect_primitive_count_matches_source),
+     .setup = &with_content,
+     .mutate = update_fewer,
+     .mutate_twin = update_as_many,
+     .commands = ON_INDIRECT,
+     .path = "has primitiveCount 1 in its build range"},
+};
+
+CASE_LIST(cases_indirect_contents, cases);
