@@ -40,6 +40,7 @@
     INTERCEPT(CreateBuffer)                                                                        \
     INTERCEPT(DestroyBuffer)                                                                       \
     INTERCEPT(BindBufferMemory)                                                                    \
+    INTERCEPT(GetAccelerationStructureDeviceAddressKHR)                                            \
     INTERCEPT(BindBufferMemory2)                                                                   \
     INTERCEPT(BindBufferMemory2KHR)                                                                \
     INTERCEPT(QueueSubmit)                                                                         \

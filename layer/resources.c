@@ -233,7 +233,15 @@ assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo
 
 /* ---- acceleration structures */
 
-/* Instances refer to structures by addresses that the application may have worked out by itself. */
+static bool is_bound(const struct layer_device *state, VkAccelerationStructureKHR structure)
+{
+    struct accel_facts facts;
+    resources_ask_accel(state->resources, structure, &facts);
+    return facts.backed == YES;
+}
+
+/* Instances refer to structures by addresses that the application may have worked out by itself;
+ * but a structure has none yet where its buffer isn't bound. */
 static void note_address(struct layer_device *state, VkAccelerationStructureKHR structure)
 {
     const VkAccelerationStructureDeviceAddressInfoKHR info = {
@@ -243,9 +251,19 @@ static void note_address(struct layer_device *state, VkAccelerationStructureKHR 
     if (!state->contents)
         return;
     VkDeviceAddress address = 0;
-    if (state->vk.GetAccelerationStructureDeviceAddressKHR)
+    if (state->vk.GetAccelerationStructureDeviceAddressKHR && is_bound(state, structure))
         address = state->vk.GetAccelerationStructureDeviceAddressKHR(state->handle, &info);
     resources_set_accel_address(state->resources, structure, address);
+}
+
+VKAPI_ATTR VkDeviceAddress VKAPI_CALL assay_GetAccelerationStructureDeviceAddressKHR(
+    VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkDeviceAddress address = state->vk.GetAccelerationStructureDeviceAddressKHR(device, pInfo);
+    if (state->contents)
+        resources_set_accel_address(state->resources, pInfo->accelerationStructure, address);
+    return address;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureKHR(

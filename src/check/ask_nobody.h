@@ -35,6 +35,7 @@
 #undef ASK_opacity_index
 #undef ASK_instance
 #undef ASK_nv_instance
+#undef ASK_instance_pointer
 #undef ASK_reference
 #undef ASK_indices
 #undef ASK_transform
@@ -74,6 +75,7 @@
 #define ASK_opacity_index(name, level)
 #define ASK_instance(name, level)
 #define ASK_nv_instance(name, level)
+#define ASK_instance_pointer(name, level)
 #define ASK_reference(name, level)
 #define ASK_indices(name, level)
 #define ASK_transform(name, level)

@@ -124,6 +124,18 @@ void content_walk_nv_instance(struct content *content, const struct nv_instance_
 }
 
 #include "check/ask_nobody.h"
+#undef ASK_instance_pointer
+#define ASK_instance_pointer(name, level) ASK_ONCE(name, instance_pointer)
+
+void content_walk_instance_pointer(struct content *content,
+                                   const struct instance_pointer_view *instance_pointer)
+{
+    const struct location location = walk_location(instance_pointer->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "rules.def"
+}
+
+#include "check/ask_nobody.h"
 #undef ASK_reference
 #define ASK_reference(name, level) ASK_ONCE(name, reference)
 

@@ -93,6 +93,8 @@ void content_walk_indices(struct content *content, const struct indices_view *in
 void content_walk_box(struct content *content, const struct box_view *box);
 void content_walk_instance(struct content *content, const struct instance_view *instance);
 void content_walk_nv_instance(struct content *content, const struct nv_instance_view *nv_instance);
+void content_walk_instance_pointer(struct content *content,
+                                   const struct instance_pointer_view *instance_pointer);
 void content_walk_reference(struct content *content, const struct reference_view *reference);
 void content_walk_motion_instance(struct content *content,
                                   const struct motion_instance_view *motion_instance);

@@ -155,6 +155,8 @@ static void read_pointed_instances(struct content *content, VkDeviceOrHostAddres
                                        sizeof(to), sizeof(to));
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
         memcpy(&to, next, sizeof(to));
+        content_walk_instance_pointer(content, &(struct instance_pointer_view){
+                                                   content->range->geometry, i, to.deviceAddress});
         const uint8_t *bytes =
             content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
         if (bytes)

@@ -85,6 +85,13 @@ struct nv_instance_view {
     enum nv_reference refers_to;
 };
 
+/* One address in an array of pointers to instances. */
+struct instance_pointer_view {
+    const struct geometry_view *geometry;
+    uint32_t index;
+    VkDeviceAddress address;
+};
+
 /* What an instance of any kind refers to, a structure that is alive. */
 struct reference_view {
     const struct geometry_view *geometry;

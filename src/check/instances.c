@@ -87,6 +87,46 @@ bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_i
                              : "was never returned by vkGetAccelerationStructureHandleNV"));
 }
 
+/* Also micromaps are VkAccelerationStructureKHR; what is of no type yet may have become a BLAS. */
+static bool is_no_blas(const struct accel_facts *referenced)
+{
+    return referenced->alive == YES && referenced->details_known &&
+           referenced->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
+           referenced->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
+}
+
+bool instance_references_are_zero_or_a_blas(const struct instance_view *instance,
+                                            struct finding *finding)
+{
+    const struct accel_facts *referenced = &instance->referenced;
+    uint64_t reference = instance->instance.accelerationStructureReference;
+    if (!reference || device_of(instance)->has_other_builders)
+        return true;
+    if (is_no_blas(referenced))
+        return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                        "leads to instance {}, whose accelerationStructureReference {} is the "
+                        "address of {}, which is not a bottom-level acceleration structure",
+                        number(instance->index), hex(reference),
+                        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                               (uint64_t)(uintptr_t)referenced->handle));
+    return referenced->alive != NO ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose accelerationStructureReference {} is not the "
+                    "address of an acceleration structure of this device",
+                    number(instance->index), hex(reference));
+}
+
+/* The pointers to them. */
+
+bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *instance_pointer,
+                                           struct finding *finding)
+{
+    return instance_pointer->address % 16 == 0 ||
+           violated(finding, content_field(instance_pointer->geometry, INPUT_INSTANCES),
+                    "leads to pointer {}, which is {}, not a multiple of 16",
+                    number(instance_pointer->index), hex(instance_pointer->address));
+}
+
 /* What they refer to. */
 
 static struct value structure(const struct reference_view *reference)

@@ -90,6 +90,7 @@ struct accel_record {
 
     /* Where the address that instances refer to it by is known; else 0. */
     VkDeviceAddress address;
+    bool address_is_unknown; /* it is 0, and counted as such */
     VkAccelerationStructureKHR handle;
     struct accel_record *same_address;
 };
@@ -121,7 +122,7 @@ struct resources {
     struct memory_record *mapped;        /* all that the host has mapped */
     atomic_uint_fast64_t deaths;         /* of records of any kind */
     bool incomplete;
-    bool has_unknown_references; /* there is a structure whose address isn't known */
+    uint32_t unknown_references; /* structures whose address isn't known, where they are set */
     /* A buffer may have been given an address that the application never retrieves: what is in no
      * known one may be in that. */
     bool replays_addresses;

@@ -67,8 +67,8 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
 /* Returns the id that the structure had, or 0. */
 uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStructureKHR handle);
 
-/* The address that instances refer to a structure by; 0: it isn't known. Of every structure, or of
- * none. */
+/* The address that instances refer to a structure by; 0: it isn't known yet. Of every structure, or
+ * of none. */
 void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,
                                  VkDeviceAddress address);
 /* What an instance with that reference, not 0, refers to. What has died since resources_deaths was

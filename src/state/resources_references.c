@@ -23,10 +23,19 @@ static struct accel_address *find_or_add(struct resources *resources, VkDeviceAd
     return at;
 }
 
+static void set_unknown(struct resources *resources, struct accel_record *accel, bool is_unknown)
+{
+    resources->unknown_references += is_unknown;
+    resources->unknown_references -= accel->address_is_unknown;
+    accel->address_is_unknown = is_unknown;
+}
+
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel)
 {
     struct accel_address *at =
         accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
+    set_unknown(resources, accel, false);
+    accel->address = 0;
     if (!at)
         return;
     struct accel_record **link = &at->first;
@@ -37,27 +46,36 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
     at->died = resources_deaths(resources);
 }
 
+/* With the lock held. Without memory it counts as unknown. */
+static void add_address(struct resources *resources, struct accel_record *accel,
+                        VkAccelerationStructureKHR handle, VkDeviceAddress address)
+{
+    struct accel_address *at = address ? find_or_add(resources, address) : NULL;
+    set_unknown(resources, accel, !at);
+    if (!at)
+        return;
+    accel->address = address;
+    accel->handle = handle;
+    accel->same_address = at->first;
+    at->first = accel;
+}
+
 void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,
                                  VkDeviceAddress address)
 {
     reader_lock_write(&resources->lock);
     struct accel_record *accel = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
-    struct accel_address *at = accel && address ? find_or_add(resources, address) : NULL;
-    if (at) {
-        accel->address = address;
-        accel->handle = handle;
-        accel->same_address = at->first;
-        at->first = accel;
-    } else {
-        resources->has_unknown_references = true;
-    }
+    if (accel && accel->address != address)
+        accel_record_forget_address(resources, accel);
+    if (accel && !accel->address)
+        add_address(resources, accel, handle, address);
     reader_lock_write_done(&resources->lock);
 }
 
 static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
                               uint64_t deaths)
 {
-    if (resources->incomplete || resources->has_unknown_references)
+    if (resources->incomplete || resources->unknown_references)
         return UNKNOWN;
     return at && (at->first || at->died > deaths) ? UNKNOWN : NO;
 }

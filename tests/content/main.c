@@ -9,9 +9,15 @@
 
 #include "play.h"
 
-static const struct case_list *const lists[] = {
-    &cases_content, &cases_content_update, &cases_indirect_contents, &cases_instances,
-    &cases_motion,  &cases_radii,          &cases_micromap_contents, &cases_nv_contents};
+static const struct case_list *const lists[] = {&cases_content,
+                                                &cases_content_update,
+                                                &cases_indirect_contents,
+                                                &cases_instance_addresses,
+                                                &cases_instances,
+                                                &cases_motion,
+                                                &cases_radii,
+                                                &cases_micromap_contents,
+                                                &cases_nv_contents};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The build ranges that the indirect command reads from memory. */
+#include <string.h>
+
 #include "case.h"
 
 static const struct setup with_content = {.level = "content"};
@@ -11,6 +13,11 @@ static void allow_fewer(struct scene *scene)
 {
     static const uint32_t fewer[SCENE_GEOMETRIES] = {2, 1};
     scene->count_pointers[UNINDEXED] = fewer;
+}
+
+static void empty_boxes(struct scene *scene)
+{
+    memset(scene->boxes.host + SCENE_BUFFER_SIZE / 2, 0, SCENE_BUFFER_SIZE / 2);
 }
 
 static uint32_t update_of_itself(struct scene *scene)
@@ -44,10 +51,10 @@ static const struct test_case cases[] = {
     {.name = "index_offset_read_misaligned",
      RULES(RULE_index_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
      .setup = &with_content,
-     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 3)),
-     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 6)),
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 1003)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 1002)),
      .commands = ON_INDIRECT,
-     .path = "pIndirectDeviceAddresses[1][1].primitiveOffset 3 is not a multiple of"},
+     .path = "pIndirectDeviceAddresses[1][1].primitiveOffset 1003 is not a multiple of"},
     {.name = "vertex_offset_read_misaligned",
      RULES(RULE_vertex_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
      .setup = &with_content,
@@ -65,10 +72,12 @@ static const struct test_case cases[] = {
     {.name = "box_offset_read_misaligned",
      RULES(RULE_aabb_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
      .setup = &with_content,
-     .edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 12)),
-     .twin_edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 8)),
+     .mutate = empty_boxes,
+     .edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 1028)),
+     .mutate_twin = empty_boxes,
+     .twin_edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 1032)),
      .commands = ON_INDIRECT,
-     .path = "pIndirectDeviceAddresses[2][1].primitiveOffset 12"},
+     .path = "pIndirectDeviceAddresses[2][1].primitiveOffset 1028"},
     {.name = "vertices_read_beyond_max_vertex",
      RULES(RULE_unindexed_vertices_are_within_max_vertex, RULE_indirect_build_ranges_are_valid),
      .setup = &with_content,

@@ -342,6 +342,7 @@ static const struct test_case cases[] = {
      .setup = &with_content,
      .mutate = instance_of_the_tlas_itself,
      .commands = ON_HOST,
+     .is_for_the_call = true,
      .may_fail_on_cpu = true},
     {.name = "instance_in_the_memory_of_a_dst",
      RULES(RULE_dst_and_instances_of_other_builds_are_apart),

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Instances that command buffers read: the addresses of structures in them, and those that lead to
+ * them. */
+#include <string.h>
+
+#include "case.h"
+
+static const struct setup with_content = {.level = "content"};
+
+/* ---- of 3 instances ---- */
+
+static VkAccelerationStructureInstanceKHR *instance_at(struct scene *scene, uint32_t index)
+{
+    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.host + index;
+}
+
+static void refer(struct scene *scene, uint32_t index, uint64_t reference)
+{
+    instance_at(scene, index)->accelerationStructureReference = reference;
+}
+
+static void instance_of_no_address(struct scene *scene)
+{
+    refer(scene, 1, 0x123456780);
+}
+
+static void instance_of_no_address_behind_the_last(struct scene *scene)
+{
+    refer(scene, 3, 0x123456780);
+}
+
+static void instance_of_a_destroyed_blas(struct scene *scene)
+{
+    const VkAccelerationStructureKHR blas = scene_accel_for(scene, INDEXED);
+    refer(scene, 2, scene_reference(scene, blas));
+    scene_destroy(scene, (uint64_t)blas);
+}
+
+static uint64_t built_before(struct scene *scene, uint32_t model)
+{
+    const uint32_t build = scene_add_build(scene, model);
+    scene->info_count--;
+    scene_build_before(scene, build, 1);
+    return scene_reference(scene, scene->infos[build].dstAccelerationStructure);
+}
+
+static void instance_of_a_blas(struct scene *scene)
+{
+    refer(scene, 2, built_before(scene, INDEXED));
+}
+
+static void instance_of_a_tlas(struct scene *scene)
+{
+    refer(scene, 0, built_before(scene, TLAS));
+}
+
+static void instance_beside_a_blas(struct scene *scene)
+{
+    instance_of_a_blas(scene);
+    refer(scene, 2, instance_at(scene, 2)->accelerationStructureReference + 256);
+}
+
+/* ---- pointers ---- */
+
+/* To instances of nothing, behind those of the scene. */
+static uint64_t *use_pointers(struct scene *scene)
+{
+    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
+    memset(scene->instances.host + 3072, 0, 256);
+    for (uint32_t i = 0; i < 4; i++)
+        pointers[i] = scene_address(scene, &scene->instances, 3072);
+    scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
+    scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
+    return pointers;
+}
+
+static void pointer_misaligned(struct scene *scene)
+{
+    use_pointers(scene)[1] += 8;
+}
+
+static void pointer_misaligned_behind_the_last(struct scene *scene)
+{
+    use_pointers(scene)[3] += 8;
+}
+
+static void pointer_apart(struct scene *scene)
+{
+    use_pointers(scene)[1] += 16;
+}
+
+#define LEADS_TO "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress leads to "
+#define REFERS RULES(RULE_instance_references_are_zero_or_a_blas)
+#define POINTS RULES(RULE_instances_behind_pointers_are_aligned)
+
+static const struct test_case cases[] = {
+    {.name = "instance_of_no_address",
+     REFERS,
+     .setup = &with_content,
+     .mutate = instance_of_no_address,
+     .mutate_twin = instance_of_no_address_behind_the_last,
+     .commands = ON_COMMAND_BUFFERS,
+     .is_wild = true,
+     .path = LEADS_TO "instance 1, whose accelerationStructureReference 0x123456780 is not"},
+    {.name = "instance_of_a_destroyed_blas",
+     REFERS,
+     .setup = &with_content,
+     .mutate = instance_of_a_destroyed_blas,
+     .mutate_twin = instance_of_a_blas,
+     .commands = ON_COMMAND_BUFFERS,
+     .is_wild = true,
+     .path = LEADS_TO "instance 2,"},
+    {.name = "instance_beside_a_blas",
+     REFERS,
+     .setup = &with_content,
+     .mutate = instance_beside_a_blas,
+     .mutate_twin = instance_of_a_blas,
+     .commands = ON_COMMAND_BUFFERS,
+     .is_wild = true,
+     .path = LEADS_TO "instance 2,"},
+    {.name = "instance_of_a_tlas",
+     REFERS,
+     .setup = &with_content,
+     .mutate = instance_of_a_tlas,
+     .mutate_twin = instance_of_a_blas,
+     .commands = ON_COMMAND_BUFFERS,
+     .is_wild = true,
+     .path = "which is not a bottom-level acceleration structure"},
+
+    {.name = "pointer_to_instance_misaligned",
+     POINTS,
+     .setup = &with_content,
+     .mutate = pointer_misaligned,
+     .mutate_twin = pointer_misaligned_behind_the_last,
+     .commands = ON_COMMAND_BUFFERS,
+     .is_wild = true,
+     .path = LEADS_TO "pointer 1, which is 0x"},
+    {.name = "pointer_to_instance_at_16_bytes",
+     POINTS,
+     .silent = true,
+     .setup = &with_content,
+     .mutate = pointer_apart,
+     .commands = ON_COMMAND_BUFFERS},
+};
+
+CASE_LIST(cases_instance_addresses, cases);
