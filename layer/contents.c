@@ -135,6 +135,9 @@ void contents_run(struct contents *contents, const struct batch_run *run, uint32
         waiting->ran.notes = contents->noted->commands[command];
         contents->noted->commands[command] = (struct content_notes){0};
     }
+    for (uint32_t i = 0; i < waiting->ran.notes.count; i++)
+        if (waiting->ran.notes.items[i].contents)
+            waiting->ran.notes.items[i].contents->filler = waiting;
     pthread_mutex_lock(&contents->lock);
     *contents->waiting_last = waiting;
     contents->waiting_last = &waiting->next;
@@ -149,40 +152,83 @@ void contents_end_batch(struct contents *contents, const struct batch_run *run)
 
 /* ---- delivery */
 
-/* What the host knows to be complete is waited for a moment: the fence that tells comes last. */
+/* What the host knows to be complete is waited for a moment: the fence that tells comes last, and
+ * behind other batches of its submission. */
 enum { SIGNAL_NANOSECONDS = 100 * 1000 * 1000 };
 
+/* A walk over the executions that wait. */
+struct delivery {
+    struct execution_clock seen;
+    uint64_t busy_queues; /* by index: whose later batches aren't complete, either */
+};
+_Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
+
 /* False where nothing more will be known of the execution, either. */
-static bool is_complete(const struct waiting *waiting, const struct execution_clock *seen)
+static bool is_complete(struct delivery *delivery, const struct waiting *waiting)
 {
     struct ticket *ticket = waiting->ran.execution->ticket;
-    bool was_seen = execution_clock_has(seen, waiting->moment);
-    return ticket->wait(ticket, was_seen ? SIGNAL_NANOSECONDS : 0) != VK_TIMEOUT;
+    uint64_t queue = UINT64_C(1) << waiting->moment.queue;
+    bool was_seen = execution_clock_has(&delivery->seen, waiting->moment);
+    if (!was_seen && (delivery->busy_queues & queue))
+        return false;
+    if (ticket->wait(ticket, was_seen ? SIGNAL_NANOSECONDS : 0) != VK_TIMEOUT)
+        return true;
+    delivery->busy_queues |= queue;
+    return false;
 }
 
-/* Takes an execution off the list that is complete, as are all before it; or NULL. */
-static struct waiting *take_complete(struct contents *contents, const struct execution_clock *seen)
+/* Whether the contents that its updates are compared with are known, or will be when it is read. */
+static bool has_sources(const struct waiting *waiting)
+{
+    for (uint32_t i = 0; i < waiting->ran.notes.count; i++) {
+        const struct build_contents *source = waiting->ran.notes.items[i].source.contents;
+        if (source && source->filler != waiting && !atomic_load(&source->is_known))
+            return false;
+    }
+    return true;
+}
+
+static struct waiting **next_of(struct contents *contents, struct waiting **link)
 {
     pthread_mutex_lock(&contents->lock);
-    struct waiting *first = contents->waiting;
+    link = *link ? &(*link)->next : link;
     pthread_mutex_unlock(&contents->lock);
-    if (!first || !is_complete(first, seen))
-        return NULL;
-    pthread_mutex_lock(&contents->lock);
-    contents->waiting = first->next;
-    if (!first->next)
-        contents->waiting_last = &contents->waiting;
-    pthread_mutex_unlock(&contents->lock);
-    return first;
+    return link;
 }
 
+static struct waiting *at(struct contents *contents, struct waiting *const *link)
+{
+    pthread_mutex_lock(&contents->lock);
+    struct waiting *waiting = *link;
+    pthread_mutex_unlock(&contents->lock);
+    return waiting;
+}
+
+static void take_off(struct contents *contents, struct waiting **link)
+{
+    pthread_mutex_lock(&contents->lock);
+    struct waiting *waiting = *link;
+    *link = waiting->next;
+    if (!waiting->next)
+        contents->waiting_last = link;
+    pthread_mutex_unlock(&contents->lock);
+}
+
+/* In the order of their turns, but past those that are not complete: others of other queues may
+ * be. */
 static void deliver(struct contents *contents)
 {
-    struct execution_clock seen = {0};
-    execution_order_host_clock(contents->device->order, &seen);
-    for (struct waiting *complete; (complete = take_complete(contents, &seen));) {
-        contents_read(&complete->ran);
-        free_waiting(complete);
+    struct delivery delivery = {0};
+    struct waiting **link = &contents->waiting;
+    execution_order_host_clock(contents->device->order, &delivery.seen);
+    for (struct waiting *waiting; (waiting = at(contents, link));) {
+        if (!is_complete(&delivery, waiting) || !has_sources(waiting)) {
+            link = next_of(contents, link);
+            continue;
+        }
+        take_off(contents, link);
+        contents_read(&waiting->ran);
+        free_waiting(waiting);
     }
 }
 

@@ -166,6 +166,25 @@ static void read_pointed_instances(struct content *content, VkDeviceOrHostAddres
     }
 }
 
+/* Pointers to instances with motion have the type in their low bits, and lead to the structure of
+ * that type alone. */
+static void read_typed_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    VkDeviceOrHostAddressConstKHR to = {.deviceAddress = 0};
+    const uint8_t *next = content_find(content, data, range->primitiveOffset, range->primitiveCount,
+                                       sizeof(to), sizeof(to));
+    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
+        memcpy(&to, next, sizeof(to));
+        const uint32_t type = (uint32_t)(to.deviceAddress % 16);
+        const size_t size = content_motion_data_size(type);
+        to.deviceAddress -= type;
+        const uint8_t *bytes = size ? content_find(content, to, 0, 1, 0, size) : NULL;
+        if (bytes)
+            content_read_motion_data(content, i, type, bytes);
+    }
+}
+
 static void read_motion_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
 {
     const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
@@ -186,7 +205,8 @@ static void read_plain_instances(struct content *content, VkDeviceOrHostAddressC
         read_instance(content, i, next);
 }
 
-/* Motion in an array of pointers is packed, and not read. Without the extension there is none. */
+/* Of the host's pointers to instances with motion nothing is read. Without the extension there are
+ * none. */
 void content_read_instances(struct content *content,
                             const VkAccelerationStructureGeometryInstancesDataKHR *instances)
 {
@@ -198,5 +218,8 @@ void content_read_instances(struct content *content,
             read_plain_instances(content, instances->data);
     } else if (build->call->device->extension.motion_blur_nv && !instances->arrayOfPointers) {
         read_motion_instances(content, instances->data);
+    } else if (build->call->device->extension.motion_blur_nv &&
+               build->call->command != COMMAND_HOST) {
+        read_typed_instances(content, instances->data);
     }
 }

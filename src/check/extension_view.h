@@ -22,8 +22,9 @@ struct motion_triangles_view {
 struct motion_instance_view {
     const struct geometry_view *geometry;
     uint32_t index;
+    bool is_packed; /* the data alone was given, and the type in the pointer to it */
     VkAccelerationStructureMotionInstanceNV instance;
-    struct accel_facts referenced; /* host builds: what it refers to, handle null if nothing */
+    struct accel_facts referenced; /* what it refers to; nothing is known of references of 0 */
 };
 
 /* VK_NV_ray_tracing_linear_swept_spheres. What both of its structures have. */

@@ -38,25 +38,56 @@ static bool find_common(const VkAccelerationStructureMotionInstanceNV *instance,
     }
 }
 
-void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes)
+static void check_instance(struct content *content, struct motion_instance_view *view)
 {
-    struct motion_instance_view view = {.geometry = content->range->geometry, .index = index};
+    const uint32_t index = view->index;
     struct common common = {0};
-    memcpy(&view.instance, bytes, sizeof(view.instance));
-    bool is_known = find_common(&view.instance, &common);
-    content_find_reference(content, common.reference, &view.referenced);
-    content_walk_motion_instance(content, &view);
-    if (is_of_type(&view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
-        content_check_instance(content, index, true, &view.instance.data.staticInstance);
+    bool is_known = find_common(&view->instance, &common);
+    content_find_reference(content, common.reference, &view->referenced);
+    content_walk_motion_instance(content, view);
+    if (is_of_type(view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
+        content_check_instance(content, index, !view->is_packed,
+                               &view->instance.data.staticInstance);
     } else if (is_known) {
-        content_check_reference(content, index, &view.referenced);
+        content_check_reference(content, index, &view->referenced);
     }
-    if (is_of_type(&view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {
+    if (is_of_type(view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {
         const VkAccelerationStructureMatrixMotionInstanceNV *moving =
-            &view.instance.data.matrixMotionInstance;
+            &view->instance.data.matrixMotionInstance;
         content_check_transform(content, index, common.reference, &moving->transformT0);
         content_check_transform(content, index, common.reference, &moving->transformT1);
     }
+}
+
+void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes)
+{
+    struct motion_instance_view view = {.geometry = content->range->geometry, .index = index};
+    memcpy(&view.instance, bytes, sizeof(view.instance));
+    check_instance(content, &view);
+}
+
+size_t content_motion_data_size(uint32_t type)
+{
+    switch (type) {
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
+        return sizeof(VkAccelerationStructureInstanceKHR);
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
+        return sizeof(VkAccelerationStructureMatrixMotionInstanceNV);
+    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
+        return sizeof(VkAccelerationStructureSRTMotionInstanceNV);
+    default:
+        return 0;
+    }
+}
+
+void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,
+                              const void *bytes)
+{
+    struct motion_instance_view view = {
+        .geometry = content->range->geometry, .index = index, .is_packed = true};
+    view.instance.type = (VkAccelerationStructureMotionInstanceTypeNV)type;
+    memcpy(&view.instance.data, bytes, content_motion_data_size(type));
+    check_instance(content, &view);
 }
 
 static const struct device_facts *device_of(const struct motion_instance_view *view)
@@ -128,7 +159,8 @@ bool srt_motion_instance_flags_are_valid(const struct motion_instance_view *moti
 bool static_member_is_filled(const struct motion_instance_view *motion_instance,
                              struct finding *finding)
 {
-    return flags_are_valid(motion_instance,
+    return motion_instance->is_packed ||
+           flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV, finding,
                            NO_VALID("staticInstance"));
 }
@@ -136,7 +168,8 @@ bool static_member_is_filled(const struct motion_instance_view *motion_instance,
 bool matrix_motion_member_is_filled(const struct motion_instance_view *motion_instance,
                                     struct finding *finding)
 {
-    return flags_are_valid(motion_instance,
+    return motion_instance->is_packed ||
+           flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV, finding,
                            NO_VALID("matrixMotionInstance"));
 }
@@ -144,7 +177,8 @@ bool matrix_motion_member_is_filled(const struct motion_instance_view *motion_in
 bool srt_motion_member_is_filled(const struct motion_instance_view *motion_instance,
                                  struct finding *finding)
 {
-    return flags_are_valid(motion_instance,
+    return motion_instance->is_packed ||
+           flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV, finding,
                            NO_VALID("srtMotionInstance"));
 }

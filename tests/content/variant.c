@@ -101,7 +101,7 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
 {
     const bool changes = variant->change != CHANGE_NOTHING;
     if ((variant->uses_two_queues && !platform->is_null) ||
-        (variant->instance_pointers && platform->is_null))
+        ((variant->instance_pointers || test_case->has_pointers) && platform->is_null))
         return false;
     if ((test_case->commands & commands_for(variant->command)) == 0 ||
         (variant->instance_pointers && !has_plain_instances(test_case)))

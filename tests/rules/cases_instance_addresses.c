@@ -140,6 +140,7 @@ static const struct test_case cases[] = {
      .silent = true,
      .setup = &with_content,
      .mutate = pointer_apart,
+     .has_pointers = true,
      .commands = ON_COMMAND_BUFFERS},
 };
 

@@ -131,6 +131,38 @@ static void instances_behind_pointers(struct scene *scene)
     scene->geometries[TLAS][0].geometry.instances.arrayOfPointers = VK_TRUE;
 }
 
+/* Their data alone, by pointers that have the types. */
+static void pack(struct scene *scene)
+{
+    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
+    for (uint32_t i = 0; i < INSTANCES_MADE; i++) {
+        const size_t offset = 1024 + 256 * (size_t)i;
+        memcpy(scene->instances.host + offset, &instance_at(scene, i)->data,
+               sizeof(instance_at(scene, i)->data));
+        pointers[i] = scene_address(scene, &scene->instances, offset) + i;
+    }
+    scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
+    scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
+}
+
+static void flat_packed_instance(struct scene *scene)
+{
+    flat_instance(scene);
+    pack(scene);
+}
+
+static void flat_packed_instance_of_nothing(struct scene *scene)
+{
+    flat_instance_of_nothing(scene);
+    pack(scene);
+}
+
+static void packed_instance_with_flags(struct scene *scene)
+{
+    srt_instance_with_flags(scene);
+    pack(scene);
+}
+
 /* The last of them ends where nothing can be read. */
 static void instances_off_the_page(struct scene *scene)
 {
@@ -372,6 +404,22 @@ static const struct test_case cases[] = {
      .mutate_twin = flat_instance_of_nothing,
      .commands = ON_HOST,
      .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 1"},
+    {.name = "flat_packed_motion_instance",
+     RULES(RULE_transform_matrix_is_invertible),
+     .setup = &with_content,
+     .mutate = flat_packed_instance,
+     .mutate_twin = flat_packed_instance_of_nothing,
+     .commands = ON_DEVICE,
+     .has_pointers = true,
+     .path = "deviceAddress leads to instance 1"},
+    {.name = "packed_motion_instance_with_flags",
+     RULES(RULE_srt_motion_instance_flags_are_valid),
+     .setup = &with_content,
+     .mutate = packed_instance_with_flags,
+     .mutate_twin = flat_packed_instance_of_nothing,
+     .commands = ON_DEVICE,
+     .has_pointers = true,
+     .path = "deviceAddress leads to instance 2"},
     {.name = "motion_instance_without_memory",
      RULES(RULE_instances_are_backed_by_memory),
      .setup = &with_content,
