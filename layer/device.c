@@ -183,6 +183,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
         return;
     while (contents_wait(state->contents))
         continue;
+    contents_deliver(state->contents);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
     free_device(state); /* first: it may have objects of the device */

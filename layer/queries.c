@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of queries of compacted sizes: what command buffers write is noted in their journals;
  * what the host resets and reads takes its turn among the batches. */
+#include "contents.h"
 #include "state/query_pools.h"
 
 #include <stdlib.h>
@@ -182,6 +183,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQuer
                                                     dataSize, pData, stride, flags);
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_lose(state->order);
+    contents_deliver(state->contents);
     if (!journal)
         return result;
     bool partial = (flags & VK_QUERY_RESULT_PARTIAL_BIT) && !(flags & VK_QUERY_RESULT_WAIT_BIT);

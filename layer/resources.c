@@ -55,6 +55,7 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memo
                                             const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
+    contents_deliver(state->contents);
     resources_remove_memory(state->resources, memory);
     object_names_set(state->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, NULL);
     state->vk.FreeMemory(device, memory, pAllocator);
@@ -136,6 +137,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyBuffer(VkDevice device, VkBuffer buffer,
                                                const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
+    contents_deliver(state->contents);
     resources_remove_buffer(state->resources, buffer);
     object_names_set(state->names, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, NULL);
     state->vk.DestroyBuffer(device, buffer, pAllocator);
@@ -299,6 +301,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
+    contents_deliver(state->contents);
     submissions_forget(state->submissions,
                        resources_remove_accel(state->resources, accelerationStructure), 1);
     object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

@@ -126,8 +126,8 @@ static void append_path(struct text_buffer *text, const struct location *at, con
         append_field(text, at->geometry_by_pointer ? "->" : ".", field);
         return;
     case SUBJECT_RANGE:
-        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field), at->build,
-                    at->geometry);
+        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field),
+                    at->build, at->geometry);
         append_field(text, ".", field);
         return;
     case SUBJECT_ELEMENT:

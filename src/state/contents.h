@@ -27,7 +27,7 @@ struct build_contents {
     atomic_uint references;
     atomic_bool is_known;
     const void *filler; /* what will fill it, for who does; NULL: not known yet */
-    uint32_t count; /* of geometries */
+    uint32_t count;     /* of geometries */
     struct geometry_contents items[];
 };
 

@@ -72,6 +72,7 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
     reader_lock_write_done(&resources->lock);
 }
 
+/* Where it isn't known which structure it is. */
 static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
                               uint64_t deaths)
 {
@@ -80,12 +81,17 @@ static enum tristate is_alive(const struct resources *resources, const struct ac
     return at && (at->first || at->died > deaths) ? UNKNOWN : NO;
 }
 
+static bool is_one(const struct accel_address *at, uint64_t deaths)
+{
+    return at && at->first && !at->first->same_address && at->died <= deaths;
+}
+
 void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
                                uint64_t deaths, struct accel_facts *facts)
 {
     unsigned token = resources_begin_reading(resources);
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
-    if (at && at->first && !at->first->same_address)
+    if (is_one(at, deaths))
         resources_find_accel(resources, at->first->handle, facts);
     else
         *facts = (struct accel_facts){.alive = is_alive(resources, at, deaths)};

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 
 #include "device_stage.h"
 
@@ -236,6 +237,32 @@ static void test_all_at_once(void **state)
     close_scene(&scene);
 }
 
+/* What an application destroys it knows to be complete, however it came to know. */
+static void test_told_at_destruction(void **state)
+{
+    static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
+    struct scene scene;
+    (void)state;
+    open_scene(&scene);
+    record(&scene, 0, VK_NULL_HANDLE);
+    run(&scene, 0);
+    set_asleep(scene.host.data, true);
+    record(&scene, 1, scene.blas.handle);
+    device_end(&device, scene.commands[1]);
+    const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                 .commandBufferCount = 1,
+                                 .pCommandBuffers = &scene.commands[1]};
+    assert_int_equal(stage->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    for (int i = 0; i < 1000 && !stage->kit.messages.count; i++) {
+        nanosleep(&pause, NULL);
+        struct stage_structure other =
+            stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+        stage_destroy(stage, &other);
+    }
+    expect(DEVICE PUT_TO_SLEEP);
+    close_scene(&scene);
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
@@ -246,6 +273,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_built_again_with_other_data),
         cmocka_unit_test(test_cloned),
         cmocka_unit_test(test_all_at_once),
+        cmocka_unit_test(test_told_at_destruction),
     };
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
