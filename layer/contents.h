@@ -27,8 +27,8 @@ void contents_run(struct contents *contents, const struct batch_run *run, uint32
 /* The batch had its turn. */
 void contents_end_batch(struct contents *contents, const struct batch_run *run);
 
-/* Reports on the executions that are complete: also before something is destroyed that they may have
- * used. */
+/* Reports on the executions that are complete: also before something is destroyed that they may
+ * have used. */
 void contents_deliver(struct contents *contents);
 /* The same, once the first of those that wait is complete; false where none is in a while. */
 bool contents_wait(struct contents *contents);

@@ -146,6 +146,12 @@ static void read_instance(struct content *content, uint32_t index, const void *b
 
 /* ---- all of a geometry */
 
+/* Where command buffers expect an instance; the host's may be anywhere. */
+static bool may_be_followed(const struct content *content, VkDeviceAddress address)
+{
+    return content->range->geometry->build->call->command == COMMAND_HOST || address % 16 == 0;
+}
+
 /* Instances whose pointer leads nowhere are passed by. */
 static void read_pointed_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
 {
@@ -157,8 +163,9 @@ static void read_pointed_instances(struct content *content, VkDeviceOrHostAddres
         memcpy(&to, next, sizeof(to));
         content_walk_instance_pointer(content, &(struct instance_pointer_view){
                                                    content->range->geometry, i, to.deviceAddress});
-        const uint8_t *bytes =
-            content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
+        const uint8_t *bytes = NULL;
+        if (may_be_followed(content, to.deviceAddress))
+            bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
         if (bytes)
             read_instance(content, i, bytes);
         else

@@ -14,7 +14,7 @@ static const struct case_list *const lists[] = {&cases_content,
                                                 &cases_indirect_contents,
                                                 &cases_instance_addresses,
                                                 &cases_instances,
-                                                &cases_motion,
+                                                &cases_motion_instances,
                                                 &cases_radii,
                                                 &cases_micromap_contents,
                                                 &cases_nv_contents};

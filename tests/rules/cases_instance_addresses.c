@@ -62,13 +62,11 @@ static void instance_beside_a_blas(struct scene *scene)
 
 /* ---- pointers ---- */
 
-/* To instances of nothing, behind those of the scene. */
+/* Null pointers, all of them. */
 static uint64_t *use_pointers(struct scene *scene)
 {
     uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
-    memset(scene->instances.host + 3072, 0, 256);
-    for (uint32_t i = 0; i < 4; i++)
-        pointers[i] = scene_address(scene, &scene->instances, 3072);
+    memset(pointers, 0, SCENE_BUFFER_SIZE / 2);
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
     scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
     return pointers;
@@ -76,17 +74,18 @@ static uint64_t *use_pointers(struct scene *scene)
 
 static void pointer_misaligned(struct scene *scene)
 {
-    use_pointers(scene)[1] += 8;
+    use_pointers(scene)[1] = 8;
 }
 
 static void pointer_misaligned_behind_the_last(struct scene *scene)
 {
-    use_pointers(scene)[3] += 8;
+    use_pointers(scene)[3] = 8;
 }
 
-static void pointer_apart(struct scene *scene)
+/* To an instance of nothing. */
+static void pointer_to_16_bytes(struct scene *scene)
 {
-    use_pointers(scene)[1] += 16;
+    use_pointers(scene)[1] = scene_address(scene, &scene->instances, 3072 + 16);
 }
 
 #define LEADS_TO "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress leads to "
@@ -134,12 +133,12 @@ static const struct test_case cases[] = {
      .mutate_twin = pointer_misaligned_behind_the_last,
      .commands = ON_COMMAND_BUFFERS,
      .is_wild = true,
-     .path = LEADS_TO "pointer 1, which is 0x"},
+     .path = LEADS_TO "pointer 1, which is 0x8,"},
     {.name = "pointer_to_instance_at_16_bytes",
      POINTS,
      .silent = true,
      .setup = &with_content,
-     .mutate = pointer_apart,
+     .mutate = pointer_to_16_bytes,
      .has_pointers = true,
      .commands = ON_COMMAND_BUFFERS},
 };
