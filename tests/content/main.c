@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "play.h"
+#include "texts.h"
 
 static const struct case_list *const lists[] = {&cases_content,
                                                 &cases_content_update,
@@ -150,6 +151,7 @@ int main(int argc, char **argv)
         for (size_t j = 0; j < lists[i]->count; j++)
             for (uint32_t k = 0; k < variant_count && is_about_contents(&lists[i]->cases[j]); k++)
                 play_one(&run, lists[i], &lists[i]->cases[j], k);
+    texts_play(&run.platform, &run.world, &run.tally);
     world_close(&run.world);
     if (run.platform.is_null && !run.platform.is_cpu && run.tally.filter == NULL && !run.tally.list)
         check_every_rule_has_fired(&run);
