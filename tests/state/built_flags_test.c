@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What structures were built with, asked for turns that have passed. */
+#include "state/built_flags.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7 };
+
+static void write(struct built_flags *flags, bool allows, struct moment moment)
+{
+    const struct built built = {
+        .state = BUILT_BEFORE,
+        .flags =
+            allows ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR : 0};
+    built_flags_write(flags, ID, &built, moment);
+}
+
+static struct moment batch(uint64_t count)
+{
+    return (struct moment){QUEUE, count};
+}
+
+/* Of a build in a batch that follows all of its queue. */
+static struct built_flags_turn turn_in(struct built_flags *flags, struct moment now)
+{
+    struct built_flags_turn turn = {.turn = built_flags_now(flags), .now = now};
+    execution_clock_add(&turn.follows, (struct moment){now.queue, now.count - 1});
+    return turn;
+}
+
+static enum tristate ask(struct built_flags *flags, struct built_flags_turn turn)
+{
+    return built_flags_allow_disabling(flags, ID, &turn);
+}
+
+static void test_latest(void **state)
+{
+    struct built_flags *flags = *state;
+    assert_int_equal(ask(flags, turn_in(flags, batch(1))), UNKNOWN);
+    write(flags, true, batch(1));
+    assert_int_equal(ask(flags, turn_in(flags, batch(1))), YES);
+    assert_int_equal(ask(flags, turn_in(flags, batch(2))), YES);
+    write(flags, false, batch(2));
+    assert_int_equal(ask(flags, turn_in(flags, batch(2))), NO);
+    built_flags_forget(flags, ID);
+    assert_int_equal(ask(flags, turn_in(flags, batch(3))), UNKNOWN);
+}
+
+/* Written again with the same flag, it is still known; with another, no more. */
+static void test_turns_that_have_passed(void **state)
+{
+    struct built_flags *flags = *state;
+    write(flags, false, batch(1));
+    const struct built_flags_turn turn = turn_in(flags, batch(2));
+    write(flags, false, batch(3));
+    assert_int_equal(ask(flags, turn), NO);
+    write(flags, true, batch(4));
+    assert_int_equal(ask(flags, turn), UNKNOWN);
+    write(flags, false, batch(5));
+    assert_int_equal(ask(flags, turn), UNKNOWN);
+}
+
+static void test_without_order(void **state)
+{
+    struct built_flags *flags = *state;
+    write(flags, false, (struct moment){OTHER_QUEUE, 1});
+    struct built_flags_turn turn = turn_in(flags, batch(9));
+    assert_int_equal(ask(flags, turn), UNKNOWN);
+    execution_clock_add(&turn.follows, (struct moment){OTHER_QUEUE, 1});
+    assert_int_equal(ask(flags, turn), NO);
+    write(flags, true, moment_never());
+    assert_int_equal(ask(flags, turn_in(flags, batch(9))), UNKNOWN);
+}
+
+static void test_within_a_batch(void **state)
+{
+    struct built_flags *flags = *state;
+    struct built_flags_turn before = turn_in(flags, batch(1));
+    write(flags, false, batch(1));
+    struct built_flags_turn after = turn_in(flags, batch(1));
+    assert_int_equal(ask(flags, before), UNKNOWN);
+    assert_int_equal(ask(flags, after), NO);
+    after.is_unordered = true;
+    assert_int_equal(ask(flags, after), UNKNOWN);
+}
+
+static void test_states_that_tell_nothing(void **state)
+{
+    struct built_flags *flags = *state;
+    write(flags, true, batch(1));
+    const struct built filled = {.state = BUILT_FILLED};
+    built_flags_write(flags, ID, &filled, batch(2));
+    assert_int_equal(ask(flags, turn_in(flags, batch(3))), UNKNOWN);
+    write(flags, true, batch(3));
+    built_flags_forget_all(flags);
+    assert_int_equal(ask(flags, turn_in(flags, batch(4))), UNKNOWN);
+    assert_int_equal(built_flags_allow_disabling(flags, ID, NULL), UNKNOWN);
+    built_flags_write(NULL, ID, &filled, batch(1));
+    built_flags_forget(NULL, ID);
+}
+
+static int set_up(void **state)
+{
+    *state = built_flags_create();
+    return *state == NULL;
+}
+
+static int tear_down(void **state)
+{
+    built_flags_destroy(*state);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_latest, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_turns_that_have_passed, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_without_order, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_within_a_batch, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_states_that_tell_nothing, set_up, tear_down),
+    };
+    return cmocka_run_group_tests_name("built_flags", tests, NULL, NULL);
+}
