@@ -120,6 +120,12 @@ static const struct test_case cases[] = {
      .edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 6)),
      .twin_edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 5)),
      .path = "[3]"},
+    /* No device takes as many, backend cpu included. */
+    {.name = "instances_over_any_limit",
+     RULES(RULE_instance_count_is_within_limit),
+     .commands = ON_COMMAND_BUFFERS,
+     .edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 0xffffffff)),
+     .path = "[3]"},
 };
 
 CASE_LIST(cases_range, cases);
