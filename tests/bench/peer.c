@@ -3,6 +3,7 @@
  * adds: all of them in turn, in one process. */
 #include <math.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "fail.h"
 #include "peer_options.h"
@@ -116,18 +117,31 @@ static void end_figure(struct comparison *comparison)
     }
 }
 
+/* To who watches. */
+static void show_progress(uint32_t done, uint32_t all)
+{
+    if (!isatty(STDERR_FILENO))
+        return;
+    if (done < all)
+        fprintf(stderr, "\r%u of %u samples", done, all);
+    else
+        fprintf(stderr, "\r%30s\r", "");
+}
+
 /* Takes a sample of each in turn; each is first as often. */
 static void take_samples(struct comparison *comparison, uint32_t count,
                          double (*take)(struct comparison *comparison, int contender, void *user),
                          void *user)
 {
     for (uint32_t i = 0; i < count; i++) {
+        show_progress(i, count);
         for (uint32_t turn = 0; turn < CONTENDERS; turn++) {
             int c = (int)((i + turn) % CONTENDERS);
             if (comparison->is_measured[c])
                 comparison->samples[c][i] = take(comparison, c, user);
         }
     }
+    show_progress(count, count);
 }
 
 static struct figures quantiles(struct comparison *comparison, uint32_t count, double share)

@@ -14,7 +14,7 @@ static const char usage[] =
     "loader finds it, add to recording and submitting builds of one-geometry BLAS of 12\n"
     "triangles: all in one process, in turn with recording without a layer. The other layer\n"
     "has its default settings, which are core checks. Exit status 0 only if all bars are met\n"
-    "that could be measured. Takes about two minutes with the other layer, one without.\n"
+    "that could be measured. Takes about four minutes with the other layer, two without.\n"
     "\n"
     "  --driver NAME    lavapipe (default) or null\n"
     "  --layers FOLDER  where the other layer's manifest is, if the loader doesn't look there\n"

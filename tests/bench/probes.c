@@ -16,18 +16,18 @@ uint64_t probes_count(void)
 }
 
 /* The program exports it, so the dynamic linker gives it to the layer, too. */
-__attribute__((visibility("default"))) long syscall(long number, ...)
+__attribute__((visibility("default"))) long syscall(long sysno, ...)
 {
     static long (*next)(long, ...);
     if (!next)
         next = (long (*)(long, ...))dlsym(RTLD_NEXT, "syscall");
-    count += number == SYS_rt_sigprocmask;
+    count += sysno == SYS_rt_sigprocmask;
 
     long a[6];
     va_list arguments;
-    va_start(arguments, number);
+    va_start(arguments, sysno);
     for (int i = 0; i < 6; i++)
         a[i] = va_arg(arguments, long);
     va_end(arguments);
-    return next(number, a[0], a[1], a[2], a[3], a[4], a[5]);
+    return next(sysno, a[0], a[1], a[2], a[3], a[4], a[5]);
 }
