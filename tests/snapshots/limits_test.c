@@ -5,6 +5,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 #include "assay.h"
 
@@ -241,19 +242,28 @@ static void test_submits_again(void **state)
     close_stage();
 }
 
-/* Without a wait that the layer sees the device's destruction brings what is left. */
+/* The layer doesn't see that the application knows the end of its work, as it doesn't see events.
+ * The device's destruction brings what is left. */
 static void test_tells_at_destruction(void **state)
 {
     (void)state;
+    const VkEventCreateInfo info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
+    VkEvent event;
     open_stage(&(struct stage_setup){.has_layer = true});
+    GET(stage.vk.CreateEvent(stage.device, &info, NULL, &event));
     VkCommandBuffer commands = stage_begin(&stage, 0);
     spoil_box(0);
     build(commands, 1);
+    stage.vk.CmdSetEvent(commands, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
     GET(stage.vk.EndCommandBuffer(commands));
     GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
-    stage.vk.DestroyDevice(stage.device, NULL);
+    while (stage.vk.GetEventStatus(stage.device, event) != VK_EVENT_SET)
+        continue;
+    nanosleep(&(struct timespec){.tv_nsec = 100 * 1000 * 1000}, NULL);
+    stage_expect_silence(&stage);
+    stage.vk.DestroyEvent(stage.device, event, NULL);
+    close_stage();
     expect_told("minX");
-    stage.instance_vk.DestroyInstance(stage.instance, NULL);
 }
 
 static void test_not_without_its_level(void **state)

@@ -34,7 +34,6 @@ static void create_instance(struct stage *stage, const struct stage_setup *setup
     const PFN_vkGetInstanceProcAddr proc_addr = stage->platform->get_instance_proc_addr;
     const PFN_vkCreateInstance create = (PFN_vkCreateInstance)proc_addr(NULL, "vkCreateInstance");
     const VkDebugUtilsMessengerCreateInfoEXT messenger = messages_messenger(&stage->messages);
-    VkDebugUtilsMessengerEXT unused;
     GET(create(&info, NULL, &stage->instance));
     vkuInitInstanceDispatchTable(stage->instance, &stage->instance_vk, proc_addr);
     stage->instance_vk.CreateDevice =
@@ -43,7 +42,7 @@ static void create_instance(struct stage *stage, const struct stage_setup *setup
         (PFN_vkGetDeviceProcAddr)proc_addr(stage->instance, "vkGetDeviceProcAddr");
     if (setup->has_layer)
         GET(stage->instance_vk.CreateDebugUtilsMessengerEXT(stage->instance, &messenger, NULL,
-                                                            &unused));
+                                                            &stage->messenger));
 }
 
 static void create_device(struct stage *stage)
@@ -111,6 +110,8 @@ void stage_close(struct stage *stage)
 {
     stage->vk.DestroyCommandPool(stage->device, stage->pool, NULL);
     stage->vk.DestroyDevice(stage->device, NULL);
+    if (stage->messenger)
+        stage->instance_vk.DestroyDebugUtilsMessengerEXT(stage->instance, stage->messenger, NULL);
     stage->instance_vk.DestroyInstance(stage->instance, NULL);
 }
 

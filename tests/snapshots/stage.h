@@ -20,6 +20,7 @@ struct stage {
     const struct platform *platform;
     struct messages messages;
     VkInstance instance;
+    VkDebugUtilsMessengerEXT messenger; /* null without the layer */
     VkuInstanceDispatchTable instance_vk;
     PFN_vkGetDeviceProcAddr get_device_proc_addr;
     VkPhysicalDevice physical;
