@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What VK_LAYER_ASSAY_validation offers to tests and tools beyond Vulkan: tracing of acceleration
  * structures on the CPU, and counters. Only for devices of backend cpu (assay_validation.backend =
- * cpu) that enable VK_KHR_acceleration_structure or VK_NV_ray_tracing, and counters for such devices
- * of backend driver at level content, too: vkGetDeviceProcAddr answers NULL for others.
+ * cpu) that enable VK_KHR_acceleration_structure or VK_NV_ray_tracing, and counters for such
+ * devices of backend driver at level content, too: vkGetDeviceProcAddr answers NULL for others.
  *
  *     PFN_vkTraceRaysASSAY trace =
  *         (PFN_vkTraceRaysASSAY)vkGetDeviceProcAddr(device, "vkTraceRaysASSAY");
