@@ -8,7 +8,13 @@
 #include "../scarce/application_parts.h"
 #include "assay.h"
 
-enum { BLASES = SETS - 1, MOVING = 2 /* of them */, STRUCTURE_SIZE = 16384, HOST_MEMORY_TYPE = 1 };
+enum {
+    BLASES = SETS - 1,
+    MOVING = 2,
+    WITH_MICROMAP = 4 /* of them */,
+    STRUCTURE_SIZE = 16384,
+    HOST_MEMORY_TYPE = 1
+};
 
 /* Beside the structures, of which the last is the TLAS. */
 static struct {
@@ -18,6 +24,8 @@ static struct {
     float vertices[9];
     void *scratch;
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
+    VkMicromapEXT micromap;
+    VkAccelerationStructureTrianglesOpacityMicromapEXT opacity;
     VkAccelerationStructureGeometryKHR triangles[GEOMETRIES], instances;
     VkAccelerationStructureInstanceKHR instance[BLASES];
 } host;
@@ -68,6 +76,12 @@ void create_objects(struct application *app)
                                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     app->sets[BLASES].accel =
         create_structure(app, BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    const VkMicromapCreateInfoEXT micromap = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+                                              .buffer = app->inputs,
+                                              .size = STRUCTURE_SIZE,
+                                              .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT};
+    GET(app, "vkCreateMicromapEXT",
+        app->vk.CreateMicromapEXT(app->device, &micromap, NULL, &host.micromap));
     const VkPrivateDataSlotCreateInfo slot = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
     GET(app, "vkCreatePrivateDataSlot",
@@ -89,6 +103,7 @@ void destroy_objects(struct application *app)
     app->vk.DestroyPrivateDataSlot(app->device, host.slot, NULL);
     for (unsigned i = 0; i < SETS; i++)
         app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
+    app->vk.DestroyMicromapEXT(app->device, host.micromap, NULL);
     app->vk.DestroyBuffer(app->device, app->inputs, NULL);
     app->vk.FreeMemory(app->device, app->memory, NULL);
     free(host.scratch);
@@ -159,14 +174,50 @@ static void move(VkAccelerationStructureBuildGeometryInfoKHR *info)
     info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
 }
 
+static const VkMicromapUsageEXT opaque = {.count = 1,
+                                          .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+
+static void build_micromap(struct application *app)
+{
+    static const uint8_t data = 1;
+    static const VkMicromapTriangleEXT triangle = {.format =
+                                                       VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    const VkMicromapBuildInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
+        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+        .dstMicromap = host.micromap,
+        .usageCountsCount = 1,
+        .pUsageCounts = &opaque,
+        .data.hostAddress = &data,
+        .triangleArray.hostAddress = &triangle,
+        .triangleArrayStride = sizeof(triangle),
+    };
+    GET(app, "vkBuildMicromapsEXT",
+        app->vk.BuildMicromapsEXT(app->device, VK_NULL_HANDLE, 1, &info));
+}
+
+static void use_micromap(void)
+{
+    host.opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+        .indexType = VK_INDEX_TYPE_NONE_KHR,
+        .usageCountsCount = 1,
+        .pUsageCounts = &opaque,
+        .micromap = host.micromap};
+    host.triangles[0].geometry.triangles.pNext = &host.opacity;
+}
+
 static void build_blases(struct application *app)
 {
+    build_micromap(app);
     for (unsigned i = 0; i < BLASES; i++) {
         VkAccelerationStructureBuildGeometryInfoKHR info =
             blas_info(app, i, i == 0 ? GEOMETRIES : 1);
         if (i == MOVING)
             move(&info);
-        if (i == 0 || i == MOVING)
+        if (i == WITH_MICROMAP)
+            use_micromap();
+        if (i == 0 || i == MOVING || i == WITH_MICROMAP)
             check_sizes(app, &info);
         GET(app, "vkBuildAccelerationStructuresKHR", build(app, VK_NULL_HANDLE, &info, 1));
     }

@@ -124,13 +124,16 @@ static void create_device(struct application *app)
                                              VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
-    const bool offers_more = strcmp(BACKEND, "cpu") != 0;
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps_ext = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+        .micromap = VK_TRUE};
     VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+        .pNext = &micromaps_ext,
         .micromap = VK_TRUE};
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .pNext = offers_more ? &micromaps : NULL,
+        .pNext = &micromaps,
         .rayTracingMotionBlur = VK_TRUE};
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
@@ -150,7 +153,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = offers_more ? 7 : 4,
+                                     .enabledExtensionCount = 7,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;

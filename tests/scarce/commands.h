@@ -26,6 +26,7 @@
     COMMAND(CmdBeginDebugUtilsLabelEXT)                                                            \
     COMMAND(CmdBuildAccelerationStructureNV)                                                       \
     COMMAND(CmdBuildAccelerationStructuresKHR)                                                     \
+    COMMAND(BuildMicromapsEXT)                                                                     \
     COMMAND(CmdBuildMicromapsEXT)                                                                  \
     COMMAND(CmdCopyAccelerationStructureKHR)                                                       \
     COMMAND(CmdCopyAccelerationStructureNV)                                                        \
