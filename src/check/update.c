@@ -161,7 +161,10 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
 {
     const struct update_view *update = geometry->update;
     uint32_t now, then;
-    return !find_count(geometry->asked, update->asked, geometry->index, &now) ||
+    /* Once: of what command buffers read when it was read, though the source may be known before. */
+    bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
+                    build_contents_of(update->asked->contents, geometry->index);
+    return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
            !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
                     number(now), source(update), number(then), where(update->source));

@@ -237,6 +237,38 @@ static void test_all_at_once(void **state)
     close_scene(&scene);
 }
 
+/* How many primitives an indirect build had is known when its ranges were read. */
+static void test_built_indirectly(void **state)
+{
+    static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
+    const struct messages *messages = &stage->kit.messages;
+    const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
+    const uint32_t *const counts = &most;
+    struct scene scene;
+    (void)state;
+    open_scene(&scene);
+    struct device_buffer range = device_buffer_create(&device, stride);
+    *(VkAccelerationStructureBuildRangeInfoKHR *)range.bytes =
+        (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = TRIANGLES};
+    device_upload(&device, scene.commands[0], &scene.build);
+    scene.build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    scene.build.info.dstAccelerationStructure = scene.blas.handle;
+    stage->vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
+                                                        &range.address, &stride, &counts);
+    device_barrier(&device, scene.commands[0]);
+    run(&scene, 0);
+    record(&scene, 1, scene.blas.handle);
+    run(&scene, 1);
+    expect(NULL);
+    ((VkAccelerationStructureBuildRangeInfoKHR *)range.bytes)->primitiveCount = TRIANGLES - 1;
+    device_run(&device, scene.commands[0]);
+    device_run(&device, scene.commands[1]);
+    assert_int_equal(messages->count, 1);
+    assert_int_equal(messages_count(messages, id, "has primitiveCount 3"), 1);
+    device_buffer_destroy(&device, &range);
+    close_scene(&scene);
+}
+
 /* What an application destroys it knows to be complete, however it came to know. */
 static void test_told_at_destruction(void **state)
 {
@@ -273,6 +305,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_built_again_with_other_data),
         cmocka_unit_test(test_cloned),
         cmocka_unit_test(test_all_at_once),
+        cmocka_unit_test(test_built_indirectly),
         cmocka_unit_test(test_told_at_destruction),
     };
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
