@@ -150,6 +150,7 @@ static bool close_scene(struct world *world, struct scene *scene, const struct c
                         struct report *report)
 {
     const uint32_t count = world->messages.count;
+    submission_finish(scene);
     scene_close(scene);
     if (world->messages.count == count)
         return true;

@@ -7,6 +7,34 @@ static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)
     scene->vk->DestroyFence(device, (VkFence)handle, NULL);
 }
 
+static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    scene->vk->DestroySemaphore(device, (VkSemaphore)handle, NULL);
+}
+
+static void create_fence(struct scene *scene)
+{
+    const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const VkDevice device = scene->world->device;
+
+    expect_success(scene->vk->CreateFence(device, &create_info, NULL, &scene->fence),
+                   "vkCreateFence");
+    scene_defer(scene, device, (uint64_t)scene->fence, destroy_fence);
+}
+
+static void create_timeline(struct scene *scene)
+{
+    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
+    const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                               .pNext = &type};
+    const VkDevice device = scene->world->device;
+
+    expect_success(scene->vk->CreateSemaphore(device, &create_info, NULL, &scene->timeline),
+                   "vkCreateSemaphore");
+    scene_defer(scene, device, (uint64_t)scene->timeline, destroy_semaphore);
+}
+
 static VkQueue queue_of(const struct scene *scene)
 {
     VkQueue queue;
@@ -27,11 +55,8 @@ void submission_prepare(struct scene *scene)
         scene_end(scene, scene->command_buffer);
     }
     if (scene->fence == VK_NULL_HANDLE) {
-        const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-        const VkDevice device = scene->world->device;
-        expect_success(scene->vk->CreateFence(device, &create_info, NULL, &scene->fence),
-                       "vkCreateFence");
-        scene_defer(scene, device, (uint64_t)scene->fence, destroy_fence);
+        create_fence(scene);
+        create_timeline(scene);
     }
 }
 
@@ -39,7 +64,18 @@ void submission_begin(struct scene *scene)
 {
     static const VkPipelineStageFlags stages[SCENE_SEMAPHORES_MAX] = {
         [0 ... SCENE_SEMAPHORES_MAX - 1] = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT};
+    const uint64_t value = ++scene->timeline_value;
+    const uint64_t no_values[SCENE_SEMAPHORES_MAX] = {0};
+    const VkTimelineSemaphoreSubmitInfo values = {
+        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
+        .waitSemaphoreValueCount = scene->inputs.semaphore_count,
+        .pWaitSemaphoreValues = no_values,
+        .signalSemaphoreValueCount = 1,
+        .pSignalSemaphoreValues = &value};
     const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                      .pNext = &values,
+                                      .signalSemaphoreCount = 1,
+                                      .pSignalSemaphores = &scene->timeline,
                                       .waitSemaphoreCount = scene->inputs.semaphore_count,
                                       .pWaitSemaphores = scene->inputs.semaphores,
                                       .pWaitDstStageMask = stages,
@@ -61,6 +97,16 @@ static void poll(const struct scene *scene)
     expect_success(result, "vkGetFenceStatus");
 }
 
+static void wait_for_timeline(const struct scene *scene)
+{
+    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+                                      .semaphoreCount = 1,
+                                      .pSemaphores = &scene->timeline,
+                                      .pValues = &scene->timeline_value};
+    expect_success(scene->vk->WaitSemaphores(scene->world->device, &info, UINT64_MAX),
+                   "vkWaitSemaphores");
+}
+
 void submission_wait(struct scene *scene, enum waiting waiting)
 {
     const VkDevice device = scene->world->device;
@@ -73,6 +119,13 @@ void submission_wait(struct scene *scene, enum waiting waiting)
     case WAIT_FENCE_STATUS:
         poll(scene);
         break;
+    case WAIT_TIMELINE:
+        wait_for_timeline(scene);
+        break;
+    case WAIT_SUBMISSION:
+        expect_success(scene->vk->QueueSubmit(queue_of(scene), 0, NULL, VK_NULL_HANDLE),
+                       "vkQueueSubmit");
+        break;
     case WAIT_QUEUE:
         expect_success(scene->vk->QueueWaitIdle(queue_of(scene)), "vkQueueWaitIdle");
         break;
@@ -80,4 +133,9 @@ void submission_wait(struct scene *scene, enum waiting waiting)
         expect_success(scene->vk->DeviceWaitIdle(device), "vkDeviceWaitIdle");
         break;
     }
+}
+
+void submission_finish(struct scene *scene)
+{
+    expect_success(scene->vk->QueueWaitIdle(queue_of(scene)), "vkQueueWaitIdle");
 }

@@ -12,6 +12,12 @@ const struct variant variants[] = {
      .geometry_pointers = true},
     {.name = "uploaded", .inputs = INPUTS_UPLOADED, .waiting = WAIT_FENCE},
     {.name = "copied", .inputs = INPUTS_COPIED, .waiting = WAIT_FENCE_STATUS},
+    {.name = "copied_and_waited_for_by_timeline",
+     .inputs = INPUTS_COPIED,
+     .waiting = WAIT_TIMELINE},
+    {.name = "copied_and_heard_of_at_submission",
+     .inputs = INPUTS_COPIED,
+     .waiting = WAIT_SUBMISSION},
     {.name = "inline", .inputs = INPUTS_INLINE, .waiting = WAIT_QUEUE},
     {.name = "made_worse",
      .inputs = INPUTS_VISIBLE,
@@ -100,7 +106,7 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
                   const struct test_case *test_case)
 {
     const bool changes = variant->change != CHANGE_NOTHING;
-    if ((variant->uses_two_queues && !platform->is_null) ||
+    if (((variant->uses_two_queues || variant->waiting == WAIT_SUBMISSION) && !platform->is_null) ||
         ((variant->instance_pointers || test_case->has_pointers) && platform->is_null))
         return false;
     if ((test_case->commands & commands_for(variant->command)) == 0 ||

@@ -15,7 +15,14 @@ enum change {
 };
 
 /* How the application learns that a submission is complete. */
-enum waiting { WAIT_FENCE, WAIT_FENCE_STATUS, WAIT_QUEUE, WAIT_DEVICE };
+enum waiting {
+    WAIT_FENCE,
+    WAIT_FENCE_STATUS,
+    WAIT_TIMELINE,
+    WAIT_QUEUE,
+    WAIT_DEVICE,
+    WAIT_SUBMISSION, /* of another batch; null driver only, where all is complete at once */
+};
 
 struct variant {
     const char *name;

@@ -87,7 +87,9 @@ struct scene {
 
     /* The call. The pointers lead to the arrays below until a case edits them. */
     VkCommandBuffer command_buffer;
-    VkFence fence;   /* of who submits it, if that has one */
+    VkFence fence; /* these three: of who submits it, if that has any */
+    VkSemaphore timeline;
+    uint64_t timeline_value;
     VkDevice device; /* these two: COMMAND_HOST */
     VkDeferredOperationKHR deferred_operation;
     uint32_t info_count;
