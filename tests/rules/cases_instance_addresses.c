@@ -62,11 +62,14 @@ static void instance_beside_a_blas(struct scene *scene)
 
 /* ---- pointers ---- */
 
-/* Null pointers, all of them. */
+/* To the instances in their places; null ones on the null driver, which gathers none. */
 static uint64_t *use_pointers(struct scene *scene)
 {
     uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
     memset(pointers, 0, SCENE_BUFFER_SIZE / 2);
+    for (uint32_t i = 0; i < 8 && !scene->world->platform->is_null; i++)
+        pointers[i] =
+            scene_address(scene, &scene->instances, i * sizeof(VkAccelerationStructureInstanceKHR));
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
     scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
     return pointers;
