@@ -89,6 +89,7 @@ static void run(struct world *world, const struct text *text)
     begin_label(scene, "builds");
     scene_call(scene);
     scene->vk->CmdEndDebugUtilsLabelEXT(scene->command_buffer);
+    scene->vk->CmdEndDebugUtilsLabelEXT(scene->command_buffer);
     submission_prepare(scene);
     submission_begin(scene);
     submission_wait(scene, WAIT_FENCE);
