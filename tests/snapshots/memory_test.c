@@ -2,7 +2,7 @@
 /* Random programs of uploads, copies, dispatches and builds, played by two devices, with the layer
  * at level content and without it: the application's memory is the same after each submission, and
  * what is valid stays without a message. */
-#include "stage.h"
+#include "memory_world.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,143 +10,10 @@
 
 #include "../state/random.h"
 
-enum {
-    BUFFERS = 3,
-    VERTICES = 64, /* in each buffer: of 3 floats, then */
-    INDICES = 96,  /* each below VERTICES, */
-    BOXES = 16,
-    INDICES_AT = VERTICES * 12,
-    BOXES_AT = INDICES_AT + INDICES * 4,
-    SIZE = BOXES_AT + BOXES * sizeof(VkAabbPositionsKHR),
-    BLASES = 4,
-    INSTANCES = 6,
-    POINTERS_AT = INSTANCES * sizeof(VkAccelerationStructureInstanceKHR),
-    STRUCTURE_SIZE = 1 << 16,
-    SCRATCH_SIZE = 1 << 18,
-    PROGRAMS = 12,
-    SUBMISSIONS = 8,
-    STEPS = 24,
-};
-
-static const uint32_t fill_code[] = {
-#include "fill_comp.h"
-};
-
-/* As fill.comp has them, behind what other constants there are. */
-struct constants {
-    uint32_t other[4];
-    uint64_t target;
-    uint32_t value;
-};
-
-struct world {
-    struct stage stage;
-    struct stage_buffer inputs[BUFFERS], instances, structures, scratch;
-    unsigned char instances_written[POINTERS_AT + INSTANCES * 8]; /* by the host, alone */
-    VkAccelerationStructureKHR blases[BLASES], tlas;
-    VkPipelineLayout layout;
-    VkPipeline fill;
-    VkCommandBuffer commands;
-};
+enum { PROGRAMS = 12, SUBMISSIONS = 8, STEPS = 24 };
 
 static struct platform platform;
 static struct world worlds[2]; /* with the layer, and without it */
-
-/* ---- worlds */
-
-static void create_fill(struct world *world)
-{
-    const VkuDeviceDispatchTable *vk = &world->stage.vk;
-    VkDevice device = world->stage.device;
-    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(struct constants)};
-    const VkPipelineLayoutCreateInfo layout = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-        .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
-    };
-    const VkShaderModuleCreateInfo code = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(fill_code),
-        .pCode = fill_code,
-    };
-    VkShaderModule module;
-    GET(vk->CreatePipelineLayout(device, &layout, NULL, &world->layout));
-    GET(vk->CreateShaderModule(device, &code, NULL, &module));
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = world->layout,
-    };
-    GET(vk->CreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, NULL, &world->fill));
-    vk->DestroyShaderModule(device, module, NULL);
-}
-
-static void write_instances(struct world *world)
-{
-    VkAccelerationStructureInstanceKHR instances[INSTANCES] = {0};
-    uint64_t pointers[INSTANCES];
-    for (uint32_t i = 0; i < INSTANCES; i++) {
-        const VkAccelerationStructureDeviceAddressInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-            .accelerationStructure = world->blases[i % BLASES],
-        };
-        for (int j = 0; j < 3; j++)
-            instances[i].transform.matrix[j][j] = 1;
-        instances[i].mask = 0xff;
-        instances[i].accelerationStructureReference =
-            world->stage.vk.GetAccelerationStructureDeviceAddressKHR(world->stage.device, &info);
-        pointers[i] = world->instances.address + i * sizeof(instances[0]);
-    }
-    memcpy(world->instances_written, instances, sizeof(instances));
-    memcpy(world->instances_written + POINTERS_AT, pointers, sizeof(pointers));
-    memcpy(world->instances.bytes, world->instances_written, sizeof(world->instances_written));
-}
-
-/* Only the first of the inputs can be copied from by the application. */
-static void open_world(struct world *world, bool has_layer)
-{
-    const VkBufferUsageFlags input =
-        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-        VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
-    const struct stage_setup setup = {.has_layer = has_layer};
-    struct stage *stage = &world->stage;
-    stage_open(stage, &platform, &setup);
-    for (int i = 0; i < BUFFERS; i++)
-        world->inputs[i] = stage_buffer(
-            stage, SIZE, input | (i ? 0 : (VkBufferUsageFlags)VK_BUFFER_USAGE_TRANSFER_SRC_BIT));
-    world->instances = stage_buffer(stage, sizeof(world->instances_written), input);
-    world->scratch = stage_buffer(stage, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    world->structures = stage_buffer(stage, (BLASES + 1) * STRUCTURE_SIZE,
-                                     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    for (int i = 0; i < BLASES; i++)
-        world->blases[i] =
-            stage_structure(stage, &world->structures, i * STRUCTURE_SIZE, STRUCTURE_SIZE,
-                            VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    world->tlas = stage_structure(stage, &world->structures, BLASES * STRUCTURE_SIZE,
-                                  STRUCTURE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
-    write_instances(world);
-    create_fill(world);
-}
-
-static void close_world(struct world *world)
-{
-    const VkuDeviceDispatchTable *vk = &world->stage.vk;
-    VkDevice device = world->stage.device;
-    vk->DestroyPipeline(device, world->fill, NULL);
-    vk->DestroyPipelineLayout(device, world->layout, NULL);
-    for (int i = 0; i < BLASES; i++)
-        vk->DestroyAccelerationStructureKHR(device, world->blases[i], NULL);
-    vk->DestroyAccelerationStructureKHR(device, world->tlas, NULL);
-    for (int i = 0; i < BUFFERS; i++)
-        stage_destroy_buffer(&world->stage, &world->inputs[i]);
-    stage_destroy_buffer(&world->stage, &world->instances);
-    stage_destroy_buffer(&world->stage, &world->structures);
-    stage_destroy_buffer(&world->stage, &world->scratch);
-    stage_close(&world->stage);
-}
 
 /* ---- steps: what each does is drawn once, and recorded in both worlds */
 
@@ -390,8 +257,8 @@ static void test_memory_is_the_same(void **state)
     (void)state;
     struct random random = random_of("memory_test");
     for (int program = 0; program < PROGRAMS; program++) {
-        open_world(&worlds[0], true);
-        open_world(&worlds[1], false);
+        world_open(&worlds[0], &platform, true);
+        world_open(&worlds[1], &platform, false);
         for (int i = 0; i < BUFFERS; i++) {
             write_inputs(&random, worlds[0].inputs[i].bytes);
             memcpy(worlds[1].inputs[i].bytes, worlds[0].inputs[i].bytes, SIZE);
@@ -399,8 +266,8 @@ static void test_memory_is_the_same(void **state)
         play(&random, BLASES, true);
         for (int i = 0; i < SUBMISSIONS; i++)
             play(&random, STEPS, false);
-        close_world(&worlds[0]);
-        close_world(&worlds[1]);
+        world_close(&worlds[0]);
+        world_close(&worlds[1]);
     }
 }
 
