@@ -161,7 +161,8 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
 {
     const struct update_view *update = geometry->update;
     uint32_t now, then;
-    /* Once: of what command buffers read when it was read, though the source may be known before. */
+    /* Once: of what command buffers read, when it was read, though the source may be known
+     * before. */
     bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
                     build_contents_of(update->asked->contents, geometry->index);
     return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
