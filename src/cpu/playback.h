@@ -26,7 +26,7 @@ void cpu_playback_run(struct cpu_playback *playback, struct execution *execution
 
 /* Writes the results of submissions that are complete, in execution order, until one is not: each
  * by copying regions of `bytes` to a buffer. What the host has seen complete is waited for, should
- * its ticket come a moment later. */
+ * its ticket come a moment later, but not for long. */
 struct cpu_delivery {
     const struct execution_clock *seen;
     void (*write)(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,

@@ -239,25 +239,31 @@ static void end_submission(const struct submission *submission)
     stage->vk.DestroySemaphore(stage->device, submission->semaphore, NULL);
 }
 
-static struct submission run_and_learn(VkCommandBuffer commands, enum learning learning)
+static VkSemaphore create_timeline(void)
 {
-    const VkuDeviceDispatchTable *vk = &stage->vk;
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     const VkSemaphoreTypeCreateInfo timeline = {
         .sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
         .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE,
     };
     const VkSemaphoreCreateInfo semaphore_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                                   .pNext = &timeline};
+    VkSemaphore semaphore;
+    expect(stage->vk.CreateSemaphore(stage->device, &semaphore_info, NULL, &semaphore));
+    return semaphore;
+}
+
+static struct submission run_and_learn(VkCommandBuffer commands, enum learning learning)
+{
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     const uint64_t one = 1;
     const VkTimelineSemaphoreSubmitInfo values = {
         .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
         .signalSemaphoreValueCount = 1,
         .pSignalSemaphoreValues = &one,
     };
-    struct submission submission;
+    struct submission submission = {.semaphore = create_timeline()};
     expect(vk->CreateFence(stage->device, &fence_info, NULL, &submission.fence));
-    expect(vk->CreateSemaphore(stage->device, &semaphore_info, NULL, &submission.semaphore));
     const VkSubmitInfo submit = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .pNext = &values,
@@ -352,12 +358,58 @@ static void test_copied_queries(void **state)
     close_scene(&scene);
 }
 
+/* One batch of a submission is seen complete, while another waits for the host. */
+static void test_batch_that_waits_for_the_host(void **state)
+{
+    (void)state;
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    struct scene scene;
+    open_scene(&scene, COMPACTED_SIZE);
+    struct device_buffer buffer = device_buffer_create(&device, 256);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    record_build(&scene, commands);
+    record_queries(&scene, commands, COMPACTED_SIZE);
+    vk->CmdCopyQueryPoolResults(commands, scene.pool, 0, 1, buffer.handle, 0, 8,
+                                VK_QUERY_RESULT_64_BIT);
+    const struct submission submission = {.semaphore = create_timeline()};
+    const uint64_t one = 1, two = 2;
+    const VkTimelineSemaphoreSubmitInfo values = {
+        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
+        .waitSemaphoreValueCount = 1,
+        .pWaitSemaphoreValues = &two,
+        .signalSemaphoreValueCount = 1,
+        .pSignalSemaphoreValues = &one,
+    };
+    const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const VkSubmitInfo submits[] = {
+        {VK_STRUCTURE_TYPE_SUBMIT_INFO, &values, 0, NULL, NULL, 1, &commands, 1,
+         &submission.semaphore},
+        {VK_STRUCTURE_TYPE_SUBMIT_INFO, &values, 1, &submission.semaphore, &stages, 0, NULL, 0,
+         NULL},
+    };
+    device_end(&device, commands);
+    expect(vk->QueueSubmit(device.queue, 2, submits, VK_NULL_HANDLE));
+    learn(BY_SEMAPHORE, VK_NULL_HANDLE, submission.semaphore);
+    const VkSemaphoreSignalInfo signal = {VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, NULL,
+                                          submission.semaphore, two};
+    expect(vk->SignalSemaphore(stage->device, &signal));
+    end_submission(&submission);
+    const uint64_t *words = buffer.bytes;
+    assert_int_equal(words[0], property(scene.blas.handle, COMPACTED_SIZE));
+    device_buffer_destroy(&device, &buffer);
+    close_scene(&scene);
+}
+
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_moment),
-        cmocka_unit_test(test_other_queries), cmocka_unit_test(test_compaction),
-        cmocka_unit_test(test_serialization), cmocka_unit_test(test_copied_queries),
+        cmocka_unit_test(test_queries),
+        cmocka_unit_test(test_query_keeps_its_moment),
+        cmocka_unit_test(test_other_queries),
+        cmocka_unit_test(test_compaction),
+        cmocka_unit_test(test_serialization),
+        cmocka_unit_test(test_copied_queries),
+        cmocka_unit_test(test_batch_that_waits_for_the_host),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
