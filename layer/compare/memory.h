@@ -10,6 +10,8 @@
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
+#include "own_objects.h"
+
 /* What comparing needs of a device. */
 struct compare_device {
     VkDevice handle;
@@ -22,16 +24,14 @@ struct compare_device {
     uint32_t group_handle_size, group_handle_alignment, group_base_alignment;
 };
 
-struct compare_buffer {
-    VkBuffer handle;
-    VkDeviceMemory memory;
-    VkDeviceAddress address;
-    unsigned char *bytes; /* mapped, coherent; NULL where the device alone uses it */
-};
+static inline struct own_device compare_own_device(const struct compare_device *device)
+{
+    return (struct own_device){device->handle, device->vk, device->memory};
+}
 
-/* Whatever was made is freed by compare_buffer_free(), also after a failure. */
+/* With an address. Whatever was made is freed by compare_buffer_free(), also after a failure. */
 VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,
-                               uint64_t size, bool is_mapped, struct compare_buffer *buffer);
-void compare_buffer_free(const struct compare_device *device, struct compare_buffer *buffer);
+                               uint64_t size, bool is_mapped, struct own_buffer *buffer);
+void compare_buffer_free(const struct compare_device *device, struct own_buffer *buffer);
 
 #endif

@@ -60,35 +60,10 @@ static VkResult create_layouts(const struct compare_device *device, struct trace
     return result;
 }
 
-static VkResult create_module(const struct compare_device *device, const uint32_t *words,
-                              size_t size, VkShaderModule *module)
-{
-    const VkShaderModuleCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = size,
-        .pCode = words,
-    };
-    return device->vk->CreateShaderModule(device->handle, &info, NULL, module);
-}
-
 static VkResult create_compute(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
-    VkShaderModule module;
-    VkResult result = create_module(device, query, sizeof(query), &module);
-    if (result != VK_SUCCESS)
-        return result;
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = pipeline->layout,
-    };
-    result = device->vk->CreateComputePipelines(device->handle, VK_NULL_HANDLE, 1, &info, NULL,
-                                                &pipeline->pipeline);
-    device->vk->DestroyShaderModule(device->handle, module, NULL);
-    return result;
+    const struct own_device own = compare_own_device(device);
+    return own_compute_create(&own, query, sizeof(query), pipeline->layout, &pipeline->pipeline);
 }
 
 /* ---- the ray-tracing pipeline */
@@ -179,10 +154,11 @@ static VkResult create_of_modules(const struct compare_device *device,
 static VkResult create_ray_tracing(const struct compare_device *device,
                                    struct trace_pipeline *pipeline)
 {
+    const struct own_device own = compare_own_device(device);
     VkShaderModule modules[STAGE_COUNT] = {VK_NULL_HANDLE};
     VkResult result = VK_SUCCESS;
     for (int i = 0; i < STAGE_COUNT && result == VK_SUCCESS; i++)
-        result = create_module(device, stages[i].words, stages[i].size, &modules[i]);
+        result = own_module_create(&own, stages[i].words, stages[i].size, &modules[i]);
     if (result == VK_SUCCESS)
         result = create_of_modules(device, modules, pipeline);
     for (int i = 0; i < STAGE_COUNT; i++)

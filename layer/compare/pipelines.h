@@ -10,8 +10,8 @@ struct trace_pipeline {
     VkDescriptorSetLayout set_layout; /* of a TLAS at binding 0 */
     VkPipelineLayout layout;
     VkPipeline pipeline;
-    VkShaderStageFlags stages;   /* that constants are pushed for */
-    struct compare_buffer table; /* of a ray-tracing pipeline, and where its parts are: */
+    VkShaderStageFlags stages; /* that constants are pushed for */
+    struct own_buffer table;   /* of a ray-tracing pipeline, and where its parts are: */
     VkStridedDeviceAddressRegionKHR generation, miss, hit;
 };
 

@@ -7,7 +7,7 @@
 #include "compare/memory.h"
 
 struct compare_structure {
-    struct compare_buffer buffer, scratch, input;
+    struct own_buffer buffer, scratch, input;
     VkAccelerationStructureKHR handle;
     VkAccelerationStructureGeometryKHR *geometries; /* owned */
     VkBuildAccelerationStructureFlagsKHR flags;     /* these two: of a TLAS */

@@ -50,7 +50,7 @@ struct work {
     struct compare_structure
         *bottoms; /* one an input; of an update the second only has its input */
     struct compare_structure top;
-    struct compare_buffer rays, answers; /* of a batch */
+    struct own_buffer rays, answers; /* of a batch */
     VkDescriptorPool descriptors;
     VkDescriptorSet set;
     VkCommandPool pool;

@@ -77,7 +77,7 @@ static VkResult record(const struct transfer *transfer, VkBuffer buffer,
     VkResult result = transfer->next->BeginCommandBuffer(transfer->command_buffer, &begin_info);
     if (result != VK_SUCCESS)
         return result;
-    transfer->next->CmdCopyBuffer(transfer->command_buffer, transfer->chunk->buffer, buffer,
+    transfer->next->CmdCopyBuffer(transfer->command_buffer, transfer->chunk->buffer.handle, buffer,
                                   region_count, regions);
     transfer->next->CmdPipelineBarrier(transfer->command_buffer, VK_PIPELINE_STAGE_TRANSFER_BIT,
                                        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT |

@@ -66,41 +66,16 @@ static VkResult create_layout(const struct layer_device *device, VkPipelineLayou
     return device->snapshots->next.CreatePipelineLayout(device->handle, &info, NULL, layout);
 }
 
-static VkResult create_pipeline(const struct layer_device *device, VkPipelineLayout layout,
-                                VkPipeline *pipeline)
-{
-    const VkuDeviceDispatchTable *next = &device->snapshots->next;
-    const VkShaderModuleCreateInfo module_info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(code),
-        .pCode = code,
-    };
-    VkShaderModule module;
-    VkResult result = next->CreateShaderModule(device->handle, &module_info, NULL, &module);
-    if (result != VK_SUCCESS)
-        return result;
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = layout,
-    };
-    result = next->CreateComputePipelines(device->handle, VK_NULL_HANDLE, 1, &info, NULL, pipeline);
-    next->DestroyShaderModule(device->handle, module, NULL);
-    return result;
-}
-
 static bool make(struct gather *gather)
 {
     const struct layer_device *device = gather->device;
+    const struct own_device own = snapshots_own_device(device->snapshots);
     pthread_mutex_lock(&gather->lock);
     VkResult result = VK_SUCCESS;
     if (!gather->layout)
         result = create_layout(device, &gather->layout);
     if (result == VK_SUCCESS && !gather->pipeline)
-        result = create_pipeline(device, gather->layout, &gather->pipeline);
+        result = own_compute_create(&own, code, sizeof(code), gather->layout, &gather->pipeline);
     pthread_mutex_unlock(&gather->lock);
     return result == VK_SUCCESS;
 }
@@ -126,7 +101,7 @@ static uint64_t address_of(const struct recorder *recorder, const struct snapsho
 {
     const struct staging_chunk *chunk =
         (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
-    return chunk->address + snapshot->offset;
+    return chunk->buffer.address + snapshot->offset;
 }
 
 /* As they are now; what is left of the list begins behind all addresses. */

@@ -191,8 +191,8 @@ bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
     const VkBufferCopy region = {source.offset, snapshot->offset, size};
     if (!recorder->has_copied)
         begin_copies(recorder);
-    recorder->device->snapshots->next.CmdCopyBuffer(recorder->handle, source.buffer, chunk->buffer,
-                                                    1, &region);
+    recorder->device->snapshots->next.CmdCopyBuffer(recorder->handle, source.buffer,
+                                                    chunk->buffer.handle, 1, &region);
     atomic_fetch_add_explicit(&recorder->device->snapshots->bytes_copied, size,
                               memory_order_relaxed);
     return true;

@@ -8,6 +8,7 @@
 #include <pthread.h>
 
 #include "layer.h"
+#include "own_objects.h"
 #include "snapshots/commands.h"
 #include "snapshots/recording.h"
 #include "state/handle_table.h"
@@ -84,6 +85,13 @@ void snapshots_unlock_queues(struct snapshots *snapshots);
 
 /* False where the queue isn't known. */
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family);
+
+/* For objects of the layer's own. */
+static inline struct own_device snapshots_own_device(const struct snapshots *snapshots)
+{
+    const struct layer_device *device = snapshots->device;
+    return (struct own_device){device->handle, &snapshots->next, &device->memory};
+}
 
 /* The snapshots of a dispatchable handle's device. */
 static inline struct snapshots *snapshots_of(const void *dispatchable)

@@ -33,9 +33,8 @@ VkResult staging_create(struct layer_device *device, uint64_t budget, struct sta
 
 static void free_chunk(const struct layer_device *device, struct staging_chunk *chunk)
 {
-    const VkuDeviceDispatchTable *next = &device->snapshots->next;
-    next->DestroyBuffer(device->handle, chunk->buffer, NULL);
-    next->FreeMemory(device->handle, chunk->memory, NULL);
+    const struct own_device own = snapshots_own_device(device->snapshots);
+    own_buffer_free(&own, &chunk->buffer);
     free(chunk);
 }
 
@@ -52,79 +51,21 @@ void staging_destroy(struct staging *staging)
     free(staging);
 }
 
-/* A type that the host reads quickly, if there is one; a coherent one there always is. */
-static uint32_t memory_type(const struct layer_device *device, uint32_t allowed)
-{
-    const VkMemoryPropertyFlags needed =
-        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-    const VkMemoryPropertyFlags wanted[] = {needed | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, needed};
-    /* Others are of extensions, whose features the application may not have enabled. */
-    const VkMemoryPropertyFlags known = wanted[0] | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-    for (int w = 0; w < 2; w++)
-        for (uint32_t i = 0; i < device->memory.memoryTypeCount; i++) {
-            VkMemoryPropertyFlags flags = device->memory.memoryTypes[i].propertyFlags;
-            if ((allowed >> i & 1) && (flags & wanted[w]) == wanted[w] && !(flags & ~known))
-                return i;
-        }
-    return UINT32_MAX;
-}
-
-static VkDeviceAddress address_of(const struct layer_device *device, VkBuffer buffer)
-{
-    const VkuDeviceDispatchTable *next = &device->snapshots->next;
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
-    PFN_vkGetBufferDeviceAddress get = next->GetBufferDeviceAddress
-                                           ? next->GetBufferDeviceAddress
-                                           : next->GetBufferDeviceAddressKHR;
-    return get(device->handle, &info);
-}
-
-static VkResult allocate(const struct layer_device *device, struct staging_chunk *chunk)
-{
-    const VkuDeviceDispatchTable *next = &device->snapshots->next;
-    VkMemoryRequirements requirements;
-    next->GetBufferMemoryRequirements(device->handle, chunk->buffer, &requirements);
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo allocate_info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .pNext = device->snapshots->has_addresses ? &flags : NULL,
-        .allocationSize = requirements.size,
-        .memoryTypeIndex = memory_type(device, requirements.memoryTypeBits),
-    };
-    if (allocate_info.memoryTypeIndex == UINT32_MAX)
-        return VK_ERROR_OUT_OF_DEVICE_MEMORY;
-    VkResult result = next->AllocateMemory(device->handle, &allocate_info, NULL, &chunk->memory);
-    if (result == VK_SUCCESS)
-        result = next->BindBufferMemory(device->handle, chunk->buffer, chunk->memory, 0);
-    if (result == VK_SUCCESS)
-        result = next->MapMemory(device->handle, chunk->memory, 0, VK_WHOLE_SIZE, 0,
-                                 (void **)&chunk->chunk.bytes);
-    if (result == VK_SUCCESS && device->snapshots->has_addresses)
-        chunk->address = address_of(device, chunk->buffer);
-    return result;
-}
-
 static struct staging_chunk *create_chunk(const struct layer_device *device, uint64_t size)
 {
+    const struct own_device own = snapshots_own_device(device->snapshots);
     struct staging_chunk *chunk = calloc(1, sizeof(*chunk));
     if (!chunk)
         return NULL;
-    const VkBufferCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
-                 (device->snapshots->has_addresses ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0),
-    };
-    chunk->chunk.size = size;
-    if (device->snapshots->next.CreateBuffer(device->handle, &create_info, NULL, &chunk->buffer) ==
-            VK_SUCCESS &&
-        allocate(device, chunk) == VK_SUCCESS)
+    const VkBufferUsageFlags usage =
+        VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+        (device->snapshots->has_addresses ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0);
+    if (own_buffer_create(&own, usage, size, true, &chunk->buffer) == VK_SUCCESS) {
+        chunk->chunk.size = size;
+        chunk->chunk.bytes = chunk->buffer.bytes;
         return chunk;
+    }
     free_chunk(device, chunk);
     return NULL;
 }

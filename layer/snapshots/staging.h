@@ -9,9 +9,7 @@
 
 struct staging_chunk {
     struct snapshot_chunk chunk; /* first */
-    VkBuffer buffer;
-    VkDeviceMemory memory;
-    VkDeviceAddress address;
+    struct own_buffer buffer;
     struct staging_chunk *next;
 };
 
