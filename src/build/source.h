@@ -110,6 +110,8 @@ enum source_state source_aabb(const struct source *source, uint32_t primitive,
 enum source_state source_instance(const struct source *source, uint32_t primitive,
                                   const struct builder_memory *memory,
                                   struct instance_record *record);
+/* Bytes of the data of a motion instance of a type; 0 for what is no type. */
+uint64_t source_motion_size(uint32_t type);
 enum source_state source_motion_instance(const struct source *source, uint32_t primitive,
                                          const struct builder_memory *memory,
                                          struct motion_instance_record *record);

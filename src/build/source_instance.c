@@ -48,7 +48,7 @@ enum source_state source_instance(const struct source *source, uint32_t primitiv
 /* What all types of instances have after their transforms: 16 bytes. */
 #define AFTER_TRANSFORM (sizeof(VkAccelerationStructureInstanceKHR) - sizeof(VkTransformMatrixKHR))
 
-static uint64_t motion_size(uint32_t type)
+uint64_t source_motion_size(uint32_t type)
 {
     switch (type) {
     case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
@@ -73,12 +73,12 @@ enum source_state source_motion_instance(const struct source *source, uint32_t p
         uint64_t address;
         memcpy(&address, from, sizeof(address));
         record->type = address & 0xf;
-        from = find_instance(memory, address & ~(uint64_t)0xf, motion_size(record->type));
+        from = find_instance(memory, address & ~(uint64_t)0xf, source_motion_size(record->type));
     } else {
         memcpy(&record->type, from, sizeof(record->type));
         from += offsetof(VkAccelerationStructureMotionInstanceNV, data);
     }
-    uint64_t size = motion_size(record->type);
+    uint64_t size = source_motion_size(record->type);
     if (!from || size == 0)
         return SOURCE_OUT_OF_RANGE;
     VkAccelerationStructureInstanceKHR *instance = &record->base.instance;

@@ -59,10 +59,9 @@ void content_read_radii(struct content *content);
 void content_read_instances(struct content *content,
                             const VkAccelerationStructureGeometryInstancesDataKHR *instances);
 void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes);
-/* The same of one whose data alone was read; and that data's bytes, 0 for what is no type. */
+/* The same of one whose data alone was read. */
 void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,
                               const void *bytes);
-size_t content_motion_data_size(uint32_t type);
 
 /* What an instance refers to, by that member of it; nothing where that isn't known. */
 void content_find_reference(struct content *content, uint64_t reference,

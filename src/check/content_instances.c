@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "build/source.h"
 #include "check/content.h"
 #include "state/built_flags.h"
 
@@ -184,7 +185,7 @@ static void read_typed_instances(struct content *content, VkDeviceOrHostAddressC
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
         memcpy(&to, next, sizeof(to));
         const uint32_t type = (uint32_t)(to.deviceAddress % 16);
-        const size_t size = content_motion_data_size(type);
+        const uint64_t size = source_motion_size(type);
         to.deviceAddress -= type;
         const uint8_t *bytes = size ? content_find(content, to, 0, 1, 0, size) : NULL;
         if (bytes)

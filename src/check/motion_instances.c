@@ -2,6 +2,7 @@
 /* Rules about the instances of builds with motion. */
 #include <string.h>
 
+#include "build/source.h"
 #include "check/content.h"
 #include "check/enabled.h"
 #include "check/predicates.h"
@@ -66,27 +67,13 @@ void content_read_motion_instance(struct content *content, uint32_t index, const
     check_instance(content, &view);
 }
 
-size_t content_motion_data_size(uint32_t type)
-{
-    switch (type) {
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
-        return sizeof(VkAccelerationStructureInstanceKHR);
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
-        return sizeof(VkAccelerationStructureMatrixMotionInstanceNV);
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
-        return sizeof(VkAccelerationStructureSRTMotionInstanceNV);
-    default:
-        return 0;
-    }
-}
-
 void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,
                               const void *bytes)
 {
     struct motion_instance_view view = {
         .geometry = content->range->geometry, .index = index, .is_packed = true};
     view.instance.type = (VkAccelerationStructureMotionInstanceTypeNV)type;
-    memcpy(&view.instance.data, bytes, content_motion_data_size(type));
+    memcpy(&view.instance.data, bytes, source_motion_size(type));
     check_instance(content, &view);
 }
 
