@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "snapshots/tell.h"
+
 /* Of a batch that was replayed, and hasn't run. */
 struct noted_batch {
     struct noted_batch *next;
@@ -122,6 +124,8 @@ void contents_run(struct contents *contents, const struct batch_run *run, uint32
                   struct execution *execution)
 {
     struct waiting *waiting = contents ? calloc(1, sizeof(*waiting)) : NULL;
+    if (contents && !waiting)
+        tell_missed(contents->device, &(struct missed_executions){.unkept = 1});
     if (!waiting)
         return;
     waiting->moment = run->moment;
@@ -219,6 +223,7 @@ static void take_off(struct contents *contents, struct waiting **link)
 static void deliver(struct contents *contents)
 {
     struct delivery delivery = {0};
+    struct missed_executions missed = {0};
     struct waiting **link = &contents->waiting;
     execution_order_host_clock(contents->device->order, &delivery.seen);
     for (struct waiting *waiting; (waiting = at(contents, link));) {
@@ -227,9 +232,10 @@ static void deliver(struct contents *contents)
             continue;
         }
         take_off(contents, link);
-        contents_read(&waiting->ran);
+        contents_read(&waiting->ran, &missed);
         free_waiting(waiting);
     }
+    tell_missed(contents->device, &missed);
 }
 
 /* Whether it is this thread's to deliver; not where there is nothing to be delivered. */

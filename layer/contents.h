@@ -43,6 +43,8 @@ struct ran_execution {
     VkQueue queue;
     struct content_notes notes;
 };
-void contents_read(const struct ran_execution *ran);
+/* Counts it as missed where not all of it could be. */
+struct missed_executions;
+void contents_read(const struct ran_execution *ran, struct missed_executions *missed);
 
 #endif

@@ -6,6 +6,7 @@
 #include "check/content_executed.h"
 #include "compare/comparer.h"
 #include "contents.h"
+#include "snapshots/tell.h"
 #include "submissions.h"
 
 /* While snapshots are read they are locked, so what is found is told afterwards. */
@@ -39,17 +40,18 @@ struct reading {
     uint32_t next_note, next_used, next_turn;
     struct read_call *open_calls;
     struct told_finding *findings, **findings_last;
+    bool lacks_memory; /* and so some of what it says */
 };
 
 /* ---- findings */
 
-/* Without memory one is lost. */
 static bool keep_finding(struct reading *reading, const struct journal *journal, uint32_t first,
                          enum rule rule, const struct location *location,
                          const struct finding *finding)
 {
     const struct reporter *reporter = reading->ran->device->instance->reporter;
     struct told_finding *told = malloc(sizeof(*told));
+    reading->lacks_memory |= !told;
     if (told) {
         *told = (struct told_finding){NULL, journal, first, rule, *location, *finding};
         *reading->findings_last = told;
@@ -262,8 +264,10 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         .gathering = &build->gathering,
         .omits_unread = true,
     };
-    if (!snapshot_memory_open(&memory))
+    if (!snapshot_memory_open(&memory)) {
+        reading->lacks_memory = true;
         return;
+    }
     struct executed_build executed = {
         .build = build,
         .dst_id = entry ? entry->dst_id : 0,
@@ -291,6 +295,8 @@ static void read_item(struct read_buffer *buffer, const struct recorded_item *it
     }
     if (buffer->call)
         read_build(buffer, item);
+    else
+        buffer->reading->lacks_memory = true;
 }
 
 /* ---- command buffers */
@@ -329,7 +335,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
     leave_call(buffer.call);
 }
 
-void contents_read(const struct ran_execution *ran)
+void contents_read(const struct ran_execution *ran, struct missed_executions *missed)
 {
     struct ticket *ticket = ran->execution->ticket;
     struct reading reading = {.ran = ran,
@@ -339,8 +345,10 @@ void contents_read(const struct ran_execution *ran)
                                          .found = found_in_update,
                                          .user = &reading},
                               .findings_last = &reading.findings};
-    if (ticket->wait(ticket, 0) != VK_SUCCESS)
+    if (ticket->wait(ticket, 0) != VK_SUCCESS) {
+        missed->lost++;
         return;
+    }
     read_execution(&reading, ran->execution, ran->journal);
     while (reading.open_calls) {
         struct read_call *call = reading.open_calls;
@@ -348,5 +356,6 @@ void contents_read(const struct ran_execution *ran)
         end_call(call);
     }
     tell_findings(&reading);
+    missed->unkept += reading.lacks_memory;
     comparer_run(ran->device->comparer, ran->queue);
 }

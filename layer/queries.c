@@ -182,7 +182,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQuer
     VkResult result = state->vk.GetQueryPoolResults(device, queryPool, firstQuery, queryCount,
                                                     dataSize, pData, stride, flags);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order);
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
     contents_deliver(state->contents);
     if (!journal)
         return result;

@@ -266,12 +266,12 @@ static void run_batch(void *user, const struct batch_run *run)
     contents_end_batch(submissions->device->contents, run);
 }
 
-static void lost(void *user)
+static void lost(void *user, enum order_loss why)
 {
     struct submissions *submissions = user;
     lose(submissions);
     if (submissions->device->snapshots)
-        snapshots_lose_order(submissions->device);
+        snapshots_lose_order(submissions->device, why);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)

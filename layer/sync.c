@@ -76,7 +76,7 @@ static VkResult observe_wait(struct layer_device *state, const VkSemaphoreWaitIn
 {
     bool any = (info->flags & VK_SEMAPHORE_WAIT_ANY_BIT) && info->semaphoreCount > 1;
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order);
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
     for (uint32_t i = 0; result == VK_SUCCESS && !any && i < info->semaphoreCount; i++)
         execution_order_see_semaphore(state->order, info->pSemaphores[i], info->pValues[i], false);
     snapshots_deliver(state);
@@ -105,7 +105,7 @@ static VkResult observe_value(struct layer_device *state, VkSemaphore semaphore,
     if (result == VK_SUCCESS)
         execution_order_see_semaphore(state->order, semaphore, *value, true);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order);
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
     snapshots_deliver(state);
     return result;
 }
@@ -178,7 +178,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetFenceStatus(VkDevice device, VkFence fen
     if (result == VK_SUCCESS)
         execution_order_see_fence(state->order, fence);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order);
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
     snapshots_deliver(state);
     return result;
 }
@@ -193,7 +193,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForFences(VkDevice device, uint32_t fen
     for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < fenceCount; i++)
         execution_order_see_fence(state->order, pFences[i]);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order);
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
     snapshots_deliver(state);
     return result;
 }
@@ -205,7 +205,7 @@ static void observe_idle(struct layer_device *state, const struct idle_wait *wai
     if (result == VK_SUCCESS)
         execution_order_see_idle(state->order, wait);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order);
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
     snapshots_deliver(state);
 }
 

@@ -11,6 +11,7 @@
 #include "snapshots/commands.h"
 #include "snapshots/gather.h"
 #include "snapshots/staging.h"
+#include "snapshots/tell.h"
 #include "snapshots/tickets.h"
 #include "state/chain.h"
 
@@ -97,13 +98,16 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
 
 void snapshots_destroy(struct snapshots *snapshots)
 {
+    struct missed_executions missed = {0};
     if (!snapshots)
         return;
     while (snapshots->expected) {
         struct execution *execution = snapshots->expected;
         snapshots->expected = execution->next;
         execution_release(execution);
+        missed.held++;
     }
+    tell_missed(snapshots->device, &missed);
     tickets_release(snapshots, true);
     staging_destroy(snapshots->staging);
     gather_destroy(snapshots->gather);
@@ -195,13 +199,16 @@ void snapshots_run_all(struct layer_device *device)
         if (device->cpu)
             cpu_overlay_run(device, execution, moment_never());
         execution_release(execution);
+        atomic_fetch_add(&device->snapshots->unordered, 1);
     }
 }
 
-void snapshots_lose_order(struct layer_device *device)
+void snapshots_lose_order(struct layer_device *device, enum order_loss why)
 {
+    device->snapshots->loss = why;
     atomic_store(&device->snapshots->order_lost, true);
     snapshots_run_all(device);
+    tell_unordered(device);
 }
 
 void snapshots_deliver_complete(struct layer_device *device)

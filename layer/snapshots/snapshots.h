@@ -11,6 +11,7 @@
 #include "own_objects.h"
 #include "snapshots/commands.h"
 #include "snapshots/recording.h"
+#include "state/execution_order.h"
 #include "state/handle_table.h"
 
 struct fence_ticket;
@@ -36,7 +37,10 @@ struct snapshots {
     _Atomic uint64_t bytes_copied; /* that command buffers were told to copy */
     /* Submissions take their turns as they are made, for their order isn't known any more. */
     _Atomic bool order_lost;
-    bool uses_queues; /* see snapshots_lock_queues() */
+    enum order_loss loss;       /* why; never changes after that */
+    atomic_uint unordered;      /* executions that had no other turn, */
+    atomic_bool unordered_told; /* of which one warning speaks */
+    bool uses_queues;           /* see snapshots_lock_queues() */
     pthread_mutex_t queue_lock;
     pthread_mutex_t families_lock;               /* guards: */
     struct handle_table queue_families;          /* of queues, as pointers to their names */
@@ -62,7 +66,7 @@ struct batch_run;
 /* A batch's turn in execution order. */
 void snapshots_run(struct layer_device *device, const struct batch_run *run);
 /* From now on submissions take their turns as they are made: the turn of all. */
-void snapshots_lose_order(struct layer_device *device);
+void snapshots_lose_order(struct layer_device *device, enum order_loss why);
 void snapshots_run_all(struct layer_device *device);
 
 /* The host has seen something complete, or is about to submit: what waits for the end of

@@ -141,6 +141,16 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
     return VK_SUCCESS;
 }
 
+/* With the queues locked, which no message may find. */
+static VkResult leave_queues(struct submit *submit, VkFence fence, VkResult result)
+{
+    struct snapshots *snapshots = submit->snapshots;
+    result = finish(submit, fence, result);
+    snapshots_unlock_queues(snapshots);
+    tell_unordered(snapshots->device);
+    return result;
+}
+
 static struct submit begin(VkQueue queue)
 {
     struct snapshots *snapshots = snapshots_of(queue);
@@ -162,9 +172,7 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t sub
     snapshots_lock_queues(snapshots);
     VkResult result =
         snapshots->below.QueueSubmit(queue, submitCount, pSubmits, fence_below(&submit, fence));
-    result = finish(&submit, fence, result);
-    snapshots_unlock_queues(snapshots);
-    return result;
+    return leave_queues(&submit, fence, result);
 }
 
 static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
@@ -180,9 +188,7 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
         return give_up(&submit, submit.result);
     snapshots_lock_queues(snapshots);
     VkResult result = next(queue, count, infos, fence_below(&submit, fence));
-    result = finish(&submit, fence, result);
-    snapshots_unlock_queues(snapshots);
-    return result;
+    return leave_queues(&submit, fence, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2(VkQueue queue, uint32_t submitCount,

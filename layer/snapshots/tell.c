@@ -76,7 +76,8 @@ void tell_missed(const struct layer_device *device, const struct missed_executio
 {
     char line[LINE_SIZE];
     struct text_buffer text;
-    if (!is_told(device) || !(missed->unkept || missed->overwritten || missed->unread))
+    if (!is_told(device) ||
+        !(missed->unkept || missed->overwritten || missed->unread || missed->lost || missed->held))
         return;
     text_begin(&text, line, sizeof(line));
     text_append(&text,
@@ -87,6 +88,44 @@ void tell_missed(const struct layer_device *device, const struct missed_executio
                       "followed by another of the same command buffer in the submission");
     append_executions(&text, missed->unread,
                       "of command buffers that are submitted again before they are complete");
+    append_executions(&text, missed->lost, "on a device that is lost");
+    append_executions(&text, missed->held, "behind waits for signals that weren't submitted");
     text_append(&text, ".");
+    reporter_warn(device->instance->reporter, line);
+}
+
+static const char *cause_of(enum order_loss loss)
+{
+    switch (loss) {
+    case ORDER_LOST_TO_DEVICE:
+        return "the device is lost";
+    case ORDER_LOST_TO_MEMORY:
+        break;
+    case ORDER_LOST_TO_QUEUES:
+        return "there are more queues than the layer tells apart";
+    case ORDER_LOST_TO_THREADS:
+        return "two threads submitted to one queue at once";
+    case ORDER_LOST_TO_WAITS:
+        return "too much waits for signals that haven't been submitted";
+    case ORDER_LOST_TO_HOST:
+        return "something is complete whose wait nothing known has ended";
+    }
+    return "there was no memory";
+}
+
+void tell_unordered(const struct layer_device *device)
+{
+    struct snapshots *snapshots = device->snapshots;
+    uint32_t count = atomic_load(&snapshots->unordered);
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (!is_told(device) || !count || atomic_exchange(&snapshots->unordered_told, true))
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.level = content: builds are not looked at, of executions "
+                "of command buffers: %" PRIu32
+                ", and all from now on, whose order isn't known (%s).",
+                count, cause_of(snapshots->loss));
     reporter_warn(device->instance->reporter, line);
 }

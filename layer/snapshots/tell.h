@@ -9,12 +9,17 @@
  * were recorded; each recording once. */
 void tell_left_out(const struct layer_device *device, VkCommandBuffer handle);
 
-/* What submissions left out: all builds of so many executions. */
+/* What was left out after the recording: builds of so many executions. */
 struct missed_executions {
     uint32_t unkept;      /* for lack of memory */
     uint32_t overwritten; /* by another of the same submission */
     uint32_t unread;      /* before they were submitted again */
+    uint32_t lost;        /* with their device */
+    uint32_t held;        /* before signals that nobody submitted */
 };
 void tell_missed(const struct layer_device *device, const struct missed_executions *missed);
+
+/* Once, of the executions whose order isn't known: why, and that those to come share their fate. */
+void tell_unordered(const struct layer_device *device);
 
 #endif

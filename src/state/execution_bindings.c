@@ -54,7 +54,7 @@ void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks
     struct submission *submission = batch->submission;
     execution_clock_copy(&batch->clock, &submission->host);
     if (order_batch_follow_waits(batch, &batch->clock, &batch->clock))
-        execution_order_lose_locked(submission->order);
+        execution_order_lose_locked(submission->order, ORDER_LOST_TO_WAITS);
     batch->predecessors_known = !submission->uncertain;
     batch->moment = (struct moment){0};
     if (batch->command_count) {

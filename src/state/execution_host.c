@@ -69,7 +69,7 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
         semaphore->foreign = foreign;
     } else {
         free(semaphore);
-        execution_order_lose_locked(order);
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
     }
     leave(order);
 }
@@ -119,7 +119,7 @@ void execution_order_add_fence(struct execution_order *order, VkFence handle, bo
         fence->foreign = foreign;
     } else {
         free(fence);
-        execution_order_lose_locked(order);
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
     }
     leave(order);
 }
@@ -168,7 +168,7 @@ void execution_order_see_fence(struct execution_order *order, VkFence handle)
         if (fence->has_clock)
             execution_clock_join(&order->host, &fence->clock);
         else if (!order->in_flight)
-            execution_order_lose_locked(order);
+            execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
         fence->seen = true;
     }
     leave(order);
@@ -183,7 +183,7 @@ void execution_order_see_semaphore(struct execution_order *order, VkSemaphore ha
     if (semaphore && semaphore->timeline) {
         semaphore_clock_see(semaphore, value, exact);
         if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
-            execution_order_lose_locked(order);
+            execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
         execution_order_prune(order, semaphore);
         execution_order_release_held(order);
     }
@@ -207,7 +207,7 @@ static void see_queue_idle(struct execution_order *order, struct order_queue *qu
                            uint64_t serial)
 {
     if (queue->held && queue->held->submission->serial <= serial && !order->in_flight)
-        execution_order_lose_locked(order);
+        execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
     else
         queue->idle_serial = serial;
 }

@@ -35,7 +35,7 @@ void execution_order_destroy(struct execution_order *order)
         return;
     pthread_mutex_lock(&order->lock);
     order->lost_told = true;
-    execution_order_lose_locked(order);
+    execution_order_lose_locked(order, ORDER_LOST_TO_DEVICE);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
 
@@ -52,12 +52,12 @@ void execution_order_destroy(struct execution_order *order)
     free(order);
 }
 
-void execution_order_lose(struct execution_order *order)
+void execution_order_lose(struct execution_order *order, enum order_loss why)
 {
     if (!order)
         return;
     pthread_mutex_lock(&order->lock);
-    execution_order_lose_locked(order);
+    execution_order_lose_locked(order, why);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
 }
@@ -85,12 +85,15 @@ static bool has_queue(enum submission_kind kind)
 }
 
 /* Two calls may submit to one queue at once (VK_KHR_internally_synchronized_queues); which of them
- * comes first can't be known. */
+ * comes first can't be known: then the order is lost. */
 static bool take_queue(struct submission *submission)
 {
     struct order_queue *queue = find_queue(submission->order, submission->queue);
-    if (!queue || queue->in_flight)
+    if (!queue || queue->in_flight) {
+        execution_order_lose_locked(submission->order,
+                                    queue ? ORDER_LOST_TO_THREADS : ORDER_LOST_TO_QUEUES);
         return false;
+    }
     queue->in_flight = true;
     submission->queue_record = queue;
     return true;
@@ -102,10 +105,10 @@ static bool take_queue(struct submission *submission)
 static void start(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    if (submission->out_of_memory || (has_queue(submission->kind) && !take_queue(submission))) {
-        execution_order_lose_locked(order);
+    if (submission->out_of_memory)
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+    if (order->lost || (has_queue(submission->kind) && !take_queue(submission)))
         return;
-    }
     submission->state = SUBMISSION_PREPARED;
     submission->uncertain = order->in_flight && order->held_count;
     execution_clock_copy(&submission->host, &order->host);
@@ -117,7 +120,7 @@ static void start(struct submission *submission)
     if (submission->ready_count < submission->batch_count)
         order->waiting++;
     if (submission->out_of_memory)
-        execution_order_lose_locked(order);
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
     if (has_queue(submission->kind))
         for (uint32_t i = 0; i < submission->ready_count; i++)
             if (submission->kind == SUBMIT_COMMANDS || submission->batches[i].command_count)
@@ -170,7 +173,7 @@ static void succeed(struct submission *submission)
         end_work(submission);
     execution_order_release_held(order);
     if (order->held_count > EXECUTION_HELD_BATCHES)
-        execution_order_lose_locked(order);
+        execution_order_lose_locked(order, ORDER_LOST_TO_WAITS);
 }
 
 static void fail(struct submission *submission)
@@ -217,7 +220,7 @@ static void finish(struct submission *submission, VkResult result)
 {
     struct execution_order *order = submission->order;
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose_locked(order);
+        execution_order_lose_locked(order, ORDER_LOST_TO_DEVICE);
     if (submission->state == SUBMISSION_PREPARED && result >= VK_SUCCESS)
         succeed(submission);
     else if (submission->state == SUBMISSION_PREPARED && submission->kind == SUBMIT_HOST_WORK)

@@ -65,6 +65,17 @@ struct batch_run {
     bool predecessors_known;
 };
 
+/* Why the order is lost. */
+enum order_loss {
+    ORDER_LOST_TO_DEVICE,  /* that is lost itself */
+    ORDER_LOST_TO_MEMORY,  /* there was none */
+    ORDER_LOST_TO_QUEUES,  /* of which there are more than are told apart */
+    ORDER_LOST_TO_THREADS, /* that submit to one queue at once */
+    ORDER_LOST_TO_WAITS,   /* for signals that aren't submitted: of too many batches, or of sparse
+                              bindings */
+    ORDER_LOST_TO_HOST,    /* that saw complete what nothing known has released */
+};
+
 /* What the order is for. Each may be NULL. */
 struct execution_hooks {
     void *user;
@@ -83,7 +94,7 @@ struct execution_hooks {
     /* The batch is submitted, and its turn has come. */
     void (*run)(void *user, const struct batch_run *batch);
     /* The order is lost: anything may have executed. */
-    void (*lost)(void *user);
+    void (*lost)(void *user, enum order_loss why);
 };
 
 VkResult execution_order_create(struct execution_order **order,
@@ -171,8 +182,8 @@ void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait);
 void execution_order_see_idle(struct execution_order *order, const struct idle_wait *wait);
 
-/* A call has returned VK_ERROR_DEVICE_LOST. */
-void execution_order_lose(struct execution_order *order);
+/* A call has returned VK_ERROR_DEVICE_LOST, say. */
+void execution_order_lose(struct execution_order *order, enum order_loss why);
 
 /* What certainly executed before a command that the host is about to carry out. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);

@@ -110,6 +110,7 @@ struct execution_order {
     struct order_batch *run_list, **run_end;
     bool busy; /* a thread is in a hook that is not to be called by two at once */
     bool lost, lost_told;
+    enum order_loss loss; /* while it is lost */
     bool has_open; /* any queue has an open batch */
     struct submission *spare;
 };
@@ -150,7 +151,7 @@ void execution_order_join_all(struct execution_clock *clock, const struct order_
 
 /* execution_run.c */
 void execution_order_append_run(struct execution_order *order, struct order_batch *batch);
-void execution_order_lose_locked(struct execution_order *order);
+void execution_order_lose_locked(struct execution_order *order, enum order_loss why);
 void execution_order_drain(struct execution_order *order);
 /* Calls `check` for the ready batches if it is their turn. Returns whether to skip the call. */
 bool submission_check(struct submission *submission);

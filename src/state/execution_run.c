@@ -11,8 +11,10 @@ void execution_order_append_run(struct execution_order *order, struct order_batc
 }
 
 /* Held batches go to the run list to be freed with the others. */
-void execution_order_lose_locked(struct execution_order *order)
+void execution_order_lose_locked(struct execution_order *order, enum order_loss why)
 {
+    if (!order->lost)
+        order->loss = why;
     order->lost = true;
     for (uint32_t i = 0; i < order->queue_count; i++) {
         struct order_queue *queue = &order->queues[i];
@@ -82,7 +84,7 @@ static void tell_lost(struct execution_order *order)
         return;
     order->busy = true;
     pthread_mutex_unlock(&order->lock);
-    order->hooks.lost(order->hooks.user);
+    order->hooks.lost(order->hooks.user, order->loss);
     pthread_mutex_lock(&order->lock);
     order->busy = false;
 }

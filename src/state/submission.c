@@ -36,7 +36,7 @@ struct submission *submission_begin(struct execution_order *order, enum submissi
     if (!submission)
         submission = calloc(1, sizeof(*submission));
     if (!submission) {
-        execution_order_lose(order);
+        execution_order_lose(order, ORDER_LOST_TO_MEMORY);
         return NULL;
     }
     submission->order = order;

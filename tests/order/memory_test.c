@@ -116,6 +116,7 @@ static void held_batches_are_bounded(void **unused)
     assert_int_equal(p.losses, 0);
     SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
     assert_int_equal(p.losses, 1);
+    assert_int_equal(p.loss, ORDER_LOST_TO_WAITS);
     assert_int_equal(p.captured, 0);
     program_stop(&p);
 }
@@ -156,6 +157,7 @@ static void without_memory_the_order_is_lost(void **unused)
         play(&p);
         failed = memory_fail_no_more();
         assert_int_equal(p.losses, failed);
+        assert_true(!failed || p.loss == ORDER_LOST_TO_MEMORY);
         assert_true(failed ? p.run_count < complete.run_count : p.run_count == complete.run_count);
         for (uint32_t i = 0; i < p.run_count; i++)
             assert_int_equal(p.runs[i].name, complete.runs[i].name);

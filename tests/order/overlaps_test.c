@@ -152,10 +152,11 @@ static void what_the_host_sees_may_contradict_the_order(void **unused)
         assert_int_equal(p.captured, 1);
         seeings[i](&p);
         assert_int_equal(p.losses, 1);
+        assert_int_equal(p.loss, ORDER_LOST_TO_HOST);
         assert_int_equal(p.captured, 0);
         SUBMIT(&p, .queue = 3, .name = 30);
         seeings[i](&p);
-        execution_order_lose(p.order);
+        execution_order_lose(p.order, ORDER_LOST_TO_DEVICE);
         assert_int_equal(p.run_count, 0);
         assert_int_equal(p.losses, 1);
         program_stop(&p);
@@ -194,7 +195,7 @@ static void one_thread_runs_for_the_others(void **unused)
 
 static void lose_it(struct program *program)
 {
-    execution_order_lose(program->order);
+    execution_order_lose(program->order, ORDER_LOST_TO_DEVICE);
     assert_int_equal(program->losses, 0); /* the other thread has to leave its hook first */
 }
 

@@ -66,9 +66,11 @@ static void run(void *user, const struct batch_run *batch)
     let_others(program);
 }
 
-static void lost(void *user)
+static void lost(void *user, enum order_loss why)
 {
-    ((struct program *)user)->losses++;
+    struct program *program = user;
+    program->losses++;
+    program->loss = why;
 }
 
 void program_start(struct program *program)

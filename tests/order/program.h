@@ -28,6 +28,7 @@ struct program {
     struct heard runs[PROGRAM_RUNS];
     uint32_t run_count;
     uint32_t checks, drops, losses;
+    enum order_loss loss;
     uint32_t begins, failures; /* of work of the host, which is a run when it ends */
     uint32_t captured;         /* and not released */
     uint32_t skip_name;        /* checks of it ask to skip the call; 0: none */

@@ -90,8 +90,9 @@ static void drop(void *user)
     leave(user);
 }
 
-static void lost(void *user)
+static void lost(void *user, enum order_loss why)
 {
+    (void)why;
     atomic_fetch_add(&((struct machine *)user)->losses, 1);
 }
 

@@ -23,6 +23,7 @@ static void a_lost_device_loses_the_order(void **unused)
     struct submission *under_way = PREPARE(&p, .queue = 3, .name = 30);
     SUBMIT(&p, .queue = 1, .name = 11, .result = VK_ERROR_DEVICE_LOST);
     assert_int_equal(p.losses, 1);
+    assert_int_equal(p.loss, ORDER_LOST_TO_DEVICE);
     submission_finish(under_way, VK_SUCCESS);
     assert_int_equal(p.captured, 0);
     assert_null(submission_begin(p.order, SUBMIT_COMMANDS, QUEUE(1)));
@@ -43,6 +44,7 @@ static void two_calls_on_one_queue_lose_the_order(void **unused)
     submission_finish(second, VK_SUCCESS);
     submission_finish(first, VK_SUCCESS);
     assert_int_equal(p.losses, 1);
+    assert_int_equal(p.loss, ORDER_LOST_TO_THREADS);
     assert_int_equal(p.run_count, 0);
     program_stop(&p);
 }
@@ -58,6 +60,7 @@ static void too_many_queues_lose_the_order(void **unused)
     assert_int_equal(p.run_count, EXECUTION_QUEUES - 1);
     SUBMIT(&p, .queue = EXECUTION_QUEUES, .name = 99);
     assert_int_equal(p.losses, 1);
+    assert_int_equal(p.loss, ORDER_LOST_TO_QUEUES);
     program_stop(&p);
 }
 
@@ -164,6 +167,7 @@ static void bindings_that_wait_for_others_lose_the_order(void **unused)
     execution_order_add_semaphore(p.order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 0, true);
     SUBMIT(&p, .queue = 1, .kind = SUBMIT_BINDINGS, .wait = {{S, 1}});
     assert_int_equal(p.losses, 1);
+    assert_int_equal(p.loss, ORDER_LOST_TO_WAITS);
     program_stop(&p);
 }
 
