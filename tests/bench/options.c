@@ -17,6 +17,8 @@ static const char usage[] =
     "\n"
     "  --driver NAME    null or lavapipe (default: both)\n"
     "  --sizes N,...    builds a call (default: 1,10,100,1000,10000)\n"
+    "  --alive N        structures; calls of fewer builds go round them (default: as many\n"
+    "                   as a call builds, over and over)\n"
     "  --buffers NAME   shared (large buffers, in which builds have ranges) or separate\n"
     "                   (four buffers a build; default: both)\n"
     "  --order NAME     created or shuffled: the order of builds in a call, by the creation\n"
@@ -120,6 +122,9 @@ static void read_option(struct options *options, int option)
     case 's':
         read_sizes(options, optarg);
         break;
+    case 'a':
+        options->alive = read_count(optarg);
+        break;
     case 'b':
         choose(options->with_buffers,
                read_name(optarg, buffers_name(BUFFERS_SHARED), buffers_name(BUFFERS_SEPARATE)));
@@ -165,14 +170,21 @@ static void read_option(struct options *options, int option)
 
 void options_read(struct options *options, int argc, char **argv)
 {
-    static const struct option names[] = {
-        {"driver", required_argument, NULL, 'd'},  {"sizes", required_argument, NULL, 's'},
-        {"buffers", required_argument, NULL, 'b'}, {"order", required_argument, NULL, 'o'},
-        {"samples", required_argument, NULL, 'n'}, {"quick", no_argument, NULL, 'q'},
-        {"level", required_argument, NULL, 'l'},   {"csv", required_argument, NULL, 'c'},
-        {"no-bars", no_argument, NULL, 'B'},       {"no-time-bars", no_argument, NULL, 'T'},
-        {"profile", required_argument, NULL, 'p'}, {"times", required_argument, NULL, 't'},
-        {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
+    static const struct option names[] = {{"alive", required_argument, NULL, 'a'},
+                                          {"driver", required_argument, NULL, 'd'},
+                                          {"sizes", required_argument, NULL, 's'},
+                                          {"buffers", required_argument, NULL, 'b'},
+                                          {"order", required_argument, NULL, 'o'},
+                                          {"samples", required_argument, NULL, 'n'},
+                                          {"quick", no_argument, NULL, 'q'},
+                                          {"level", required_argument, NULL, 'l'},
+                                          {"csv", required_argument, NULL, 'c'},
+                                          {"no-bars", no_argument, NULL, 'B'},
+                                          {"no-time-bars", no_argument, NULL, 'T'},
+                                          {"profile", required_argument, NULL, 'p'},
+                                          {"times", required_argument, NULL, 't'},
+                                          {"help", no_argument, NULL, 'h'},
+                                          {NULL, 0, NULL, 0}};
     *options = (struct options){.drivers = {"null", "lavapipe"},
                                 .driver_count = 2,
                                 .with_buffers = {true, true},

@@ -24,13 +24,20 @@ enum {
 static const uint32_t sizes[] = {1, 10, 100, 1000, 10000, 100000};
 enum { SIZE_COUNT = sizeof(sizes) / sizeof(sizes[0]) };
 
-static const struct {
+/* An application that builds one structure has others: calls go round all that are alive. Both
+ * layers take several times as long for that as for the same few over and over. */
+enum { ALIVE = 10000 };
+
+static const struct scene_kind {
     const char *name;
     enum buffers buffers;
     enum order order;
-} scene_kinds[] = {{"in order", BUFFERS_SHARED, ORDER_CREATED},
-                   {"in order with a buffer for each input", BUFFERS_SEPARATE, ORDER_CREATED},
-                   {"shuffled with a buffer for each input", BUFFERS_SEPARATE, ORDER_SHUFFLED}};
+    uint32_t alive; /* structures; a call's builds where those are more */
+} scene_kinds[] = {
+    {"in order", BUFFERS_SHARED, ORDER_CREATED, ALIVE},
+    {"in order with a buffer for each input", BUFFERS_SEPARATE, ORDER_CREATED, ALIVE},
+    {"shuffled with a buffer for each input", BUFFERS_SEPARATE, ORDER_SHUFFLED, ALIVE},
+    {"in order, the same over and over", BUFFERS_SHARED, ORDER_CREATED, 0}};
 enum { SCENE_KINDS = sizeof(scene_kinds) / sizeof(scene_kinds[0]) };
 
 struct comparison {
@@ -42,6 +49,7 @@ struct comparison {
 
     /* Of the figure in hand: who is measured, what on, and the samples of each. */
     bool is_measured[CONTENDERS];
+    uint32_t builds; /* a call */
     struct scene scenes[CONTENDERS];
     double *samples[CONTENDERS];
 };
@@ -93,16 +101,18 @@ static void close_all(struct comparison *comparison)
 
 /* ---- figures */
 
-/* Makes a scene of `builds` for all that are to be measured on so many. */
-static void begin_figure(struct comparison *comparison, int kind, uint32_t builds)
+/* Makes a scene for all that are to be measured on calls of so many builds. */
+static void begin_figure(struct comparison *comparison, const struct scene_kind *kind,
+                         uint32_t builds)
 {
+    comparison->builds = builds;
     for (int c = 0; c < CONTENDERS; c++) {
         comparison->is_measured[c] =
             comparison->takes_part[c] && (c != PEER || builds <= PEER_MOST_BUILDS);
         if (!comparison->is_measured[c])
             continue;
-        scene_create(&comparison->scenes[c], &comparison->sides[c], scene_kinds[kind].buffers,
-                     scene_kinds[kind].order, builds);
+        scene_create(&comparison->scenes[c], &comparison->sides[c], kind->buffers, kind->order,
+                     builds > kind->alive ? builds : kind->alive);
         comparison->samples[c] = bench_alloc(comparison->options->samples, sizeof(double));
     }
 }
@@ -158,27 +168,30 @@ static struct figures quantiles(struct comparison *comparison, uint32_t count, d
 static double take_recording(struct comparison *comparison, int c, void *user)
 {
     (void)user;
-    uint32_t builds = comparison->scenes[c].count;
-    uint32_t times = (BUILDS_PER_SAMPLE + builds - 1) / builds;
-    return recorder_time(&comparison->recorders[c], &comparison->scenes[c], times) /
-           ((double)builds * times);
+    const struct scene *scene = &comparison->scenes[c];
+    uint32_t times = (BUILDS_PER_SAMPLE + scene->count - 1) / scene->count;
+    return recorder_time(&comparison->recorders[c], scene, comparison->builds, times) /
+           ((double)scene->count * times);
 }
 
-static void measure_recording(struct comparison *comparison, int kind)
+static void measure_recording(struct comparison *comparison, const struct scene_kind *kind)
 {
     uint32_t count = comparison->options->samples;
-    peer_report_scene(&comparison->report, scene_kinds[kind].name);
+    peer_report_scene(&comparison->report, kind->name);
     for (int s = 0; s < SIZE_COUNT && sizes[s] <= comparison->options->most_builds; s++) {
         begin_figure(comparison, kind, sizes[s]);
         take_samples(comparison, 1, take_recording, NULL); /* what is done once */
         take_samples(comparison, count, take_recording, NULL);
         struct figures figures = quantiles(comparison, count, 0.5);
-        peer_report_recording(&comparison->report, scene_kinds[kind].name, sizes[s], &figures);
+        peer_report_recording(&comparison->report, kind->name, sizes[s], &figures);
         end_figure(comparison);
     }
 }
 
 /* ---- submissions */
+
+/* Submissions and threads take builds of these alone. */
+static const struct scene_kind same_builds = {"in order", BUFFERS_SHARED, ORDER_CREATED, 0};
 
 struct submit_samples {
     double again[CONTENDERS][SUBMIT_SAMPLES];
@@ -197,7 +210,7 @@ static double take_submission(struct comparison *comparison, int c, void *user)
 static void measure_submission(struct comparison *comparison, uint32_t builds)
 {
     struct submit_samples samples = {0};
-    begin_figure(comparison, 0, builds);
+    begin_figure(comparison, &same_builds, builds);
     for (int c = 0; c < CONTENDERS; c++)
         if (comparison->is_measured[c])
             recorder_clear_inputs(&comparison->recorders[c], &comparison->scenes[c]);
@@ -265,7 +278,7 @@ static void measure_threads(struct comparison *comparison)
         none.of[c] = plan.cpu.of[c] = (double)NAN;
     for (int t = 0; t < THREAD_COUNTS; t++)
         wall[t] = cpu[t] = none;
-    begin_figure(comparison, 0, MOST_THREADS * THREAD_BUILDS);
+    begin_figure(comparison, &same_builds, MOST_THREADS * THREAD_BUILDS);
     plan_threads(comparison, &plan);
     for (uint32_t i = 0; i < comparison->options->samples; i++) {
         for (int t = 0; t < THREAD_COUNTS; t++) {
@@ -289,7 +302,7 @@ int main(int argc, char **argv)
     comparison.report.with_bars = options.bars;
     open_all(&comparison);
     for (int kind = 0; kind < SCENE_KINDS; kind++)
-        measure_recording(&comparison, kind);
+        measure_recording(&comparison, &scene_kinds[kind]);
     measure_submissions(&comparison);
     measure_threads(&comparison);
     close_all(&comparison);

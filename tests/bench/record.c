@@ -23,7 +23,8 @@ struct bench {
 struct bench_case {
     enum buffers buffers;
     enum order order;
-    uint32_t builds;
+    uint32_t builds; /* a call */
+    uint32_t alive;  /* structures; as many as builds at least */
 };
 
 static void open_bench(struct bench *bench, const struct options *options, const char *driver)
@@ -57,17 +58,17 @@ static struct row row_of(const struct bench *bench, const struct bench_case *whi
 
 /* Nanoseconds a build: fills `samples` values a side. */
 static void take_samples(const struct bench *bench, const struct scene scenes[SIDES],
-                         double *samples[SIDES])
+                         uint32_t builds_per_call, double *samples[SIDES])
 {
     uint32_t builds = scenes[WITH].count;
     uint32_t times = (bench->options->builds_per_sample + builds - 1) / builds;
     for (int s = 0; s < SIDES; s++)
-        recorder_run(&bench->recorders[s], &scenes[s], times);
+        recorder_run(&bench->recorders[s], &scenes[s], builds_per_call, times);
     for (uint32_t i = 0; i < bench->options->samples; i++) {
         for (uint32_t turn = 0; turn < SIDES; turn++) {
             int s = (int)((i + turn) % SIDES); /* either is first as often */
-            samples[s][i] =
-                recorder_time(&bench->recorders[s], &scenes[s], times) / ((double)builds * times);
+            double time = recorder_time(&bench->recorders[s], &scenes[s], builds_per_call, times);
+            samples[s][i] = time / ((double)builds * times);
         }
     }
 }
@@ -81,9 +82,9 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
     double *samples[SIDES], *differences = bench_alloc(count, sizeof(double));
     for (int s = 0; s < SIDES; s++) {
         samples[s] = bench_alloc(count, sizeof(double));
-        scene_create(&scenes[s], &bench->sides[s], which->buffers, which->order, which->builds);
+        scene_create(&scenes[s], &bench->sides[s], which->buffers, which->order, which->alive);
     }
-    take_samples(bench, scenes, samples);
+    take_samples(bench, scenes, which->builds, samples);
     for (uint32_t i = 0; i < count; i++)
         differences[i] = samples[WITH][i] - samples[WITHOUT][i];
     row.spread = (quantile(differences, count, 0.75) - quantile(differences, count, 0.25)) / 2;
@@ -102,11 +103,12 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
 static void measure_memory(const struct bench *bench, enum buffers buffers, struct report *report)
 {
     static const uint32_t calls_of[] = {1, MEMORY_BUILDS};
-    const struct bench_case which = {.buffers = buffers, .builds = MEMORY_BUILDS};
+    const struct bench_case which = {
+        .buffers = buffers, .builds = MEMORY_BUILDS, .alive = MEMORY_BUILDS};
     struct scene scenes[SIDES];
     for (int s = 0; s < SIDES; s++) {
-        scene_create(&scenes[s], &bench->sides[s], which.buffers, which.order, which.builds);
-        recorder_run(&bench->recorders[s], &scenes[s], 1); /* what is kept once, not a recording */
+        scene_create(&scenes[s], &bench->sides[s], which.buffers, which.order, which.alive);
+        recorder_run(&bench->recorders[s], &scenes[s], MEMORY_BUILDS, 1); /* what is kept once */
     }
     for (size_t i = 0; i < sizeof(calls_of) / sizeof(calls_of[0]); i++) {
         double without = recorder_memory(&scenes[WITHOUT], calls_of[i]);
@@ -124,6 +126,11 @@ static void measure_memory(const struct bench *bench, enum buffers buffers, stru
 
 /* ---- all of it */
 
+static uint32_t larger_of(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
+}
+
 static void measure_times(const struct bench *bench, struct report *report)
 {
     const struct options *options = bench->options;
@@ -134,7 +141,8 @@ static void measure_times(const struct bench *bench, struct report *report)
             report_time_series(report);
             for (uint32_t i = 0; i < options->size_count; i++) {
                 const struct bench_case which = {(enum buffers)buffers, (enum order)order,
-                                                 options->sizes[i]};
+                                                 options->sizes[i],
+                                                 larger_of(options->sizes[i], options->alive)};
                 measure_time(bench, &which, report);
             }
         }
@@ -166,10 +174,12 @@ static bool measure(const struct options *options)
 
 /* A profiler that collects only in here sees recordings, and nothing of what leads to them. */
 __attribute__((noipa)) void profiled_recording(const struct recorder *recorder,
-                                               const struct scene *scene, uint32_t times);
-void profiled_recording(const struct recorder *recorder, const struct scene *scene, uint32_t times)
+                                               const struct scene *scene, uint32_t builds_per_call,
+                                               uint32_t times);
+void profiled_recording(const struct recorder *recorder, const struct scene *scene,
+                        uint32_t builds_per_call, uint32_t times)
 {
-    recorder_run(recorder, scene, times);
+    recorder_run(recorder, scene, builds_per_call, times);
 }
 
 static void profile(const struct options *options)
@@ -181,12 +191,13 @@ static void profile(const struct options *options)
     side_open(&side, options->profile_with_layer ? BENCH_LAYER : NULL, options->level);
     recorder_open(&recorder, &side);
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,
-                 options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED, options->sizes[0]);
-    recorder_run(&recorder, &scene, 1);
+                 options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED,
+                 larger_of(options->sizes[0], options->alive));
+    recorder_run(&recorder, &scene, options->sizes[0], 1);
     uint64_t probes = probes_count();
-    profiled_recording(&recorder, &scene, options->profile_times);
+    profiled_recording(&recorder, &scene, options->sizes[0], options->profile_times);
     printf("recorded %llu builds, %llu probes\n",
-           (unsigned long long)options->profile_times * options->sizes[0],
+           (unsigned long long)options->profile_times * scene.count,
            (unsigned long long)(probes_count() - probes));
     scene_destroy(&scene);
     recorder_close(&recorder);

@@ -56,20 +56,32 @@ static void build(const struct recorder *recorder, const struct scene *scene, ui
         recorder->commands, count, &scene->infos[first], &scene->range_pointers[first]);
 }
 
+/* One call of its own command buffer. */
+static void record_call(const struct recorder *recorder, const struct scene *scene, uint32_t first,
+                        uint32_t count)
+{
+    begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    build(recorder, scene, first, count);
+    end(recorder);
+    reset(recorder);
+}
+
 void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
                        uint32_t count, uint32_t times)
 {
-    for (uint32_t i = 0; i < times; i++) {
-        begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
-        build(recorder, scene, first, count);
-        end(recorder);
-        reset(recorder);
-    }
+    for (uint32_t i = 0; i < times; i++)
+        record_call(recorder, scene, first, count);
 }
 
-void recorder_run(const struct recorder *recorder, const struct scene *scene, uint32_t times)
+void recorder_run(const struct recorder *recorder, const struct scene *scene,
+                  uint32_t builds_per_call, uint32_t times)
 {
-    recorder_run_some(recorder, scene, 0, scene->count, times);
+    for (uint32_t i = 0; i < times; i++) {
+        for (uint32_t first = 0; first < scene->count; first += builds_per_call) {
+            uint32_t left = scene->count - first;
+            record_call(recorder, scene, first, left < builds_per_call ? left : builds_per_call);
+        }
+    }
 }
 
 double thread_time(void)
@@ -79,10 +91,11 @@ double thread_time(void)
     return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
 }
 
-double recorder_time(const struct recorder *recorder, const struct scene *scene, uint32_t times)
+double recorder_time(const struct recorder *recorder, const struct scene *scene,
+                     uint32_t builds_per_call, uint32_t times)
 {
     double before = thread_time();
-    recorder_run(recorder, scene, times);
+    recorder_run(recorder, scene, builds_per_call, times);
     return thread_time() - before;
 }
 

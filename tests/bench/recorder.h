@@ -14,18 +14,20 @@ struct recorder {
 void recorder_open(struct recorder *recorder, const struct side *side);
 void recorder_close(struct recorder *recorder);
 
-/* Begins the command buffer, records one call of all builds of the scene, ends and resets it;
- * `times` times. */
-void recorder_run(const struct recorder *recorder, const struct scene *scene, uint32_t times);
+/* Records all builds of the scene, in calls of `builds_per_call`, each of which has the command
+ * buffer for itself: it is begun before, and ended and reset behind it. `times` times. */
+void recorder_run(const struct recorder *recorder, const struct scene *scene,
+                  uint32_t builds_per_call, uint32_t times);
 
-/* The same with `count` builds from `first` on. */
+/* The same with one call of the `count` builds from `first` on. */
 void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
                        uint32_t count, uint32_t times);
 
 /* CPU time that this thread has used, nanoseconds. */
 double thread_time(void);
 /* CPU time of this thread for recorder_run, nanoseconds. */
-double recorder_time(const struct recorder *recorder, const struct scene *scene, uint32_t times);
+double recorder_time(const struct recorder *recorder, const struct scene *scene,
+                     uint32_t builds_per_call, uint32_t times);
 
 /* What a submission of the scene's builds takes, CPU time of this thread in nanoseconds, to the end
  * of the wait for it: the first time, and once more. They are recorded before. */
