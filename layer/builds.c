@@ -6,6 +6,7 @@
 #include "formats.h"
 #include "host_work.h"
 #include "intercepts.h"
+#include "state/readable.h"
 
 void build_call_find_sizes(struct layer_device *device,
                            const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -206,7 +207,7 @@ static void run_checks(struct build_call *call)
     struct check_context context = {
         .level = call->device->level,
         .active = call->device->active_rules[call->view.command],
-        .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
+        .readable = call->view.command == COMMAND_HOST ? &own_cache : readable_cache_of_thread(),
         .resources = call->device->resources,
         .sweep = take_sweep(call),
         .found = build_call_found,

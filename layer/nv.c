@@ -6,6 +6,7 @@
 #include "intercepts.h"
 #include "state/chain.h"
 #include "state/nv_shape.h"
+#include "state/readable.h"
 #include "submissions.h"
 
 /* ---- structures */
@@ -169,11 +170,10 @@ static void see_input(void *user, const struct nv_call_view *view, uint32_t geom
 
 static void run_checks(struct build_call *call, struct nv_call_view *view)
 {
-    struct readable_cache own_cache = {0};
     struct check_context context = {
         .level = call->device->level,
         .active = call->device->active_rules[COMMAND_NV],
-        .readable = call->command_buffer ? &call->command_buffer->readable : &own_cache,
+        .readable = readable_cache_of_thread(),
         .resources = call->device->resources,
         .found = build_call_found,
         .of_another_device = build_call_of_another_device,

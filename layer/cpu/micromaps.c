@@ -8,6 +8,7 @@
 #include "cpu/overlay.h"
 #include "snapshots/micromap_info.h"
 #include "snapshots/recorder.h"
+#include "state/readable.h"
 
 static struct cpu_device *device_of(VkDevice device)
 {
@@ -166,7 +167,7 @@ static struct recorded_build *copy_parameters(struct recorder *recorder,
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)
-        result = micromap_info_copy(&recorder->command_buffer->readable, info, &build->parameters);
+        result = micromap_info_copy(readable_cache_of_thread(), info, &build->parameters);
     if (result == VK_SUCCESS)
         return build;
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)

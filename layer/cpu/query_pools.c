@@ -9,6 +9,7 @@
 #include "cpu/commands.h"
 #include "cpu/overlay.h"
 #include "snapshots/recorder.h"
+#include "state/readable.h"
 
 static bool is_own(const struct cpu_overlay *overlay, VkQueryPool pool)
 {
@@ -113,7 +114,7 @@ static void record_writes(VkCommandBuffer commands, uint32_t count, const void *
     };
     const size_t size = count * sizeof(*item.structures);
     if (!recorder_begin(&recorder, commands) || !is_own(recorder.device->cpu, pool) ||
-        !readable(&recorder.command_buffer->readable, structures, size))
+        !readable(readable_cache_of_thread(), structures, size))
         return;
     item.structures = malloc(size);
     if (!item.structures) {

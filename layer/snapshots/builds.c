@@ -6,6 +6,7 @@
 #include "snapshots/commands.h"
 #include "snapshots/gather.h"
 #include "snapshots/recorder.h"
+#include "state/readable.h"
 
 /* Memory that can't be read yet: what the builder will ask for is copied. */
 struct copied_memory {
@@ -128,8 +129,8 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)
-        result = build_parameters_copy(&recorder->command_buffer->readable, info, ranges,
-                                       &build->parameters);
+        result =
+            build_parameters_copy(readable_cache_of_thread(), info, ranges, &build->parameters);
     if (result == VK_SUCCESS && command == COMMAND_DEVICE && !recorded_build_normalize(build))
         result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (result != VK_SUCCESS) {
@@ -153,7 +154,7 @@ static void record(VkCommandBuffer handle, uint32_t count,
 {
     struct recorder recorder;
     if (!recorder_begin_builds(&recorder, handle) ||
-        !readable(&recorder.command_buffer->readable, ranges, count * sizeof(*ranges)))
+        !readable(readable_cache_of_thread(), ranges, count * sizeof(*ranges)))
         return;
     for (uint32_t i = 0; i < count; i++) {
         struct recorded_build *build =
@@ -175,21 +176,21 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
                                                   ppBuildRangeInfos);
 }
 
-static bool arrays_are_readable(const struct recorder *recorder, uint32_t count,
+static bool arrays_are_readable(uint32_t count,
                                 const VkDeviceAddress *addresses, const uint32_t *strides,
                                 const uint32_t *const *counts)
 {
-    struct readable_cache *cache = &recorder->command_buffer->readable;
+    struct readable_cache *cache = readable_cache_of_thread();
     return readable(cache, addresses, count * sizeof(*addresses)) &&
            readable(cache, strides, count * sizeof(*strides)) &&
            readable(cache, counts, count * sizeof(*counts));
 }
 
-static bool copy_counts(const struct recorder *recorder, const uint32_t *counts,
+static bool copy_counts(const uint32_t *counts,
                         struct recorded_build *build)
 {
     uint32_t count = build->parameters.info.geometryCount;
-    if (!readable(&recorder->command_buffer->readable, counts, count * sizeof(*counts)))
+    if (!readable(readable_cache_of_thread(), counts, count * sizeof(*counts)))
         return false;
     for (uint32_t i = 0; i < count; i++)
         if (!geometry_is_dense(&build->parameters.geometries[i]))
@@ -204,7 +205,7 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
 {
     struct recorder recorder;
     if (!recorder_begin_builds(&recorder, handle) ||
-        !arrays_are_readable(&recorder, info_count, addresses, strides, counts))
+        !arrays_are_readable(info_count, addresses, strides, counts))
         return;
     for (uint32_t i = 0; i < info_count; i++) {
         struct recorded_build *build =
@@ -214,7 +215,7 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
         build->is_indirect = true;
         build->indirect_address = addresses[i];
         build->indirect_stride = strides[i];
-        if (!copy_counts(&recorder, counts[i], build)) {
+        if (!copy_counts(counts[i], build)) {
             recorded_build_free(build);
             continue;
         }

@@ -6,6 +6,7 @@
 #include "snapshots/commands.h"
 #include "snapshots/nv_info.h"
 #include "snapshots/recorder.h"
+#include "state/readable.h"
 
 enum {
     NOWHERE = 1,         /* in no buffer */
@@ -92,7 +93,7 @@ static struct recorded_build *translate(struct recorder *recorder,
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)
-        result = nv_info_copy(&recorder->command_buffer->readable, info, data, &build->parameters);
+        result = nv_info_copy(readable_cache_of_thread(), info, data, &build->parameters);
     if (result == VK_SUCCESS) {
         build->place = (struct recorded_place){.command = COMMAND_NV, .position = position};
         return build;

@@ -78,8 +78,9 @@ static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t bui
 }
 
 /* Fills a finding and returns false, so that a predicate can end with `return violated(...)`. */
-bool finding_fill(struct finding *finding, const char *field, const char *says,
-                  const struct value *values, uint32_t value_count);
+__attribute__((cold)) bool finding_fill(struct finding *finding, const char *field,
+                                        const char *says, const struct value *values,
+                                        uint32_t value_count);
 
 #define violated(finding, field, says, ...)                                                        \
     finding_fill((finding), (field), (says), (const struct value[]){__VA_ARGS__},                  \

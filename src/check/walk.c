@@ -25,8 +25,8 @@ void walk_hand_on(struct walk *walk, enum rule rule, const struct location *loca
         walk->wants[rule] = false;
 }
 
-static void hand_on(struct walk *walk, enum rule rule, struct location location,
-                    const struct finding *finding)
+__attribute__((cold)) static void hand_on(struct walk *walk, enum rule rule,
+                                          struct location location, const struct finding *finding)
 {
     walk_hand_on(walk, rule, &location, finding);
 }

@@ -25,8 +25,9 @@ void walk_start(struct walk *walk, struct check_context *context);
 /* Where a geometry, or its build range, is. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
 /* Hands on a finding, and notes whether more of its rule are wanted. */
-void walk_hand_on(struct walk *walk, enum rule rule, const struct location *location,
-                  const struct finding *finding);
+__attribute__((cold)) void walk_hand_on(struct walk *walk, enum rule rule,
+                                        const struct location *location,
+                                        const struct finding *finding);
 
 /* Each walks the rows of its subject at one of the two levels that a call decides. */
 void walk_call(struct walk *walk, const struct call_view *call, enum level level);

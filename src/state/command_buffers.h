@@ -14,7 +14,6 @@
 #include "state/facts.h"
 #include "state/journal.h"
 #include "state/object_names.h"
-#include "state/readable.h"
 #include "state/size_cache.h"
 #include "state/validity.h"
 
@@ -50,8 +49,7 @@ struct command_buffer {
     bool inherits_conditions; /* where a secondary executes, queries or conditional rendering may be
                                  active */
     struct label_stack labels;
-    struct readable_cache readable; /* pages found readable since recording began */
-    struct recent_sizes sizes;      /* of the build that was recorded last */
+    struct recent_sizes sizes; /* of the build that was recorded last */
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers);

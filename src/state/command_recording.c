@@ -29,7 +29,6 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     command_buffer->work_lost = false;
     build_states_release(&command_buffer->known);
     renew_journal(command_buffer);
-    command_buffer->readable = (struct readable_cache){0};
     label_stack_clear(&command_buffer->labels);
 }
 

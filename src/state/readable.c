@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 /* The smallest page of the platforms; larger ones are probed in parts. */
@@ -56,6 +57,22 @@ static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
         return 0;
     add_page(cache, page, page + size);
     return page + size;
+}
+
+struct readable_cache *readable_cache_of_thread(void)
+{
+    static _Thread_local struct {
+        struct timespec filled;
+        struct readable_cache cache;
+    } of_thread;
+    struct timespec now;
+    /* It advances with the system's timer, and is read without a system call. */
+    clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+    if (now.tv_nsec != of_thread.filled.tv_nsec || now.tv_sec != of_thread.filled.tv_sec) {
+        of_thread.filled = now;
+        of_thread.cache.count = 0;
+    }
+    return &of_thread.cache;
 }
 
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)

@@ -25,6 +25,12 @@ struct readable_cache {
     unsigned oldest; /* the next to be replaced */
 };
 
+/* The calling thread's, for the arrays that commands are recorded from: of pages that were readable
+ * a few milliseconds ago at most, since commands come in runs and each probe is a system call. What
+ * an application unmaps and hands over within that time is not noticed; the driver reads it, too.
+ */
+struct readable_cache *readable_cache_of_thread(void);
+
 /* How many bytes from `pointer` on can be read, at most `size`. */
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size);
 
