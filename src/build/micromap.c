@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "build/displacement.h"
 #include "build/structure.h"
 
 #define MICROMAP_MAGIC 0x4d4d5341u /* "ASMM" */
@@ -21,23 +22,17 @@ struct micromap_triangle {
     uint32_t level, format;
 };
 
-/* Of one triangle; 0 where the type has no such format or level. A displacement block covers levels
- * up to 3, 4 or 5, and each level beyond takes four times as many. */
+/* Of one triangle; 0 where the type has no such format or level. */
 static uint64_t data_bytes(uint32_t type, uint32_t format, uint32_t level)
 {
-    if (level > MICROMAP_MAX_LEVEL)
+    if (type == VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV)
+        return displacement_bytes(format, level);
+    if (type != VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT || level > MICROMAP_MAX_LEVEL ||
+        (format != VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT &&
+         format != VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT))
         return 0;
-    if (type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT) {
-        if (format != VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT &&
-            format != VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT)
-            return 0;
-        uint64_t bits = (uint64_t)format << 2 * level; /* 1 or 2 each */
-        return (bits + 7) / 8;
-    }
-    if (type != VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV || format < 1 || format > 3)
-        return 0;
-    uint32_t covered = 2 + format, beyond = level > covered ? level - covered : 0;
-    return (uint64_t)(format == 1 ? 64 : 128) << 2 * beyond;
+    uint64_t bits = (uint64_t)format << 2 * level; /* 1 or 2 each */
+    return (bits + 7) / 8;
 }
 
 static enum builder_result measure(const struct micromap_input *input, uint32_t *triangles,

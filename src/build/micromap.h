@@ -9,7 +9,7 @@
 
 #include "build/build.h"
 
-#define MICROMAP_MAX_LEVEL 12u /* of subdivision, for every format */
+#define MICROMAP_MAX_LEVEL 12u /* of subdivision, for opacities; others: displacement.h */
 
 /* VkMicromapBuildInfoEXT, or VkAccelerationStructureGeometryMicromapDataKHR with type opacity. The
  * sizes are what may be read from each pointer on. */
