@@ -7,6 +7,7 @@
 
 #include "check/content_micromap.h"
 #include "check/indirect.h"
+#include "check/micromap_view.h"
 #include "check/pairs.h"
 #include "check/predicates.h"
 #include "check/views.h"
@@ -104,6 +105,29 @@ static void walk_indirect_range(struct walk *walk, const struct indirect_range_v
 #include "rules.def"
 }
 
+/* By a micromap that is used without indices, whose rule wasn't asked before the count was known.
+ */
+static void check_unindexed_opacity(struct walk *walk, const struct range_view *range,
+                                    const struct chained_input *chained, const struct built *used)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = &chained->opacity;
+    const struct journal_micromap use = {.first = opacity->baseTriangle,
+                                         .triangle_count = range->range->primitiveCount,
+                                         .is_unindexed = true};
+    const struct used_micromap_view view = {.command = COMMAND_INDIRECT,
+                                            .handle = (uint64_t)opacity->micromap,
+                                            .use = &use,
+                                            .built = used};
+    const struct location location = walk_location(range->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    if (used &&
+        opacity->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR &&
+        opacity->indexType == VK_INDEX_TYPE_NONE_KHR &&
+        walk->wants[RULE_opacity_triangles_are_within_micromap] &&
+        !opacity_triangles_are_within_micromap(&view, &finding))
+        walk_hand_on(walk, RULE_opacity_triangles_are_within_micromap, &location, &finding);
+}
+
 /* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
  * count allows. */
 static void read_indirect_geometry(struct executed_call *call,
@@ -111,6 +135,7 @@ static void read_indirect_geometry(struct executed_call *call,
                                    uint32_t index)
 {
     const uint32_t most = build->ranges[index].primitiveCount;
+    const struct chained_input *chained = executed->build->parameters.chained;
     const struct geometry_view geometry = {
         .build = build, .index = index, .geometry = &build->geometries[index]};
     VkAccelerationStructureBuildRangeInfoKHR range;
@@ -128,6 +153,8 @@ static void read_indirect_geometry(struct executed_call *call,
         build->aabb_count += range.primitiveCount;
     if (range.primitiveCount > most)
         range.primitiveCount = most;
+    if (chained)
+        check_unindexed_opacity(&call->walk, &ranged, &chained[index], find_used(executed, index));
     read_geometry(call, executed, &geometry, &range);
 }
 

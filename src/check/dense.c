@@ -138,25 +138,24 @@ bool dense_format_is_valid(const struct dense_view *dense, struct finding *findi
                     number((uint32_t)dense->data->format));
 }
 
-/* Host builds don't take such geometries, whatever their address. */
-static bool has_device_address(const struct dense_view *dense)
+static const char *data_field(const struct dense_view *dense)
 {
-    return dense->data && dense->geometry->build->call->command != COMMAND_HOST;
+    return dense->geometry->build->call->command == COMMAND_HOST
+               ? DENSE_DATA "compressedData.hostAddress"
+               : DENSE_DATA "compressedData.deviceAddress";
 }
 
 /* Of addresses that are not 0 the rules about all inputs speak. */
 bool dense_data_is_valid(const struct dense_view *dense, struct finding *finding)
 {
-    return !has_device_address(dense) ||
-           address_is_given(finding, DENSE_DATA "compressedData.deviceAddress",
-                            dense->data->compressedData.deviceAddress);
+    return !dense->data ||
+           address_is_given(finding, data_field(dense), dense->data->compressedData.deviceAddress);
 }
 
 bool dense_data_is_aligned(const struct dense_view *dense, struct finding *finding)
 {
-    return !has_device_address(dense) || !is_known(dense->data->format) ||
-           address_is_aligned(finding, DENSE_DATA "compressedData.deviceAddress",
-                              dense->data->compressedData.deviceAddress,
+    return !dense->data || !is_known(dense->data->format) ||
+           address_is_aligned(finding, data_field(dense), dense->data->compressedData.deviceAddress,
                               VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_BYTE_ALIGNMENT_AMDX);
 }
 

@@ -46,7 +46,7 @@ struct opacity_view {
     uint32_t primitive_count;
     /* From level STATE on. */
     struct accel_facts micromap;
-    const struct address_facts *indices; /* NULL without indices, and in host builds */
+    const struct address_facts *indices; /* NULL without indices */
 };
 
 /* A VkAccelerationStructureTrianglesOpacityMicromapEXT. */

@@ -160,6 +160,7 @@ bool is_micromap_build_for_device(const struct build_view *build)
 
 /* State. */
 
+/* Host builds have host addresses, but for the indices of micromaps of VK_KHR_opacity_micromap. */
 static bool has_addresses(const struct geometry_view *geometry)
 {
     return geometry->build->call->command != COMMAND_HOST;
@@ -183,7 +184,7 @@ void view_opacity_state(struct check_context *context, struct geometry_view *geo
     if (view->micromap.alive == NO)
         view->micromap.of_another_device = context->of_another_device(
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)view->micromap.handle);
-    if (has_addresses(geometry) && index_type_size(opacity->indexType))
+    if (index_type_size(opacity->indexType))
         view->indices = chained_input(context, geometry, INPUT_OPACITY_INDEX, opacity->indexBuffer);
 }
 

@@ -182,10 +182,20 @@ static bool triangles_are_sound(struct check_context *context,
             triangles->indexType == VK_INDEX_TYPE_NONE_KHR);
 }
 
+static bool is_within_limits(const struct build_view *build)
+{
+    const VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits = &build->call->device->limits;
+    return build->info->geometryCount <= limits->maxGeometryCount &&
+           build->aabb_count <= limits->maxPrimitiveCount &&
+           build->triangle_count <= limits->maxPrimitiveCount;
+}
+
 /* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
 static bool is_sound(struct check_context *context, const struct build_view *build)
 {
     VkAccelerationStructureTypeKHR type = build->info->type;
+    if (!is_within_limits(build))
+        return false;
     if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
          type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
          !is_micromap_build_for_device(build)) ||

@@ -11,6 +11,12 @@ bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry)
     return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
 }
 
+bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return !geometry_is_dense(geometry) &&
+           (int)geometry->geometryType != VK_GEOMETRY_TYPE_MICROMAP_KHR;
+}
+
 /* ---- copies */
 
 /* Before memory is taken for them: a count may be wild. */
@@ -114,8 +120,7 @@ void build_parameters_release(struct build_parameters *copy)
 bool build_parameters_take_ranges(const struct build_parameters *build)
 {
     for (uint32_t i = 0; i < build->info.geometryCount; i++)
-        if (!geometry_is_dense(&build->geometries[i]) &&
-            (int)build->geometries[i].geometryType != VK_GEOMETRY_TYPE_MICROMAP_KHR)
+        if (geometry_takes_range(&build->geometries[i]))
             return true;
     return false;
 }

@@ -19,12 +19,13 @@ struct build_parameters {
     struct chained_input *chained; /* one a geometry; owned; NULL: no geometry has any */
 };
 
-/* Whether any geometry needs a range, and sizes a count: not where there is none, or where each
- * says itself how much it has. */
+/* Whether any geometry takes a range, and sizes a count. */
 bool build_parameters_take_ranges(const struct build_parameters *build);
 
 /* Such a geometry takes no range: its primitiveCount is what its chain says. */
 bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry);
+/* Those that don't say themselves how much they have. */
+bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry);
 
 /* VK_ERROR_VALIDATION_FAILED where a parameter can't be read. `ranges` may be NULL: zeros, for the
  * caller to fill in. */

@@ -101,7 +101,7 @@ bool recorded_build_read_range(const struct recorded_build *build,
 {
     const void *bytes;
     uint64_t address = build->indirect_address + geometry * build->indirect_stride;
-    if (geometry_is_dense(&build->parameters.geometries[geometry])) {
+    if (!geometry_takes_range(&build->parameters.geometries[geometry])) {
         *range = build->parameters.ranges[geometry];
         return true;
     }

@@ -115,12 +115,25 @@ static bool expect_none(const struct world *world, const struct call *call, cons
     return false;
 }
 
+/* A command that refuses the kind of build says so at the call. */
+static bool expect_refusal_alone(const struct content_play *play, const struct world *world,
+                                 const struct call *call, const char *when, struct report *report)
+{
+    const struct refusal *refusal = play->play.test_case->refusal;
+    if (!judge_is_refused(&play->play) || call->prepare == NULL ||
+        messages_count(&world->messages, rule_id(refusal->rule, refusal->command), NULL) !=
+            world->messages.count)
+        return expect_none(world, call, when, report);
+    return true;
+}
+
 static bool submit(const struct content_play *play, struct world *world, struct scene *scene,
                    const struct call *call, struct report *report)
 {
     scene_inputs_upload(scene);
     submission_begin(scene);
-    const bool good = expect_none(world, call, "before the submission was waited for", report);
+    const bool good =
+        expect_refusal_alone(play, world, call, "before the submission was waited for", report);
     submission_wait(scene, play->variant->waiting);
     return good;
 }
@@ -139,7 +152,7 @@ static bool record_and_submit(const struct content_play *play, struct world *wor
     submission_prepare(scene);
     if (call->change == CHANGE_AND_RESUBMIT)
         good = submit(play, world, scene, call, report) &&
-               expect_none(world, call, "at the first submission", report);
+               expect_refusal_alone(play, world, call, "at the first submission", report);
     if (call->change != CHANGE_NOTHING)
         scene_inputs_exchange(scene);
     return submit(play, world, scene, call, report) && good;
@@ -195,9 +208,11 @@ static void play_twin(const struct content_play *play, struct world *world, stru
                               .edits = test_case->twin_edits,
                               .then = test_case->twin_then};
 
+    const bool has_twin = !judge_is_refused(&play->play) &&
+                          (twin.prepare != NULL || twin.mutate != NULL || twin.edits != NULL);
+
     report->stayed_silent = (play->base_is_known || expect_silence(play, world, &base, report)) &&
-                            ((twin.prepare == NULL && twin.mutate == NULL && twin.edits == NULL) ||
-                             expect_silence(play, world, &twin, report));
+                            (!has_twin || expect_silence(play, world, &twin, report));
 }
 
 static void play_mutation(const struct content_play *play, struct world *world,

@@ -102,6 +102,12 @@ static bool has_plain_instances(const struct test_case *test_case)
     return strstr(test_case->name, "instance") != NULL && strstr(test_case->name, "motion") == NULL;
 }
 
+static bool is_for_command(const struct test_case *test_case, enum build_command command)
+{
+    return (test_case->commands & commands_for(command)) != 0 ||
+           (test_case->refusal != NULL && test_case->refusal->command == command);
+}
+
 bool variant_fits(const struct variant *variant, const struct platform *platform,
                   const struct test_case *test_case)
 {
@@ -109,7 +115,7 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
     if (((variant->uses_two_queues || variant->waiting == WAIT_SUBMISSION) && !platform->is_null) ||
         ((variant->instance_pointers || test_case->has_pointers) && platform->is_null))
         return false;
-    if ((test_case->commands & commands_for(variant->command)) == 0 ||
+    if (!is_for_command(test_case, variant->command) ||
         (variant->instance_pointers && !has_plain_instances(test_case)))
         return false;
     if (changes && (test_case->silent || test_case->edits != NULL))

@@ -371,7 +371,7 @@ static const struct test_case cases[] = {
      .mutate = defer_twice,
      .mutate_twin = defer_again,
      .path = "(): deferredOperation VkDeferredOperationKHR",
-     .needs_null_driver = true},
+     .spares_drivers = true},
 
     {.name = "dst_by_address",
      RULES(RULE_host_build_dst_was_created_with_a_buffer),

@@ -41,6 +41,41 @@ static void update_as_many(struct scene *scene)
     update_of_itself(scene);
 }
 
+/* More than any device takes, and than the call says. */
+enum { TOO_MANY = 1 << 29 };
+
+#define READS_TOO_MANY(build)                                                                      \
+    static void read_too_many_of_##build(struct scene *scene)                                      \
+    {                                                                                              \
+        static const uint32_t counts[SCENE_GEOMETRIES] = {2, 3};                                   \
+        scene->count_pointers[build] = counts;                                                     \
+        scene->ranges[build][0].primitiveCount = TOO_MANY;                                         \
+    }
+READS_TOO_MANY(INDEXED)
+READS_TOO_MANY(AABBS)
+
+static void limit_primitives(struct null_driver_config *config)
+{
+    config->as_properties.maxPrimitiveCount = 6;
+}
+
+static const struct setup with_few_primitives = {.configure = limit_primitives, .level = "content"};
+
+#define READS(name, build, count)                                                                  \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        scene->ranges[build][1].primitiveCount = count;                                            \
+        scene_give_objects(scene, build);                                                          \
+    }
+READS(read_6_triangles, UNINDEXED, 4)
+READS(read_7_triangles, UNINDEXED, 5)
+READS(read_7_boxes, AABBS, 4)
+
+static void empty_instances(struct scene *scene)
+{
+    memset(scene->instances.host, 0, SCENE_BUFFER_SIZE);
+}
+
 static const struct test_case cases[] = {
     {.name = "more_primitives_read_than_allowed",
      RULES(RULE_indirect_primitive_count_is_within_maximum),
@@ -78,12 +113,45 @@ static const struct test_case cases[] = {
      .twin_edits = EDITS(SET(ranges[AABBS][1].primitiveOffset, 1032)),
      .commands = ON_INDIRECT,
      .path = "pIndirectDeviceAddresses[2][1].primitiveOffset 1028"},
+    {.name = "instance_offset_read_misaligned",
+     RULES(RULE_instance_offset_is_aligned, RULE_indirect_build_ranges_are_valid),
+     .setup = &with_content,
+     .mutate = empty_instances,
+     .edits = EDITS(SET(ranges[TLAS][0].primitiveOffset, 24)),
+     .mutate_twin = empty_instances,
+     .twin_edits = EDITS(SET(ranges[TLAS][0].primitiveOffset, 16)),
+     .commands = ON_INDIRECT,
+     .path = "pIndirectDeviceAddresses[3][0].primitiveOffset 24"},
     {.name = "vertices_read_beyond_max_vertex",
      RULES(RULE_unindexed_vertices_are_within_max_vertex, RULE_indirect_build_ranges_are_valid),
      .setup = &with_content,
      .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1)),
      .commands = ON_INDIRECT,
      .path = "pIndirectDeviceAddresses[1][0].primitiveCount 2 with firstVertex 1"},
+    {.name = "more_triangles_read_than_the_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit),
+     .setup = &with_few_primitives,
+     .mutate = read_7_triangles,
+     .mutate_twin = read_6_triangles,
+     .commands = ON_INDIRECT,
+     .path = "geometries have 7 triangles in all, beyond maxPrimitiveCount (6)"},
+    {.name = "more_boxes_read_than_the_limit",
+     RULES(RULE_blas_aabb_count_is_within_limit),
+     .setup = &with_few_primitives,
+     .mutate = read_7_boxes,
+     .commands = ON_INDIRECT,
+     .path = "geometries have 7 AABBs in all, beyond maxPrimitiveCount (6)"},
+    {.name = "more_triangles_read_than_any_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit,
+           RULE_indirect_primitive_count_is_within_maximum),
+     .setup = &with_content,
+     .mutate = read_too_many_of_INDEXED,
+     .commands = ON_INDIRECT},
+    {.name = "more_boxes_read_than_any_limit",
+     RULES(RULE_blas_aabb_count_is_within_limit, RULE_indirect_primitive_count_is_within_maximum),
+     .setup = &with_content,
+     .mutate = read_too_many_of_AABBS,
+     .commands = ON_INDIRECT},
     {.name = "update_reads_fewer_primitives",
      RULES(RULE_indirect_primitive_count_matches_source),
      .setup = &with_content,

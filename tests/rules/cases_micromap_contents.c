@@ -19,7 +19,7 @@ static const struct setup with_content = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
 
 /* ---- a micromap of 4 triangles, in place of AABBS ---- */
 
-enum { TRIANGLES_BUILT = 4 };
+enum { TRIANGLES_BUILT = 4, LEVEL_OF_NONE = 16 };
 
 static void build_micromap(struct scene *scene)
 {
@@ -73,6 +73,9 @@ TRIANGLE(level_4_beyond, 3, 0, 6, STATES_4)
 TRIANGLE(level_4_at_the_limit, 3, 0, 5, STATES_4)
 TRIANGLE(level_lossy_at_the_limit, 3, 0, 4, STATES_4)
 TRIANGLE(format_2_state, 2, 0, 4, STATES_2)
+/* No device has such levels, backend cpu included. */
+TRIANGLE(level_2_beyond_any, 1, 0, LEVEL_OF_NONE, STATES_2)
+TRIANGLE(level_4_beyond_any, 3, 0, LEVEL_OF_NONE, STATES_4)
 
 /* ---- INDEXED, whose 2 triangles use a micromap of 4 by indices from this offset on ---- */
 
@@ -101,6 +104,13 @@ static void use_micromap_from_the_third_on(struct scene *scene)
 {
     use_micromap(scene);
     scene->micromaps.opacity.baseTriangle = 2;
+}
+
+static void use_micromap_without_indices(struct scene *scene)
+{
+    use_micromap(scene);
+    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
+    scene->micromaps.opacity.indexBuffer = 0;
 }
 
 static void use_clone_of_micromap(struct scene *scene)
@@ -271,6 +281,13 @@ static void rebuild_what_allowed(struct scene *scene)
         .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
         .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE, .path = (path_) \
     }
+/* The same of a rule that the indirect command has, too: of it, and of a build that it refuses. */
+#define STRUCTURE_CASE(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)               \
+    {                                                                                              \
+        .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
+        .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE,                 \
+        .refusal = &indirect_takes_no_micromap, .path = (path_)                                    \
+    }
 #define SILENT_CASE(name_, rule_, prepare_, mutate_)                                               \
     {                                                                                              \
         .name = (name_), RULES(RULE_##rule_), .silent = true, .setup = &with_content,              \
@@ -338,16 +355,44 @@ static const struct test_case cases[] = {
               build_micromap, level_2_beyond, level_2_at_the_limit,
               LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
                           "maxOpacity2StateSubdivisionLevel (6)"),
-    CASE_WITH(with_limits, "micromap_level_of_4_states", triangle_4_state_level_is_within_limit,
-              build_micromap, level_4_beyond, level_4_at_the_limit,
-              LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
-    CASE_WITH(with_limits, "lossy_micromap_level", lossy_triangle_level_is_within_limit,
-              build_lossy_micromap, level_4_at_the_limit, level_lossy_at_the_limit,
-              LEADS_TO(3) "which has subdivisionLevel 5"),
-    CASE("lossy_micromap_of_2_states", lossy_triangle_is_4_state, build_lossy_micromap,
-         format_2_state, level_lossy_at_the_limit, LEADS_TO(2) "whose format 1 is not"),
+    STRUCTURE_CASE(with_limits, "micromap_level_of_4_states",
+                   triangle_4_state_level_is_within_limit, build_micromap, level_4_beyond,
+                   level_4_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
+    STRUCTURE_CASE(with_limits, "lossy_micromap_level", lossy_triangle_level_is_within_limit,
+                   build_lossy_micromap, level_4_at_the_limit, level_lossy_at_the_limit,
+                   LEADS_TO(3) "which has subdivisionLevel 5"),
+    CASE("micromap_level_of_2_states_beyond_any", triangle_2_state_level_is_within_limit,
+         build_micromap, level_2_beyond_any, level_2_at_the_limit,
+         LEADS_TO(1) "which has subdivisionLevel 16 at format 1"),
+    STRUCTURE_CASE(with_content, "micromap_level_of_4_states_beyond_any",
+                   triangle_4_state_level_is_within_limit, build_micromap, level_4_beyond_any,
+                   level_4_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 16 at format 2"),
+    STRUCTURE_CASE(with_content, "lossy_micromap_level_beyond_any",
+                   lossy_triangle_level_is_within_limit, build_lossy_micromap, level_4_beyond_any,
+                   level_lossy_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 16"),
+    STRUCTURE_CASE(with_content, "lossy_micromap_of_2_states", lossy_triangle_is_4_state,
+                   build_lossy_micromap, format_2_state, level_lossy_at_the_limit,
+                   LEADS_TO(2) "whose format 1 is not"),
     SILENT_CASE("lossless_micromap_of_2_states", lossy_triangle_is_4_state, build_micromap,
                 format_2_state),
+
+    /* The device's command is judged before: it says how many triangles it has. */
+    {.name = "opacity_without_indices_past_the_end",
+     RULES(RULE_opacity_triangles_are_within_micromap),
+     .setup = &with_content,
+     .prepare = use_micromap_without_indices,
+     .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
+     .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)),
+     .commands = ON_INDIRECT,
+     .path = "baseTriangle 4 makes 2 triangles use those of the micromap up to 5"},
+    {.name = "opacity_without_indices_of_no_triangle",
+     RULES(RULE_opacity_triangles_are_within_micromap),
+     .silent = true,
+     .setup = &with_content,
+     .prepare = use_micromap_without_indices,
+     .edits =
+         EDITS(SET(micromaps.opacity.baseTriangle, 4), SET(ranges[INDEXED][0].primitiveCount, 0)),
+     .commands = ON_INDIRECT},
 
     CASE("opacity_index_past_the_end", opacity_index_is_within_micromap, use_micromap,
          index_past_the_end, index_at_the_end, HAS_INDEX "5 for primitive 1"),

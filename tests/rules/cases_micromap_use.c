@@ -54,6 +54,14 @@ static void use_micromap_in_host_build(struct scene *scene)
         scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
 }
 
+static void leave_indices_of_khr_unbound(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene_use_micromap(scene);
+    scene->micromaps.opacity.indexBuffer = buffer.address;
+    scene_destroy(scene, (uint64_t)buffer.memory);
+}
+
 /* ---- VK_EXT_opacity_micromap ---- */
 
 static void leave_indices_unbound(struct scene *scene)
@@ -346,6 +354,24 @@ static const struct test_case cases[] = {
      .mutate = scene_use_micromap,
      .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)),
      .mutate_twin = use_micromap_without_indices,
+     .path = OPACITY_PATH("indexBuffer")},
+    /* In host builds, too, it is a device address. */
+    {.name = "micromap_indices_of_the_host_nowhere",
+     RULES(RULE_input_address_is_in_a_buffer),
+     .commands = ON_HOST,
+     .setup = &with_khr,
+     .mutate = scene_use_micromap,
+     .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)),
+     .mutate_twin = scene_use_micromap,
+     .may_fail_on_cpu = true,
+     .path = OPACITY_PATH("indexBuffer")},
+    {.name = "micromap_indices_unbound",
+     RULES(RULE_input_buffer_is_bound),
+     .commands = ON_COMMAND_BUFFERS | ON_HOST,
+     .setup = &with_khr,
+     .mutate = leave_indices_of_khr_unbound,
+     .mutate_twin = scene_use_micromap,
+     .may_fail_on_cpu = true,
      .path = OPACITY_PATH("indexBuffer")},
     {.name = "ext_indices_nowhere",
      RULES(RULE_input_address_is_in_a_buffer),

@@ -282,6 +282,20 @@ static const struct test_case cases[] = {
      .setup = &few_triangles,
      .mutate = use_more_triangles},
 
+    /* No device takes as many, backend cpu included. */
+    {.name = "more_geometries_than_any_limit",
+     RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit,
+           RULE_nv_geometries_are_readable, RULE_nv_dst_was_created_compatible),
+     .edits = EDITS(SET(nv.info.geometryCount, UINT32_MAX))},
+    {.name = "more_instances_than_any_limit",
+     RULES(RULE_nv_instance_count_is_within_limit, RULE_nv_dst_was_created_compatible),
+     .mutate = scene_nv_use_instances,
+     .edits = EDITS(SET(nv.info.instanceCount, UINT32_MAX)),
+     .mutate_twin = scene_nv_use_instances},
+    {.name = "more_triangles_than_any_limit",
+     RULES(RULE_nv_triangle_count_is_within_limit, RULE_nv_dst_was_created_compatible),
+     .edits = EDITS(SET(NV_TRIANGLES(0).indexCount, 3u << 29))},
+
     {.name = "another_type",
      RULES(RULE_nv_dst_was_created_compatible),
      .mutate = build_a_tlas_into_a_blas,

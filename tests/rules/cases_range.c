@@ -126,6 +126,12 @@ static const struct test_case cases[] = {
      .commands = ON_COMMAND_BUFFERS,
      .edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 0xffffffff)),
      .path = "[3]"},
+    /* Nor has any host that much memory. */
+    {.name = "instances_over_any_limit",
+     RULES(RULE_instance_count_is_within_limit, RULE_instance_host_address_is_readable),
+     .commands = ON_HOST,
+     .edits = EDITS(SET(ranges[TLAS][0].primitiveCount, 0xffffffff)),
+     .path = "[3]"},
 };
 
 CASE_LIST(cases_range, cases);
