@@ -61,6 +61,27 @@ class Coverage(unittest.TestCase):
         self.assertIn("other: 1 of 2 pairs", run.stdout)
         self.assertIn("VUID-vkFoo-b-2 (b_is_good): vkFoo", run.stdout)
 
+    def test_columns_with_reasons(self):
+        reasons = self.folder / "reasons"
+        reasons.write_text("# of what\nother\t*\tVUID-vkFoo-b-*\tit can't be\n")
+        self.write_results(*BOTH, platform="other")
+        run = self.run_script("--columns", "--reasons", reasons)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("not lacking, though there is a reason: VUID-vkFoo-b-*", run.stdout)
+        self.write_results(*BOTH)
+        self.write_results(*BOTH[:2], platform="other")
+        run = self.run_script("--columns", "--reasons", reasons)
+        self.assertEqual(run.returncode, 0, run.stdout)
+        self.assertIn("other: 1 of 2 pairs of an id and a command lack a case, 0 of them "
+                      "without a reason\n  it can't be\n    VUID-vkFoo-b-2 (b_is_good): "
+                      "vkFoo\n", run.stdout)
+        self.write_results(*BOTH[2:], platform="other")
+        run = self.run_script("--columns", "--reasons", reasons)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("without a reason\n    VUID-vkFoo-a-1", run.stdout)
+        reasons.write_text("other\t*\tVUID-vkFoo-b-2\n")
+        self.assertEqual(self.run_script("--columns", "--reasons", reasons).returncode, 2)
+
     def test_all_is_proven(self):
         self.write_results(*BOTH)
         run = self.run_script()
