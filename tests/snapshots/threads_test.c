@@ -119,7 +119,7 @@ static void lose_device(void)
     platform.null_driver.set_device_lost(true);
 }
 
-/* Nothing is said of what may not have executed, and nobody waits for it. */
+/* Of what may not have executed nothing is said but that, and nobody waits for it. */
 static void test_lost_device(void **state)
 {
     (void)state;
@@ -132,7 +132,9 @@ static void test_lost_device(void **state)
         assert_true(workers[i].result == VK_SUCCESS || workers[i].result == VK_ERROR_DEVICE_LOST);
         close_worker(&workers[i]);
     }
-    stage_expect_silence(&stage);
+    for (uint32_t i = 0; i < messages_kept(&stage.messages); i++)
+        if (!strstr(stage.messages.items[i].text, " is lost"))
+            fail_msg("%s", stage.messages.items[i].text);
     stage_close(&stage);
     platform.null_driver.set_device_lost(false);
 }
