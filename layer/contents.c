@@ -156,14 +156,11 @@ void contents_end_batch(struct contents *contents, const struct batch_run *run)
 
 /* ---- delivery */
 
-/* What the host knows to be complete is waited for a moment: the fence that tells comes last, and
- * behind other batches of its submission. */
-enum { SIGNAL_NANOSECONDS = 100 * 1000 * 1000 };
-
 /* A walk over the executions that wait. */
 struct delivery {
     struct execution_clock seen;
-    uint64_t busy_queues; /* by index: whose later batches aren't complete, either */
+    uint64_t busy_queues; /* by index: whose later batches aren't complete, either, or come so late
+                             that nobody waits again */
 };
 _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
 
@@ -173,9 +170,11 @@ static bool is_complete(struct delivery *delivery, const struct waiting *waiting
     struct ticket *ticket = waiting->ran.execution->ticket;
     uint64_t queue = UINT64_C(1) << waiting->moment.queue;
     bool was_seen = execution_clock_has(&delivery->seen, waiting->moment);
-    if (!was_seen && (delivery->busy_queues & queue))
+    bool is_busy = delivery->busy_queues & queue;
+    VkResult end;
+    if (is_busy && !was_seen)
         return false;
-    if (ticket->wait(ticket, was_seen ? SIGNAL_NANOSECONDS : 0) != VK_TIMEOUT)
+    if (ticket_has_ended(ticket, was_seen && !is_busy, &end))
         return true;
     delivery->busy_queues |= queue;
     return false;

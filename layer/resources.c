@@ -78,13 +78,19 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory(VkDevice device, VkDeviceMemory m
                        state->vk.MapMemory(device, memory, offset, size, flags, ppData));
 }
 
+static VkResult map2(PFN_vkMapMemory2 next, struct layer_device *state, const VkMemoryMapInfo *info,
+                     void **data)
+{
+    return observe_map(state, info->memory, info->offset, info->size, data,
+                       next(state->handle, info, data));
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2(VkDevice device,
                                                 const VkMemoryMapInfo *pMemoryMapInfo,
                                                 void **ppData)
 {
     struct layer_device *state = layer_find_device(device);
-    return observe_map(state, pMemoryMapInfo->memory, pMemoryMapInfo->offset, pMemoryMapInfo->size,
-                       ppData, state->vk.MapMemory2(device, pMemoryMapInfo, ppData));
+    return map2(state->vk.MapMemory2, state, pMemoryMapInfo, ppData);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2KHR(VkDevice device,
@@ -92,8 +98,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2KHR(VkDevice device,
                                                    void **ppData)
 {
     struct layer_device *state = layer_find_device(device);
-    return observe_map(state, pMemoryMapInfo->memory, pMemoryMapInfo->offset, pMemoryMapInfo->size,
-                       ppData, state->vk.MapMemory2KHR(device, pMemoryMapInfo, ppData));
+    return map2(state->vk.MapMemory2KHR, state, pMemoryMapInfo, ppData);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_UnmapMemory(VkDevice device, VkDeviceMemory memory)
@@ -103,20 +108,25 @@ VKAPI_ATTR void VKAPI_CALL assay_UnmapMemory(VkDevice device, VkDeviceMemory mem
     state->vk.UnmapMemory(device, memory);
 }
 
+static VkResult unmap2(PFN_vkUnmapMemory2 next, struct layer_device *state,
+                       const VkMemoryUnmapInfo *info)
+{
+    resources_unmap_memory(state->resources, info->memory);
+    return next(state->handle, info);
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2(VkDevice device,
                                                   const VkMemoryUnmapInfo *pMemoryUnmapInfo)
 {
     struct layer_device *state = layer_find_device(device);
-    resources_unmap_memory(state->resources, pMemoryUnmapInfo->memory);
-    return state->vk.UnmapMemory2(device, pMemoryUnmapInfo);
+    return unmap2(state->vk.UnmapMemory2, state, pMemoryUnmapInfo);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2KHR(VkDevice device,
                                                      const VkMemoryUnmapInfo *pMemoryUnmapInfo)
 {
     struct layer_device *state = layer_find_device(device);
-    resources_unmap_memory(state->resources, pMemoryUnmapInfo->memory);
-    return state->vk.UnmapMemory2KHR(device, pMemoryUnmapInfo);
+    return unmap2(state->vk.UnmapMemory2KHR, state, pMemoryUnmapInfo);
 }
 
 /* ---- buffers */

@@ -154,29 +154,36 @@ static bool may_be_followed(const struct content *content, VkDeviceAddress addre
 }
 
 /* Instances whose pointer leads nowhere are passed by. */
-static void read_pointed_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+static void read_pointed_instance(struct content *content, uint32_t index,
+                                  VkDeviceOrHostAddressConstKHR to)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    VkDeviceOrHostAddressConstKHR to = {.deviceAddress = 0};
-    const uint8_t *next = content_find(content, data, range->primitiveOffset, range->primitiveCount,
-                                       sizeof(to), sizeof(to));
-    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
-        memcpy(&to, next, sizeof(to));
-        content_walk_instance_pointer(content, &(struct instance_pointer_view){
-                                                   content->range->geometry, i, to.deviceAddress});
-        const uint8_t *bytes = NULL;
-        if (may_be_followed(content, to.deviceAddress))
-            bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
-        if (bytes)
-            read_instance(content, i, bytes);
-        else
-            content_lose_instance(content);
-    }
+    const uint8_t *bytes = NULL;
+    content_walk_instance_pointer(content, &(struct instance_pointer_view){
+                                               content->range->geometry, index, to.deviceAddress});
+    if (may_be_followed(content, to.deviceAddress))
+        bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
+    if (bytes)
+        read_instance(content, index, bytes);
+    else
+        content_lose_instance(content);
 }
 
 /* Pointers to instances with motion have the type in their low bits, and lead to the structure of
  * that type alone. */
-static void read_typed_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+static void read_typed_instance(struct content *content, uint32_t index,
+                                VkDeviceOrHostAddressConstKHR to)
+{
+    const uint32_t type = (uint32_t)(to.deviceAddress % 16);
+    const uint64_t size = source_motion_size(type);
+    to.deviceAddress -= type;
+    const uint8_t *bytes = size ? content_find(content, to, 0, 1, 0, size) : NULL;
+    if (bytes)
+        content_read_motion_data(content, index, type, bytes);
+}
+
+static void read_array_of_pointers(struct content *content, VkDeviceOrHostAddressConstKHR data,
+                                   void (*read)(struct content *content, uint32_t index,
+                                                VkDeviceOrHostAddressConstKHR to))
 {
     const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     VkDeviceOrHostAddressConstKHR to = {.deviceAddress = 0};
@@ -184,12 +191,7 @@ static void read_typed_instances(struct content *content, VkDeviceOrHostAddressC
                                        sizeof(to), sizeof(to));
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
         memcpy(&to, next, sizeof(to));
-        const uint32_t type = (uint32_t)(to.deviceAddress % 16);
-        const uint64_t size = source_motion_size(type);
-        to.deviceAddress -= type;
-        const uint8_t *bytes = size ? content_find(content, to, 0, 1, 0, size) : NULL;
-        if (bytes)
-            content_read_motion_data(content, i, type, bytes);
+        read(content, i, to);
     }
 }
 
@@ -221,13 +223,13 @@ void content_read_instances(struct content *content,
     const struct build_view *build = content->range->geometry->build;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)) {
         if (instances->arrayOfPointers)
-            read_pointed_instances(content, instances->data);
+            read_array_of_pointers(content, instances->data, read_pointed_instance);
         else
             read_plain_instances(content, instances->data);
     } else if (build->call->device->extension.motion_blur_nv && !instances->arrayOfPointers) {
         read_motion_instances(content, instances->data);
     } else if (build->call->device->extension.motion_blur_nv &&
                build->call->command != COMMAND_HOST) {
-        read_typed_instances(content, instances->data);
+        read_array_of_pointers(content, instances->data, read_typed_instance);
     }
 }

@@ -254,18 +254,12 @@ static void write_queried(struct cpu_playback *playback, const struct result *re
     free(bytes);
 }
 
-/* What the host knows to be complete is waited for, since the fence that tells comes last. But it
- * tells of a whole submission, of which another batch may wait for the host: then the result comes
- * later. */
-#define SEEN_NANOSECONDS UINT64_C(500000000)
-
 /* Whether a result's submission is complete. */
 static bool is_complete(const struct result *result, const struct cpu_delivery *delivery,
                         VkResult *end)
 {
     bool was_seen = execution_clock_has(delivery->seen, result->moment);
-    *end = result->ticket->wait(result->ticket, was_seen ? SEEN_NANOSECONDS : 0);
-    return *end != VK_TIMEOUT;
+    return ticket_has_ended(result->ticket, was_seen, end);
 }
 
 static struct result *first_result(struct cpu_playback *playback)

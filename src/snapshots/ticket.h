@@ -4,6 +4,7 @@
 #define ASSAY_SNAPSHOTS_TICKET_H
 
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
@@ -13,6 +14,18 @@ struct ticket {
     VkResult (*wait)(struct ticket *ticket, uint64_t nanoseconds);
     void (*free)(struct ticket *ticket);
 };
+
+/* What the host knows to be complete is waited for a moment, as what tells of it comes last. On a
+ * machine whose cores are all busy a driver's threads take tenths of a second to get there; what
+ * takes longer has another batch in its submission, which may wait for the host. */
+enum { TICKET_MOMENT_NANOSECONDS = 500 * 1000 * 1000 };
+
+/* Whether nothing more will be known of it, either: *end is VK_SUCCESS, or an error. */
+static inline bool ticket_has_ended(struct ticket *ticket, bool was_seen, VkResult *end)
+{
+    *end = ticket->wait(ticket, was_seen ? TICKET_MOMENT_NANOSECONDS : 0);
+    return *end != VK_TIMEOUT;
+}
 
 static inline struct ticket *ticket_share(struct ticket *ticket)
 {

@@ -178,6 +178,30 @@ void bench_close(struct bench *bench)
         vkDestroyInstance(bench->instance, NULL);
 }
 
+int bench_begin_tests(void **state, struct bench *bench, enum bench_kind kind)
+{
+    const char *lacks = bench_open(bench, kind);
+    if (lacks) {
+        print_message("skipped: %s\n", lacks);
+        exit(77);
+    }
+    print_message("%s\n", bench->driver);
+    soup_fill();
+    *state = bench;
+    return 0;
+}
+
+int bench_end_tests(void **state)
+{
+    bench_close(*state);
+    return 0;
+}
+
+bool bench_wants_pipelines(int argc, char **argv)
+{
+    return argc > 1 && strcmp(argv[1], "pipelines") == 0;
+}
+
 VkCommandBuffer bench_begin(struct bench *bench)
 {
     const VkCommandBufferAllocateInfo info = {

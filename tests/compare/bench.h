@@ -39,6 +39,12 @@ struct bench {
 /* NULL, or why there is no such device here. */
 const char *bench_open(struct bench *bench, enum bench_kind kind);
 void bench_close(struct bench *bench);
+/* Around a group of cmocka's tests, for which the soup is filled; without such a device they are
+ * skipped. */
+int bench_begin_tests(void **state, struct bench *bench, enum bench_kind kind);
+int bench_end_tests(void **state);
+/* "pipelines", or no argument. */
+bool bench_wants_pipelines(int argc, char **argv);
 
 /* A command buffer, which is submitted, waited for and freed. */
 VkCommandBuffer bench_begin(struct bench *bench);

@@ -198,27 +198,12 @@ static void test_inactive(void **state)
 
 static int open_bench(void **state)
 {
-    (void)state;
-    const char *lacks = bench_open(&bench, kind);
-    if (lacks) {
-        print_message("skipped: %s\n", lacks);
-        exit(77);
-    }
-    print_message("%s\n", bench.driver);
-    soup_fill();
-    return 0;
-}
-
-static int close_bench(void **state)
-{
-    (void)state;
-    bench_close(&bench);
-    return 0;
+    return bench_begin_tests(state, &bench, kind);
 }
 
 int main(int argc, char **argv)
 {
-    kind = argc > 1 && strcmp(argv[1], "pipelines") == 0 ? BENCH_PIPELINES : BENCH_QUERIES;
+    kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
         cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),
@@ -226,5 +211,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_sphere),
         cmocka_unit_test(test_inactive),
     };
-    return cmocka_run_group_tests(tests, open_bench, close_bench);
+    return cmocka_run_group_tests(tests, open_bench, bench_end_tests);
 }

@@ -206,33 +206,19 @@ static void test_top(void **state)
 
 static int open_bench(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "4096", 1);
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
-    const char *lacks = bench_open(&bench, kind);
-    if (lacks) {
-        print_message("skipped: %s\n", lacks);
-        exit(77);
-    }
-    soup_fill();
-    return 0;
-}
-
-static int close_bench(void **state)
-{
-    (void)state;
-    bench_close(&bench);
-    return 0;
+    return bench_begin_tests(state, &bench, kind);
 }
 
 int main(int argc, char **argv)
 {
-    kind = argc > 1 && strcmp(argv[1], "pipelines") == 0 ? BENCH_LAYER_PIPELINES : BENCH_LAYER;
+    kind = bench_wants_pipelines(argc, argv) ? BENCH_LAYER_PIPELINES : BENCH_LAYER;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_right),        cmocka_unit_test(test_fan),
         cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
         cmocka_unit_test(test_boxes),        cmocka_unit_test(test_top),
     };
-    return cmocka_run_group_tests(tests, open_bench, close_bench);
+    return cmocka_run_group_tests(tests, open_bench, bench_end_tests);
 }

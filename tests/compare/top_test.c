@@ -130,15 +130,9 @@ static void test_fan(void **state)
 
 static int open_bench(void **state)
 {
-    (void)state;
     struct subject subjects[BOTTOMS];
     VkAabbPositionsKHR boxes[BOXES];
-    const char *lacks = bench_open(&bench, kind);
-    if (lacks) {
-        print_message("skipped: %s\n", lacks);
-        exit(77);
-    }
-    soup_fill();
+    const int result = bench_begin_tests(state, &bench, kind);
     boxes_fill(boxes);
     for (int i = 0; i < BOTTOMS; i++)
         subject_begin(&subjects[i]);
@@ -149,16 +143,14 @@ static int open_bench(void **state)
         bottoms[i] = input_copy_create(&subjects[i].input);
         assert_non_null(bottoms[i]);
     }
-    return 0;
+    return result;
 }
 
 static int close_bench(void **state)
 {
-    (void)state;
     for (int i = 0; i < BOTTOMS; i++)
         input_copy_free(bottoms[i]);
-    bench_close(&bench);
-    return 0;
+    return bench_end_tests(state);
 }
 
 int main(int argc, char **argv)
@@ -167,6 +159,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_right),
         cmocka_unit_test(test_fan),
     };
-    kind = argc > 1 && strcmp(argv[1], "pipelines") == 0 ? BENCH_PIPELINES : BENCH_QUERIES;
+    kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
     return cmocka_run_group_tests(tests, open_bench, close_bench);
 }

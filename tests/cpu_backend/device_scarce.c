@@ -2,10 +2,7 @@
 /* What an application does on backend cpu in each life of tests/scarce, in command buffers: builds,
  * copies and queries, recorded or submitted again where memory was lacking. The null driver copies
  * nothing, so all boxes are points at the origin. */
-#include <string.h>
-
-#include "../scarce/application_parts.h"
-#include "assay.h"
+#include "scarce_commands.h"
 
 enum {
     BLASES = 20,
@@ -24,12 +21,10 @@ enum {
 
 static struct {
     PFN_vkTraceRaysASSAY trace_rays;
-    VkCommandPool pool;
-    VkCommandBuffer primary, secondary;
+    struct scarce_commands commands;
     VkDeviceMemory data_memory;
     VkBuffer data;
     VkDeviceAddress address;
-    VkQueryPool queries;
     VkFence fence;
 } own;
 
@@ -67,22 +62,6 @@ static void create_structures(struct application *app)
     }
 }
 
-static void create_commands(struct application *app)
-{
-    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT};
-    GET(app, "vkCreateCommandPool", app->vk.CreateCommandPool(app->device, &pool, NULL, &own.pool));
-    VkCommandBufferAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                        .commandPool = own.pool,
-                                        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                        .commandBufferCount = 1};
-    GET(app, "vkAllocateCommandBuffers",
-        app->vk.AllocateCommandBuffers(app->device, &info, &own.primary));
-    info.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
-    GET(app, "vkAllocateCommandBuffers",
-        app->vk.AllocateCommandBuffers(app->device, &info, &own.secondary));
-}
-
 void create_objects(struct application *app)
 {
     create_structures(app);
@@ -94,28 +73,17 @@ void create_objects(struct application *app)
                       0);
     own.data_memory = bind_memory(app, own.data, DATA_SIZE);
     own.address = address_of(app, own.data);
-    create_commands(app);
-    const VkQueryPoolCreateInfo queries = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-        .queryCount = QUERIES};
-    GET(app, "vkCreateQueryPool",
-        app->vk.CreateQueryPool(app->device, &queries, NULL, &own.queries));
+    scarce_commands_create(app, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                           &own.commands);
     const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     GET(app, "vkCreateFence", app->vk.CreateFence(app->device, &fence, NULL, &own.fence));
-    own.trace_rays =
-        (PFN_vkTraceRaysASSAY)app->vk.GetDeviceProcAddr(app->device, "vkTraceRaysASSAY");
-    /* With memory short, the library that reads settings may lose one without telling; then the
-     * backend is the driver's. */
-    app->outcome->mistakes++;
-    app->outcome->expected += own.trace_rays != NULL;
+    own.trace_rays = scarce_find_tracing(app);
 }
 
 void destroy_objects(struct application *app)
 {
     app->vk.DestroyFence(app->device, own.fence, NULL);
-    app->vk.DestroyQueryPool(app->device, own.queries, NULL);
-    app->vk.DestroyCommandPool(app->device, own.pool, NULL);
+    scarce_commands_destroy(app, &own.commands);
     for (unsigned i = 0; i < STRUCTURES; i++)
         app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
     app->vk.DestroyBuffer(app->device, app->inputs, NULL);
@@ -171,10 +139,10 @@ static VkResult begin(const struct application *app, VkCommandBuffer commands)
 
 static VkResult record_secondary(struct application *app)
 {
-    VkResult result = begin(app, own.secondary);
+    VkResult result = begin(app, own.commands.secondary);
     for (unsigned i = 0; result == VK_SUCCESS && i < BLASES; i++)
-        record_build(app, own.secondary, i, VK_NULL_HANDLE);
-    return result == VK_SUCCESS ? app->vk.EndCommandBuffer(own.secondary) : result;
+        record_build(app, own.commands.secondary, i, VK_NULL_HANDLE);
+    return result == VK_SUCCESS ? app->vk.EndCommandBuffer(own.commands.secondary) : result;
 }
 
 static void record_copies(struct application *app)
@@ -194,9 +162,9 @@ static void record_copies(struct application *app)
         .src.deviceAddress = own.address + SAVED_AT,
         .dst = app->sets[LOADED].accel,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
-    app->vk.CmdCopyAccelerationStructureKHR(own.primary, &clone);
-    app->vk.CmdCopyAccelerationStructureToMemoryKHR(own.primary, &save);
-    app->vk.CmdCopyMemoryToAccelerationStructureKHR(own.primary, &load);
+    app->vk.CmdCopyAccelerationStructureKHR(own.commands.primary, &clone);
+    app->vk.CmdCopyAccelerationStructureToMemoryKHR(own.commands.primary, &save);
+    app->vk.CmdCopyMemoryToAccelerationStructureKHR(own.commands.primary, &load);
 }
 
 static VkResult record_primary(struct application *app)
@@ -204,20 +172,20 @@ static VkResult record_primary(struct application *app)
     VkAccelerationStructureKHR queried[QUERIES];
     for (unsigned i = 0; i < QUERIES; i++)
         queried[i] = app->sets[i].accel;
-    VkResult result = begin(app, own.primary);
+    VkResult result = begin(app, own.commands.primary);
     if (result != VK_SUCCESS)
         return result;
-    app->vk.CmdExecuteCommands(own.primary, 1, &own.secondary);
-    record_build(app, own.primary, 0, app->sets[0].accel);
-    record_build(app, own.primary, TLAS, VK_NULL_HANDLE);
+    app->vk.CmdExecuteCommands(own.commands.primary, 1, &own.commands.secondary);
+    record_build(app, own.commands.primary, 0, app->sets[0].accel);
+    record_build(app, own.commands.primary, TLAS, VK_NULL_HANDLE);
     record_copies(app);
-    app->vk.CmdResetQueryPool(own.primary, own.queries, 0, QUERIES);
+    app->vk.CmdResetQueryPool(own.commands.primary, own.commands.queries, 0, QUERIES);
     app->vk.CmdWriteAccelerationStructuresPropertiesKHR(
-        own.primary, QUERIES, queried, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-        own.queries, 0);
-    app->vk.CmdCopyQueryPoolResults(own.primary, own.queries, 0, QUERIES, own.data, QUERIED_AT, 8,
-                                    VK_QUERY_RESULT_64_BIT);
-    return app->vk.EndCommandBuffer(own.primary);
+        own.commands.primary, QUERIES, queried,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, own.commands.queries, 0);
+    app->vk.CmdCopyQueryPoolResults(own.commands.primary, own.commands.queries, 0, QUERIES,
+                                    own.data, QUERIED_AT, 8, VK_QUERY_RESULT_64_BIT);
+    return app->vk.EndCommandBuffer(own.commands.primary);
 }
 
 /* ---- what became of it */
@@ -226,31 +194,18 @@ static void submit(struct application *app)
 {
     const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                .commandBufferCount = 1,
-                               .pCommandBuffers = &own.primary};
+                               .pCommandBuffers = &own.commands.primary};
     GET(app, "vkQueueSubmit", app->vk.QueueSubmit(app->queue, 1, &info, own.fence));
     GET(app, "vkWaitForFences",
         app->vk.WaitForFences(app->device, 1, &own.fence, VK_TRUE, UINT64_MAX));
     GET(app, "vkResetFences", app->vk.ResetFences(app->device, 1, &own.fence));
 }
 
-/* A structure that was lost when it was submitted can't be traced; others can. */
 static void look(struct application *app)
 {
-    const AssayRay ray = {.origin = {-1, 0, 0}, .direction = {1, 0, 0}, .tMax = 2};
-    AssayHit hit;
-    uint64_t sizes[QUERIES];
-    AssayTraceInfo info = {.accuracy = ASSAY_ACCURACY_FAST,
-                           .rayCount = 1,
-                           .raySize = sizeof(ray),
-                           .hitSize = sizeof(hit),
-                           .rays = &ray,
-                           .hits = &hit};
-    for (unsigned i = 0; i < STRUCTURES; i++) {
-        info.accelerationStructure = (uint64_t)app->sets[i].accel;
-        own.trace_rays(app->device, &info);
-    }
-    app->vk.GetQueryPoolResults(app->device, own.queries, 0, QUERIES, sizeof(sizes), sizes,
-                                sizeof(sizes[0]), VK_QUERY_RESULT_64_BIT);
+    for (unsigned i = 0; i < STRUCTURES; i++)
+        scarce_trace(app, own.trace_rays, (uint64_t)app->sets[i].accel);
+    scarce_get_results(app, &own.commands);
 }
 
 void record_all(struct application *app)

@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../scarce/application_parts.h"
-#include "assay.h"
+#include "scarce_commands.h"
 
 enum {
     BLASES = SETS - 1,
@@ -88,12 +87,7 @@ void create_objects(struct application *app)
         app->vk.CreatePrivateDataSlot(app->device, &slot, NULL, &host.slot));
     GET(app, "vkCreateDeferredOperationKHR",
         app->vk.CreateDeferredOperationKHR(app->device, NULL, &host.operation));
-    host.trace_rays =
-        (PFN_vkTraceRaysASSAY)app->vk.GetDeviceProcAddr(app->device, "vkTraceRaysASSAY");
-    /* With memory short, the library that reads settings may lose one without telling; then the
-     * backend is the driver's. */
-    app->outcome->mistakes++;
-    app->outcome->expected += host.trace_rays != NULL;
+    host.trace_rays = scarce_find_tracing(app);
     host.scratch = calloc(1, 65536);
 }
 
