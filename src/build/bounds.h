@@ -38,6 +38,7 @@ static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const
     switch (kind) {
     case STRUCTURE_TRIANGLES:
     case STRUCTURE_DENSE:
+    case STRUCTURE_DISPLACED:
         return bounds_of_triangle(record);
     case STRUCTURE_AABBS: {
         const struct aabb_record *aabb = record;
@@ -47,7 +48,8 @@ static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const
         const struct instance_record *instance = record;
         return bounds_of_instance(&instance->instance.transform, blas);
     }
-    case STRUCTURE_MOTION_TRIANGLES: {
+    case STRUCTURE_MOTION_TRIANGLES:
+    case STRUCTURE_MOTION_DISPLACED: {
         const struct motion_triangle_record *moving = record;
         struct box box = bounds_of_triangle(&moving->at[0]);
         struct box then = bounds_of_triangle(&moving->at[1]);

@@ -8,68 +8,62 @@
 #include "build/input.h"
 #include "build/tree.h"
 
-/* What each part of the scratch takes; `base` may be NULL to learn the size alone. */
-struct scratch_cursor {
-    uintptr_t base;
-    uint64_t used;
-};
-
-static void *take(struct scratch_cursor *cursor, uint64_t count, uint64_t size)
-{
-    uint64_t at = cursor->used;
-    cursor->used += (count * size + BUILDER_ALIGNMENT - 1) & ~(uint64_t)(BUILDER_ALIGNMENT - 1);
-    return cursor->base ? (void *)(cursor->base + at) : NULL; // NOLINT(performance-no-int-to-ptr)
-}
-
-/* From the state's input and primitive count. */
-static uint64_t lay_out_scratch(struct build_state *state, void *scratch)
+/* From the state's input and counts. */
+static uint64_t lay_out_scratch(struct build_state *state, const struct input_counts *counts,
+                                struct input_tables *tables, void *scratch)
 {
     struct scratch_cursor cursor = {(uintptr_t)scratch, 0};
     uint64_t primitives = state->primitive_count;
     enum builder_quality quality = state->input->quality;
     uint64_t chunks = (primitives + PREPARE_CHUNK - 1) / PREPARE_CHUNK;
-    state->sources = take(&cursor, state->input->geometry_count, sizeof(*state->sources));
-    if (state->kind == STRUCTURE_DENSE)
-        state->dense = take(&cursor, primitives, sizeof(*state->dense));
-    state->chunk_counts = take(&cursor, chunks, sizeof(*state->chunk_counts));
-    state->refs = take(&cursor, primitives, sizeof(*state->refs));
-    state->tree = take(&cursor, primitives * 2, sizeof(*state->tree));
-    state->tasks = take(&cursor, primitives / TREE_TASK_SIZE + 1, sizeof(*state->tasks));
+    cursor.used = input_lay_out(state->input, state->kind, counts, scratch, tables);
+    state->sources = tables->sources;
+    state->chunk_counts = scratch_take(&cursor, chunks, sizeof(*state->chunk_counts));
+    state->refs = scratch_take(&cursor, primitives, sizeof(*state->refs));
+    state->tree = scratch_take(&cursor, primitives * 2, sizeof(*state->tree));
+    state->tasks = scratch_take(&cursor, primitives / TREE_TASK_SIZE + 1, sizeof(*state->tasks));
     if (quality != BUILDER_FAST)
-        state->costs = take(&cursor, primitives * 2, sizeof(*state->costs));
+        state->costs = scratch_take(&cursor, primitives * 2, sizeof(*state->costs));
     if (quality != BUILDER_BALANCED) {
-        state->pairs = take(&cursor, primitives, sizeof(*state->pairs));
-        state->pairs_spare = take(&cursor, primitives, sizeof(*state->pairs_spare));
+        state->pairs = scratch_take(&cursor, primitives, sizeof(*state->pairs));
+        state->pairs_spare = scratch_take(&cursor, primitives, sizeof(*state->pairs_spare));
     }
     if (quality == BUILDER_HIGH) {
-        state->refs_spare = take(&cursor, primitives, sizeof(*state->refs_spare));
-        state->areas = take(&cursor, primitives, sizeof(*state->areas));
+        state->refs_spare = scratch_take(&cursor, primitives, sizeof(*state->refs_spare));
+        state->areas = scratch_take(&cursor, primitives, sizeof(*state->areas));
     }
     return cursor.used;
 }
 
-/* The counts of the ranges, or `counts` where sizes are asked for. */
-static enum builder_result count_primitives(const struct builder_input *input,
-                                            const uint32_t *counts, uint32_t *total)
-{
-    uint64_t sum = 0;
-    for (uint32_t i = 0; i < input->geometry_count; i++)
-        sum += counts ? counts[i] : input->ranges[i].primitiveCount;
-    *total = (uint32_t)sum;
-    return sum > BUILDER_MAX_PRIMITIVES ? BUILDER_TOO_MANY_PRIMITIVES : BUILDER_OK;
-}
-
-static void structure_sizes(const struct build_state *state, struct builder_sizes *sizes)
+static void structure_sizes(const struct build_state *state, const struct input_counts *counts,
+                            struct builder_sizes *sizes)
 {
     struct structure_header header;
     struct build_state measured = *state;
+    struct input_tables tables;
     uint32_t geometries = state->input->geometry_count;
     structure_lay_out(&header, state->kind, geometries, state->primitive_count,
                       structure_node_capacity(state->kind, state->primitive_count),
                       input_has_micromaps(state->input));
     sizes->structure = header.size;
-    sizes->build_scratch = lay_out_scratch(&measured, NULL);
-    sizes->update_scratch = refit_scratch(state->kind, geometries, state->primitive_count);
+    sizes->build_scratch = lay_out_scratch(&measured, counts, &tables, NULL);
+    sizes->update_scratch = input_lay_out(state->input, state->kind, counts, NULL, &tables);
+    if (structure_is_displaced(state->kind)) /* which may be a build */
+        sizes->update_scratch = sizes->build_scratch;
+}
+
+/* What there is to build, and how much of it. */
+static enum builder_result begin(struct build_state *state, const uint32_t *primitives,
+                                 struct input_counts *counts, struct builder_sizes *sizes)
+{
+    enum builder_result result = input_kind(state->input, &state->kind);
+    if (result == BUILDER_OK)
+        result = input_count(state->input, state->kind, primitives, counts);
+    if (result != BUILDER_OK)
+        return result;
+    state->primitive_count = state->record_capacity = (uint32_t)counts->primitives;
+    structure_sizes(state, counts, sizes);
+    return BUILDER_OK;
 }
 
 enum builder_result builder_get_sizes(const struct builder_input *input, const uint32_t *counts,
@@ -77,12 +71,8 @@ enum builder_result builder_get_sizes(const struct builder_input *input, const u
 {
     *sizes = (struct builder_sizes){0};
     struct build_state state = {.input = input};
-    enum builder_result result = input_kind(input, &state.kind);
-    if (result == BUILDER_OK)
-        result = count_primitives(input, counts, &state.primitive_count);
-    if (result == BUILDER_OK)
-        structure_sizes(&state, sizes);
-    return result;
+    struct input_counts found;
+    return begin(&state, counts, &found, sizes);
 }
 
 static void clear_unused_records(const struct structure_header *header)
@@ -126,24 +116,34 @@ static void clear_gaps(struct structure_header *header)
 static void write_header(struct build_state *state)
 {
     const struct builder_input *input = state->input;
-    uint32_t primitives = state->primitive_count;
-    structure_lay_out(state->header, state->kind, input->geometry_count, primitives,
-                      structure_node_capacity(state->kind, primitives), input_has_micromaps(input));
+    uint32_t records = state->record_capacity;
+    structure_lay_out(state->header, state->kind, input->geometry_count, records,
+                      structure_node_capacity(state->kind, records), input_has_micromaps(input));
     state->header->flags = input->flags;
     clear_gaps(state->header);
     input_write_micromaps(input, state->header);
     struct structure_geometry *geometries = structure_geometries(state->header);
     for (uint32_t i = 0; i < input->geometry_count; i++) {
         geometries[i].flags = input->geometries[i].flags;
-        geometries[i].primitive_count = state->sources[i].count;
+        geometries[i].primitive_count = input->ranges[i].primitiveCount;
     }
 }
 
-static enum builder_result run_build(struct build_state *state, struct builder_report *report)
+/* Of displaced triangles there may be fewer than their usages say. */
+static void count_again(struct build_state *state)
 {
-    enum builder_result result = input_open(state->input, state->sources, state->dense, report);
+    state->primitive_count = 0;
+    for (uint32_t i = 0; i < state->input->geometry_count; i++)
+        state->primitive_count += state->sources[i].count;
+}
+
+static enum builder_result run_build(struct build_state *state, const struct input_tables *tables,
+                                     struct builder_report *report)
+{
+    enum builder_result result = input_open(state->input, state->kind, tables, report);
     if (result != BUILDER_OK)
         return result;
+    count_again(state);
     workers_start(&state->workers, state->input, state->primitive_count);
     pthread_mutex_init(&state->lock, NULL);
     pthread_cond_init(&state->task_news, NULL);
@@ -168,20 +168,19 @@ enum builder_result builder_build(const struct builder_input *input, void *struc
     *report = (struct builder_report){0};
     struct build_state state = {.input = input, .header = structure};
     struct builder_sizes sizes;
-    enum builder_result result = input_kind(input, &state.kind);
-    if (result == BUILDER_OK)
-        result = count_primitives(input, NULL, &state.primitive_count);
+    struct input_counts counts;
+    struct input_tables tables;
+    enum builder_result result = begin(&state, NULL, &counts, &sizes);
     if (result != BUILDER_OK)
         return result;
-    structure_sizes(&state, &sizes);
     if (structure_size < sizes.structure || scratch_size < sizes.build_scratch)
         return BUILDER_TOO_SMALL;
-    lay_out_scratch(&state, scratch);
+    lay_out_scratch(&state, &counts, &tables, scratch);
     /* Rounding to nearest, subnormals kept, whatever the application has set. */
     fenv_t before;
     feholdexcept(&before);
     fesetenv(FE_DFL_ENV);
-    result = run_build(&state, report);
+    result = run_build(&state, &tables, report);
     fesetenv(&before);
     return result;
 }

@@ -60,6 +60,27 @@ struct builder_opacity {
     uint64_t micromap; /* a reference; 0: none, and all indices are special */
 };
 
+/* VkAccelerationStructureTrianglesDisplacementMicromapNV: each triangle is cut into microtriangles,
+ * whose vertices are where "Displacement Base Triangle" of the specification puts them. Vectors,
+ * and biases with scales, are found by the numbers of vertices, to which a range's firstVertex is
+ * added; of biases and scales the first two components count. Displacements come before a transform
+ * of the geometry. What isn't in the specification: a triangle with a special index (-1 to -4) or
+ * without a micromap stays as it is; each flag is a byte, bit 0 for the edge of vertices 0 and 1,
+ * bit 1 for 1 and 2, bit 2 for 2 and 0: every second vertex of such an edge goes to the next
+ * towards the edge's nearer end (displacement.h has the sources). */
+struct builder_displacement {
+    uint32_t
+        usage_count; /* the sizes follow from usages: no more triangles may have these levels */
+    const VkMicromapUsageEXT *usages;
+    VkFormat vector_format, bias_and_scale_format; /* as of vertices */
+    VkIndexType index_type; /* VK_INDEX_TYPE_NONE_KHR: the triangle's own number */
+    uint32_t base_triangle;
+    const void *vectors, *biases_and_scales, *flags, *indices; /* NULL: 0 and 1; no flags */
+    uint64_t vectors_size, biases_and_scales_size, flags_size, indices_size;
+    uint64_t vector_stride, bias_and_scale_stride, flags_stride, index_stride;
+    uint64_t micromap; /* a reference, which the build resolves; 0: none */
+};
+
 /* VkAccelerationStructureGeometryTrianglesDataKHR. The sizes are what may be read from each
  * pointer on; VK_INDEX_TYPE_NONE_KHR has no indices, `transforms` may be NULL. */
 struct builder_triangles {
@@ -74,6 +95,7 @@ struct builder_triangles {
     const void *motion_vertices;
     uint64_t motion_vertices_size;
     const struct builder_opacity *opacity; /* NULL: none; a size query looks whether there is any */
+    const struct builder_displacement *displacement; /* likewise, and reads the usages */
 };
 
 /* VkAccelerationStructureGeometryAabbsDataKHR */
@@ -155,6 +177,7 @@ struct builder_input {
     const VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry */
     struct builder_memory memory;                           /* for arrays of pointers */
     struct builder_resolver resolver;                       /* for instances */
+    struct builder_resolver micromaps; /* for displacements; those it doesn't know stop a build */
 };
 
 /* What a build found in its data. Where a count isn't zero, the first of its kind in order of
@@ -163,7 +186,7 @@ struct builder_place {
     uint32_t geometry, primitive;
 };
 struct builder_report {
-    uint64_t active, inactive;
+    uint64_t active, inactive; /* of what is displaced, microtriangles are active */
     uint64_t undefined; /* NaN in another component than X, or a negative radius: left open; */
     struct builder_place first_undefined; /* such primitives are left out */
     uint64_t out_of_range;
@@ -191,7 +214,9 @@ enum builder_result builder_build(const struct builder_input *input, void *struc
                                   struct builder_report *report);
 
 /* VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR: new positions or instances in the tree of
- * `source`, which may be `structure`. Activity stays as it was built (03663, 03664). */
+ * `source`, which may be `structure`. Activity stays as it was built (03663, 03664). Where a
+ * displaced triangle has another level than before, this is a build, for which there must be room.
+ */
 enum builder_result builder_refit(const struct builder_input *input, const void *source,
                                   void *structure, uint64_t structure_size, void *scratch,
                                   uint64_t scratch_size, struct builder_report *report);

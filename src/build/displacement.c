@@ -68,6 +68,44 @@ void displacement_part(uint32_t cuts, uint32_t index, uint32_t size,
     corners[2] = c;
 }
 
+/* Every second place on an edge goes to the next towards the nearer end; the middle of an edge of
+ * two, to its first. */
+static uint32_t decimated(uint32_t place, uint32_t length)
+{
+    return (place + (place > length / 2)) & ~1u;
+}
+
+static struct displacement_corner decimate(uint32_t level, uint32_t edges,
+                                           struct displacement_corner corner)
+{
+    uint32_t length = 1u << level, u = corner.u, v = corner.v;
+    if (level == 0)
+        return corner;
+    if (edges & 1 && v == 0) {
+        u = decimated(u, length);
+    } else if (edges & 2 && u + v == length) {
+        v = decimated(v, length);
+        u = length - v;
+    } else if (edges & 4 && u == 0) {
+        v = length - decimated(length - v, length);
+    }
+    return (struct displacement_corner){(uint8_t)u, (uint8_t)v};
+}
+
+void displacement_microtriangle(uint32_t level, uint32_t index, uint32_t edges,
+                                struct displacement_corner corners[3])
+{
+    displacement_part(level, index, 1u << level, corners);
+    bool is_flipped = (corners[1].u > corners[0].u) != (corners[2].v > corners[0].v);
+    struct displacement_corner first = corners[0];
+    if (is_flipped) {
+        corners[0] = corners[1];
+        corners[1] = first;
+    }
+    for (int i = 0; i < 3; i++)
+        corners[i] = decimate(level, edges, corners[i]);
+}
+
 /* At most 16 bits; none lie in the block's last two bytes alone. */
 static uint32_t read_bits(const uint8_t *block, uint32_t at, uint32_t count)
 {

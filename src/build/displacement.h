@@ -37,6 +37,11 @@ struct displacement_corner {
 void displacement_part(uint32_t cuts, uint32_t index, uint32_t size,
                        struct displacement_corner corners[3]);
 
+/* The vertices of part `index` of 4^level, wound as the whole. `edges` says which edges of the
+ * whole are decimated: bit 0: that of vertices 0 and 1; bit 1: 1 and 2; bit 2: 2 and 0. */
+void displacement_microtriangle(uint32_t level, uint32_t index, uint32_t edges,
+                                struct displacement_corner corners[3]);
+
 /* How many vertices, and where each is among a triangle's values: row by row, v = 0 first. */
 static inline uint32_t displacement_vertex_count(uint32_t level)
 {

@@ -4,11 +4,29 @@
 
 #include "build/dense.h"
 
+static bool displacement_is_known(const struct builder_displacement *displacement)
+{
+    return source_index_is_known(displacement->index_type) &&
+           (!displacement->micromap || vertex_format_find(displacement->vector_format)) &&
+           (!displacement->biases_and_scales ||
+            vertex_format_find(displacement->bias_and_scale_format));
+}
+
 static bool triangles_are_known(const struct builder_triangles *triangles)
 {
     return vertex_format_find(triangles->vertex_format) &&
            source_index_is_known(triangles->index_type) &&
-           (!triangles->opacity || source_index_is_known(triangles->opacity->index_type));
+           (!triangles->opacity || source_index_is_known(triangles->opacity->index_type)) &&
+           (!triangles->displacement || displacement_is_known(triangles->displacement));
+}
+
+static bool is_displaced(const struct builder_input *input)
+{
+    for (uint32_t i = 0; i < input->geometry_count; i++)
+        if (input->geometries[i].type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+            input->geometries[i].triangles.displacement)
+            return true;
+    return false;
 }
 
 static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometryTypeKHR type)
@@ -43,6 +61,8 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
     switch ((int)type) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         *kind = has_motion ? STRUCTURE_MOTION_TRIANGLES : STRUCTURE_TRIANGLES;
+        if (is_displaced(input))
+            *kind = has_motion ? STRUCTURE_MOTION_DISPLACED : STRUCTURE_DISPLACED;
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         *kind = STRUCTURE_AABBS;
@@ -68,25 +88,85 @@ enum builder_result input_kind(const struct builder_input *input, enum structure
     return BUILDER_OK;
 }
 
-enum builder_result input_open(const struct builder_input *input, struct source *sources,
-                               struct dense_triangle *dense, struct builder_report *report)
+static enum builder_result count_geometry(const struct builder_input *input,
+                                          enum structure_kind kind, uint32_t geometry,
+                                          uint32_t primitives, struct input_counts *found)
+{
+    if (!structure_is_displaced(kind)) {
+        found->primitives += primitives;
+        return BUILDER_OK;
+    }
+    enum builder_result result = displaced_count(input->geometries[geometry].triangles.displacement,
+                                                 primitives, &found->displaced);
+    found->primitives = found->displaced.parts;
+    return result;
+}
+
+enum builder_result input_count(const struct builder_input *input, enum structure_kind kind,
+                                const uint32_t *counts, struct input_counts *found)
+{
+    *found = (struct input_counts){0};
+    for (uint32_t i = 0; i < input->geometry_count; i++) {
+        enum builder_result result = count_geometry(
+            input, kind, i, counts ? counts[i] : input->ranges[i].primitiveCount, found);
+        if (result != BUILDER_OK)
+            return result;
+    }
+    return found->primitives > BUILDER_MAX_PRIMITIVES ? BUILDER_TOO_MANY_PRIMITIVES : BUILDER_OK;
+}
+
+uint64_t input_lay_out(const struct builder_input *input, enum structure_kind kind,
+                       const struct input_counts *counts, void *scratch,
+                       struct input_tables *tables)
+{
+    struct scratch_cursor cursor = {(uintptr_t)scratch, 0};
+    *tables = (struct input_tables){0};
+    tables->sources = scratch_take(&cursor, input->geometry_count, sizeof(*tables->sources));
+    if (kind == STRUCTURE_DENSE)
+        tables->dense = scratch_take(&cursor, counts->primitives, sizeof(*tables->dense));
+    if (!structure_is_displaced(kind))
+        return cursor.used;
+    struct displaced_room *room = &tables->displaced;
+    room->left = counts->displaced;
+    room->bases = scratch_take(&cursor, room->left.bases, sizeof(*room->bases));
+    room->points = scratch_take(&cursor, room->left.points, sizeof(*room->points));
+    if (kind == STRUCTURE_MOTION_DISPLACED)
+        room->motion_points = scratch_take(&cursor, room->left.points, sizeof(*room->points));
+    return cursor.used;
+}
+
+static enum builder_result out_of_range(struct builder_report *report, uint32_t geometry,
+                                        uint32_t primitive)
+{
+    report->out_of_range = 1;
+    report->first_out_of_range = (struct builder_place){geometry, primitive};
+    return BUILDER_INPUT_OUT_OF_RANGE;
+}
+
+enum builder_result input_open(const struct builder_input *input, enum structure_kind kind,
+                               const struct input_tables *tables, struct builder_report *report)
 {
     bool has_motion = input->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    struct displaced_room room = tables->displaced;
     uint32_t first = 0;
     for (uint32_t i = 0; i < input->geometry_count; i++) {
-        sources[i].first = first;
-        if (!source_open(&sources[i], has_motion, &input->geometries[i], &input->ranges[i])) {
-            report->out_of_range = 1;
-            report->first_out_of_range = (struct builder_place){i, 0};
-            return BUILDER_INPUT_OUT_OF_RANGE;
+        const struct builder_geometry *geometry = &input->geometries[i];
+        struct source *source = &tables->sources[i];
+        uint32_t primitive;
+        source->first = first;
+        if (!source_open(source, has_motion, geometry, &input->ranges[i]))
+            return out_of_range(report, i, 0);
+        if (source->has_transform)
+            report->transformed += 3ull * source->count;
+        if (kind == STRUCTURE_DENSE) {
+            source->dense = tables->dense + first;
+            dense_decode(&geometry->dense, source->count, tables->dense + first);
         }
-        if (input->geometries[i].type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX) {
-            sources[i].dense = dense + first;
-            dense_decode(&input->geometries[i].dense, sources[i].count, dense + first);
-        }
-        first += sources[i].count;
-        if (sources[i].has_transform)
-            report->transformed += 3ull * sources[i].count;
+        if (structure_is_displaced(kind) &&
+            !displaced_cut(source, geometry->triangles.displacement, input->ranges[i].firstVertex,
+                           &input->micromaps, &room, &primitive))
+            return out_of_range(report, i, primitive);
+        first += source->count;
     }
     return BUILDER_OK;
 }

@@ -292,3 +292,16 @@ enum micromap_state micromap_opacity(const void *micromap, uint32_t triangle, fl
     uint8_t byte = ((const uint8_t *)micromap)[found->data + place / 8];
     return (enum micromap_state)(byte >> place % 8 & ((1u << bits) - 1));
 }
+
+const uint8_t *micromap_displacement(const void *micromap, uint64_t triangle, uint32_t *format,
+                                     uint32_t *level)
+{
+    const struct micromap_header *header = micromap;
+    const struct micromap_triangle *triangles = (const struct micromap_triangle *)(header + 1);
+    if (header->type != VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV ||
+        triangle >= header->triangle_count)
+        return NULL;
+    *format = triangles[triangle].format;
+    *level = triangles[triangle].level;
+    return (const uint8_t *)micromap + triangles[triangle].data;
+}

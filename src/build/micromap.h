@@ -49,6 +49,11 @@ enum builder_result micromap_deserialize(const void *bytes, uint64_t size,
                                          const struct builder_uuids *uuids, void *micromap,
                                          uint64_t micromap_size);
 
+/* The blocks of a displaced triangle, for displacement_decode(); NULL where there is no such
+ * triangle, or not of displacements. */
+const uint8_t *micromap_displacement(const void *micromap, uint64_t triangle, uint32_t *format,
+                                     uint32_t *level);
+
 /* ---- what rays ask */
 
 /* Values of a format with 4 states, and of special indices: -1 - index. */

@@ -56,6 +56,8 @@ static ALWAYS_INLINE uint32_t prepare_kind(const struct build_state *state,
         enum source_state found =
             record_resolve(state->input, kind, source, place.primitive, &record, &blas);
         if (found != SOURCE_ACTIVE) {
+            if (structure_is_displaced(kind))
+                place.primitive = displaced_base_of(source, place.primitive);
             report_state(&findings->report, found, place);
             continue;
         }

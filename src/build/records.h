@@ -3,6 +3,7 @@
 #ifndef ASSAY_BUILD_RECORDS_H
 #define ASSAY_BUILD_RECORDS_H
 
+#include "build/displaced.h"
 #include "build/motion.h"
 #include "build/source.h"
 #include "build/vector.h"
@@ -18,6 +19,8 @@ union any_record {
     struct sphere_record sphere;
     struct swept_record swept;
     struct dense_record dense;
+    struct displaced_record displaced;
+    struct motion_displaced_record motion_displaced;
 };
 
 /* All 0 where the matrix is singular. */
@@ -48,6 +51,10 @@ static ALWAYS_INLINE enum source_state record_read(const struct builder_input *i
         return source_swept(source, primitive, &record->swept);
     case STRUCTURE_DENSE:
         return source_dense(source, primitive, &record->dense);
+    case STRUCTURE_DISPLACED:
+        return displaced_read(source, primitive, &record->displaced);
+    case STRUCTURE_MOTION_DISPLACED:
+        return displaced_read_motion(source, primitive, &record->motion_displaced);
     }
     return SOURCE_INACTIVE;
 }
@@ -78,6 +85,13 @@ static ALWAYS_INLINE void finish_triangle(struct builder_place place, const stru
     triangle->opacity = source->opacity.is_present ? source_opacity(source, number) : 0;
 }
 
+static ALWAYS_INLINE void finish_displaced(struct builder_place place, const struct source *source,
+                                           struct triangle_record *triangle)
+{
+    place.primitive = triangle->primitive;
+    finish_triangle(place, source, place.primitive, triangle);
+}
+
 /* The rest of a record that was read: the numbers, what else a triangle has, and an instance's
  * inverse. */
 static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder_place place,
@@ -93,6 +107,13 @@ static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder
         return;
     case STRUCTURE_DENSE:
         finish_triangle(place, source, record->dense.primitive, &record->dense.triangle);
+        return;
+    case STRUCTURE_DISPLACED: /* the number is the base's already */
+        finish_displaced(place, source, &record->displaced.triangle);
+        return;
+    case STRUCTURE_MOTION_DISPLACED:
+        finish_displaced(place, source, &record->motion_displaced.triangle.at[0]);
+        finish_displaced(place, source, &record->motion_displaced.triangle.at[1]);
         return;
     case STRUCTURE_AABBS:
     case STRUCTURE_SPHERES:

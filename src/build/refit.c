@@ -60,6 +60,21 @@ static void prefetch(const struct refit *refit, enum structure_kind kind, const 
     }
 }
 
+static ALWAYS_INLINE enum source_state read_again(const struct refit *refit,
+                                                  enum structure_kind kind,
+                                                  struct builder_place place, const void *record,
+                                                  union any_record *fresh, const void **blas)
+{
+    const struct source *source = &refit->sources[place.geometry];
+    if (kind == STRUCTURE_DISPLACED)
+        return displaced_read_part(source, place.primitive, *structure_part(kind, record),
+                                   &fresh->displaced);
+    if (kind == STRUCTURE_MOTION_DISPLACED)
+        return displaced_read_motion_part(source, place.primitive, *structure_part(kind, record),
+                                          &fresh->motion_displaced);
+    return record_resolve(refit->input, kind, source, place.primitive, fresh, blas);
+}
+
 /* A primitive that isn't active any more, or can't be read, keeps what it had. */
 static ALWAYS_INLINE void refit_kind(const struct refit *refit, enum structure_kind kind,
                                      uint32_t begin, uint32_t end, struct builder_report *report)
@@ -71,8 +86,7 @@ static ALWAYS_INLINE void refit_kind(const struct refit *refit, enum structure_k
         struct builder_place place = place_of(kind, record);
         union any_record fresh;
         const void *blas;
-        enum source_state found = record_resolve(
-            refit->input, kind, &refit->sources[place.geometry], place.primitive, &fresh, &blas);
+        enum source_state found = read_again(refit, kind, place, record, &fresh, &blas);
         if (found != SOURCE_ACTIVE) {
             report_state(report, found, place);
             continue;
@@ -99,6 +113,22 @@ static void refit_records(void *context, uint32_t begin, uint32_t end)
     pthread_mutex_unlock(&refit->lock);
 }
 
+/* Whether displaced triangles are cut as before. */
+static bool parts_are_alike(const struct structure_header *before, const struct source *sources)
+{
+    uint64_t size = structure_record_size(before->kind);
+    const uint8_t *record = structure_records(before);
+    if (!structure_is_displaced(before->kind))
+        return true;
+    for (uint32_t i = 0; i < before->record_count; i++, record += size) {
+        struct builder_place place = place_of(before->kind, record);
+        if (!displaced_is_alike(&sources[place.geometry], place.primitive,
+                                *structure_part(before->kind, record)))
+            return false;
+    }
+    return true;
+}
+
 static void run_refit(struct refit *refit)
 {
     struct workers workers;
@@ -112,6 +142,23 @@ static void run_refit(struct refit *refit)
     workers_stop(&workers);
 }
 
+/* Does nothing where the tree must be another. */
+static enum builder_result open_and_run(struct refit *refit, const struct structure_header *before,
+                                        const struct input_tables *tables, bool *is_alike)
+{
+    enum builder_result result = input_open(refit->input, before->kind, tables, refit->report);
+    if (result != BUILDER_OK)
+        return result;
+    *is_alike = parts_are_alike(before, tables->sources);
+    if (!*is_alike)
+        return BUILDER_OK;
+    if (refit->header != before)
+        memcpy(refit->header, before, before->size);
+    input_write_micromaps(refit->input, refit->header);
+    run_refit(refit);
+    return refit->report->out_of_range > 0 ? BUILDER_INPUT_OUT_OF_RANGE : BUILDER_OK;
+}
+
 enum builder_result builder_refit(const struct builder_input *input, const void *source,
                                   void *structure, uint64_t structure_size, void *scratch,
                                   uint64_t scratch_size, struct builder_report *report)
@@ -122,25 +169,23 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
     const struct structure_header *before = source;
     if (!shape_is_same(input, before))
         return BUILDER_INCOMPATIBLE;
-    uint32_t primitives = 0;
-    for (uint32_t i = 0; i < input->geometry_count; i++)
-        primitives += input->ranges[i].primitiveCount;
-    if (structure_size < before->size ||
-        scratch_size < refit_scratch(before->kind, input->geometry_count, primitives))
-        return BUILDER_TOO_SMALL;
-    struct dense_triangle *dense = (void *)((struct source *)scratch + input->geometry_count);
-    enum builder_result result = input_open(input, scratch, dense, report);
+    struct input_counts counts;
+    struct input_tables tables;
+    bool is_alike = true;
+    enum builder_result result = input_count(input, before->kind, NULL, &counts);
     if (result != BUILDER_OK)
         return result;
-    if (structure != source)
-        memcpy(structure, source, before->size);
+    if (structure_size < before->size ||
+        scratch_size < input_lay_out(input, before->kind, &counts, scratch, &tables))
+        return BUILDER_TOO_SMALL;
     fenv_t environment;
     feholdexcept(&environment);
     fesetenv(FE_DFL_ENV);
     struct refit refit = {
-        .input = input, .header = structure, .sources = scratch, .report = report};
-    input_write_micromaps(input, structure);
-    run_refit(&refit);
+        .input = input, .header = structure, .sources = tables.sources, .report = report};
+    result = open_and_run(&refit, before, &tables, &is_alike);
     fesetenv(&environment);
-    return report->out_of_range > 0 ? BUILDER_INPUT_OUT_OF_RANGE : BUILDER_OK;
+    return is_alike
+               ? result
+               : builder_build(input, structure, structure_size, scratch, scratch_size, report);
 }

@@ -46,19 +46,22 @@ static bool open_transform(struct source *source, const struct builder_triangles
     return true;
 }
 
+bool source_open_indices(struct micromap_indices *indices, VkIndexType type, uint32_t base,
+                         const void *data, uint64_t size, uint64_t stride, uint64_t count)
+{
+    uint32_t index_size = source_index_bytes(type);
+    *indices =
+        (struct micromap_indices){index_size > 0 ? data : NULL, stride, index_size, base, true};
+    return index_size == 0 || count == 0 || source_elements_in(size, index_size, stride) >= count;
+}
+
 static bool open_opacity(struct source *source, const struct builder_opacity *opacity,
                          uint64_t count)
 {
     if (!opacity)
         return true;
-    source->opacity = (struct opacity_source){opacity->indices, opacity->stride,
-                                              source_index_bytes(opacity->index_type),
-                                              opacity->base_triangle, true};
-    if (source->opacity.index_size == 0)
-        source->opacity.indices = NULL;
-    return source->opacity.index_size == 0 || count == 0 ||
-           source_elements_in(opacity->indices_size, source->opacity.index_size, opacity->stride) >=
-               count;
+    return source_open_indices(&source->opacity, opacity->index_type, opacity->base_triangle,
+                               opacity->indices, opacity->indices_size, opacity->stride, count);
 }
 
 static bool open_triangles(struct source *source, const struct builder_triangles *triangles,
@@ -170,32 +173,31 @@ static uint32_t read_index(const struct source *source, uint64_t position)
     return source_read_number(source->indices + position * source->index_size, source->index_size);
 }
 
-/* Special indices, -1 to -4, are the greatest numbers of their type. */
-#define SPECIAL_INDICES 4
+/* Those of a type are its greatest numbers: -1 to -4. */
+uint64_t source_micromap_index(const struct micromap_indices *indices, uint32_t primitive)
+{
+    if (!indices->indices)
+        return primitive;
+    uint64_t index =
+        source_read_number(indices->indices + indices->stride * primitive, indices->index_size);
+    uint64_t beyond = ((uint64_t)1 << 8 * indices->index_size) - index; /* 1 for -1 */
+    return -beyond >= SOURCE_SPECIAL ? -beyond : index;
+}
+
 uint32_t source_opacity(const struct source *source, uint32_t primitive)
 {
-    const struct opacity_source *opacity = &source->opacity;
-    uint64_t index = primitive;
-    if (opacity->indices) {
-        uint32_t bits = 8 * opacity->index_size;
-        index =
-            source_read_number(opacity->indices + opacity->stride * primitive, opacity->index_size);
-        uint64_t beyond = ((uint64_t)1 << bits) - index; /* 1 for -1 */
-        if (beyond <= SPECIAL_INDICES)
-            return (uint32_t)-beyond;
-    }
-    index += opacity->base + (uint64_t)1;
+    uint64_t index = source_micromap_index(&source->opacity, primitive);
+    if (index >= SOURCE_SPECIAL)
+        return (uint32_t)index;
+    index += source->opacity.base + (uint64_t)1;
     return index < OPACITY_SPECIAL ? (uint32_t)index : OPACITY_SPECIAL - 1;
 }
 
-/* In double, so that each component is rounded twice only, and overflows only where the result
- * does. Same vertex, same result: what shared a vertex still does. */
-static void transform_point(const VkTransformMatrixKHR *transform, float position[3])
+void source_transform(const VkTransformMatrixKHR *transform, const double from[3], float to[3])
 {
-    double x = position[0], y = position[1], z = position[2];
     for (int row = 0; row < 3; row++) {
         const float *m = transform->matrix[row];
-        position[row] = (float)(m[0] * x + m[1] * y + m[2] * z + m[3]);
+        to[row] = (float)(m[0] * from[0] + m[1] * from[1] + m[2] * from[2] + m[3]);
     }
 }
 
@@ -211,8 +213,10 @@ static enum source_state read_vertex(const struct source *source, uint64_t index
         if (isnan(position[1]) || isnan(position[2]))
             state = SOURCE_UNDEFINED;
     }
-    if (source->has_transform)
-        transform_point(&source->transform, position);
+    if (source->has_transform) {
+        const double given[3] = {position[0], position[1], position[2]};
+        source_transform(&source->transform, given, position);
+    }
     for (int i = 0; i < 3; i++)
         position[i] += 0.0f;
     return state;
@@ -240,6 +244,17 @@ static bool read_plain(const struct source *source, uint32_t primitive,
     return !has_nan;
 }
 
+bool source_corners(const struct source *source, uint32_t primitive, uint64_t index[3])
+{
+    for (uint32_t i = 0; i < 3; i++) {
+        uint64_t position = (uint64_t)primitive * 3 + i;
+        index[i] = source->indices ? read_index(source, position) : position;
+        if (index[i] >= source->index_limit)
+            return false;
+    }
+    return true;
+}
+
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record)
 {
@@ -247,12 +262,8 @@ enum source_state source_triangle(const struct source *source, uint32_t primitiv
         return SOURCE_ACTIVE;
     float *corners[3] = {record->a, record->b, record->c};
     uint64_t index[3];
-    for (uint32_t i = 0; i < 3; i++) {
-        uint64_t position = (uint64_t)primitive * 3 + i;
-        index[i] = source->indices ? read_index(source, position) : position;
-        if (index[i] >= source->index_limit)
-            return SOURCE_OUT_OF_RANGE;
-    }
+    if (!source_corners(source, primitive, index))
+        return SOURCE_OUT_OF_RANGE;
     enum source_state state = SOURCE_ACTIVE;
     for (int i = 0; i < 3; i++) {
         enum source_state vertex = read_vertex(source, index[i], corners[i]);

@@ -24,9 +24,28 @@ struct dense_triangle {
     enum source_state found;
 };
 
+struct displaced_point {
+    float at[3];
+};
+
+/* A triangle of which others are parts, and what it is made of. */
+struct displaced_base {
+    uint32_t first; /* of its parts, counted in its geometry; one where it isn't active */
+    uint32_t point; /* the first of its vertices (displacement.h has their order) */
+    uint8_t level, edges, found; /* the latter: enum source_state */
+};
+
+/* Where each triangle's number in a micromap is. */
+struct micromap_indices {
+    const uint8_t *indices; /* NULL: none */
+    uint64_t stride;
+    uint32_t index_size, base;
+    bool is_present;
+};
+
 struct source {
     uint32_t first; /* of the structure's primitives, all geometries counted on */
-    uint32_t count;
+    uint32_t count; /* parts of triangles, where these are displaced */
     /* triangles */
     const struct vertex_format *format;
     const uint8_t *vertices; /* of index 0, offset and first vertex included */
@@ -34,12 +53,7 @@ struct source {
     uint64_t stride;         /* of vertices, AABBs or instances */
     uint64_t index_limit;    /* indices below it may be read */
     uint32_t index_size;
-    struct opacity_source {
-        const uint8_t *indices; /* NULL: none */
-        uint64_t stride;
-        uint32_t index_size, base;
-        bool is_present;
-    } opacity;
+    struct micromap_indices opacity;
     const uint8_t
         *motion_vertices;         /* at time 1, of index 0 and as readable as `vertices`; or NULL */
     bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
@@ -51,6 +65,10 @@ struct source {
     } spheres;
     const struct dense_triangle *dense;
     uint32_t max_primitive; /* of dense geometry */
+    /* of structures with displaced triangles */
+    const struct displaced_base *bases;
+    const struct displaced_point *points, *motion_points; /* at times 0 and 1 */
+    uint32_t base_count;
     /* AABBs and instances */
     const uint8_t *data;
     bool is_pointer_array, has_motion;
@@ -76,11 +94,22 @@ uint32_t source_index_bytes(VkIndexType type); /* 0: no such type, or none */
 bool source_index_is_known(VkIndexType type);
 uint32_t source_read_number(const uint8_t *from, uint32_t size);
 
+/* The numbers of a triangle's vertices; false where one is out of range. */
+bool source_corners(const struct source *source, uint32_t primitive, uint64_t index[3]);
+/* In double, so that each component is rounded twice only, and overflows only where the result
+ * does. Same vertex, same result: what shared a vertex still does. */
+void source_transform(const VkTransformMatrixKHR *transform, const double from[3], float to[3]);
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record);
 /* Inactive where it is so at either time. */
 enum source_state source_motion_triangle(const struct source *source, uint32_t primitive,
                                          struct motion_triangle_record *record);
+/* False where the indices of `count` triangles can't be read. */
+bool source_open_indices(struct micromap_indices *indices, VkIndexType type, uint32_t base,
+                         const void *data, uint64_t size, uint64_t stride, uint64_t count);
+/* Of a triangle, without the base; special indices as the greatest numbers. */
+#define SOURCE_SPECIAL UINT64_C(0xfffffffffffffffc) /* the least of them */
+uint64_t source_micromap_index(const struct micromap_indices *indices, uint32_t primitive);
 /* What its record says of opacity, where the source has any. */
 uint32_t source_opacity(const struct source *source, uint32_t primitive);
 /* Asks for the memory of a triangle that is read soon: its indices, later its vertices. Records

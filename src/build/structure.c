@@ -2,6 +2,8 @@
 /* Layout of structures, and the check of those that come from elsewhere. */
 #include "build/structure.h"
 
+#include "build/displacement.h"
+
 struct instance_record *structure_instance(const struct structure_header *header, uint64_t index)
 {
     uint8_t *records = structure_records(header);
@@ -77,12 +79,16 @@ static bool place_is_sound(const struct structure_header *header, uint32_t geome
            primitive < structure_geometries(header)[geometry].primitive_count;
 }
 
-/* Of an instance nothing is relied upon; all other records have their numbers in one place. */
+/* Of an instance nothing is relied upon; all other records have their numbers in one place. Of a
+ * microtriangle's part any index will do. */
 static bool record_is_sound(const struct structure_header *header, uint32_t index)
 {
     const uint8_t *records = structure_records(header);
     const struct triangle_record *record =
         (const void *)(records + (uint64_t)index * structure_record_size(header->kind));
+    if (structure_is_displaced(header->kind) &&
+        structure_part(header->kind, record)->level > DISPLACEMENT_MAX_LEVEL)
+        return false;
     return structure_is_top(header->kind) ||
            place_is_sound(header, record->geometry, record->primitive);
 }

@@ -7,7 +7,8 @@
  *
  * Sizes are bounded from both sides. A leaf has at most LEAF_RECORDS records, so n records take at
  * least n/6 nodes; structure_node_capacity() caps them, and emit.c holds to the cap. For triangles
- * (48 bytes a record, 112 a node) that is 48 + 0.28 * 112 = 79.4 bytes at most, 66.7 at least. */
+ * (48 bytes a record, 112 a node) that is 48 + 0.28 * 112 = 79.4 bytes at most, 66.7 at least; for
+ * microtriangles of displaced ones (52 bytes a record) 83.4 and 70.7. */
 #ifndef ASSAY_BUILD_STRUCTURE_H
 #define ASSAY_BUILD_STRUCTURE_H
 
@@ -95,6 +96,20 @@ struct motion_triangle_record {
     struct triangle_record at[2];
 };
 
+/* A microtriangle, with the number of its base triangle: which part of that it is. */
+struct displaced_part {
+    uint16_t index;       /* along the curve (displacement.h) */
+    uint8_t level, edges; /* the latter: which are decimated */
+};
+struct displaced_record {
+    struct triangle_record triangle;
+    struct displaced_part part;
+};
+struct motion_displaced_record {
+    struct motion_triangle_record triangle;
+    struct displaced_part part;
+};
+
 /* `base` is the instance at time 0, and all there is of one that doesn't move. */
 struct motion_instance_record {
     struct instance_record base;
@@ -127,8 +142,10 @@ enum structure_kind {
     STRUCTURE_SPHERES,
     STRUCTURE_SWEPT_SPHERES,
     STRUCTURE_DENSE,
+    STRUCTURE_DISPLACED, /* triangles of which any geometry is */
+    STRUCTURE_MOTION_DISPLACED,
 };
-#define STRUCTURE_KINDS 8u
+#define STRUCTURE_KINDS 10u
 
 struct structure_header {
     uint32_t magic, version;
@@ -197,7 +214,21 @@ static inline bool structure_is_top(enum structure_kind kind)
     return kind == STRUCTURE_INSTANCES || kind == STRUCTURE_MOTION_INSTANCES;
 }
 
-/* Records begin with a triangle's. */
+/* Records are microtriangles. */
+static inline bool structure_is_displaced(enum structure_kind kind)
+{
+    return kind == STRUCTURE_DISPLACED || kind == STRUCTURE_MOTION_DISPLACED;
+}
+
+static inline const struct displaced_part *structure_part(enum structure_kind kind,
+                                                          const void *record)
+{
+    const struct displaced_record *still = record;
+    const struct motion_displaced_record *moving = record;
+    return kind == STRUCTURE_DISPLACED ? &still->part : &moving->part;
+}
+
+/* Records are triangles of the application's. */
 static inline bool structure_has_triangles(enum structure_kind kind)
 {
     return kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_MOTION_TRIANGLES;
@@ -222,6 +253,10 @@ static inline uint64_t structure_record_size(enum structure_kind kind)
         return sizeof(struct swept_record);
     case STRUCTURE_DENSE:
         return sizeof(struct dense_record);
+    case STRUCTURE_DISPLACED:
+        return sizeof(struct displaced_record);
+    case STRUCTURE_MOTION_DISPLACED:
+        return sizeof(struct motion_displaced_record);
     }
     return 0;
 }

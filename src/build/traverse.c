@@ -3,6 +3,7 @@
  * both as deep as trees may be (structure.h).
  * "Ray Intersection Candidate Determination" and "Ray Intersection Culling" say what counts. */
 #include "build/candidate.h"
+#include "build/displaced.h"
 #include "build/motion.h"
 
 struct waiting_child {
@@ -31,17 +32,22 @@ static bool meets_triangle(struct walk *walk, const struct view *view,
 }
 
 /* `hit` has the numbers, and what is opaque but for micromaps. */
+static void offer_met(struct walk *walk, struct view *view, const struct triangle_record *triangle,
+                      const struct local_hit *local, struct trace_hit *hit)
+{
+    hit->u = local->u;
+    hit->v = local->v;
+    hit->front_face = local->front_face;
+    if (triangle->opacity == 0 || candidate_opacity(walk, view, triangle, local, &hit->opaque))
+        candidate_offer(walk, view, hit, local->t / view->ray.unit);
+}
+
 static void offer_triangle(struct walk *walk, struct view *view,
                            const struct triangle_record *triangle, struct trace_hit *hit)
 {
     struct local_hit local;
-    if (!meets_triangle(walk, view, triangle, &local))
-        return;
-    hit->u = local.u;
-    hit->v = local.v;
-    hit->front_face = local.front_face;
-    if (triangle->opacity == 0 || candidate_opacity(walk, view, triangle, &local, &hit->opaque))
-        candidate_offer(walk, view, hit, local.t / view->ray.unit);
+    if (meets_triangle(walk, view, triangle, &local))
+        offer_met(walk, view, triangle, &local, hit);
 }
 
 static void test_triangle(struct walk *walk, struct view *view,
@@ -106,6 +112,28 @@ static void test_motion_triangle(struct walk *walk, struct view *view,
     test_triangle(walk, view, &now);
 }
 
+/* Everything but where it is, is the base's. */
+static void test_displaced(struct walk *walk, struct view *view,
+                           const struct triangle_record *triangle, struct displaced_part part)
+{
+    struct local_hit local;
+    if (!meets_triangle(walk, view, triangle, &local))
+        return;
+    struct trace_hit hit = {.geometry = triangle->geometry,
+                            .primitive = triangle->primitive,
+                            .opaque = geometry_is_opaque(view, triangle->geometry)};
+    displaced_barycentrics(part, &local.u, &local.v);
+    offer_met(walk, view, triangle, &local, &hit);
+}
+
+static void test_motion_displaced(struct walk *walk, struct view *view,
+                                  const struct motion_displaced_record *record)
+{
+    struct triangle_record now;
+    motion_triangle_at(&record->triangle, walk->ray->time, &now);
+    test_displaced(walk, view, &now, record->part);
+}
+
 static void test_record(struct walk *walk, struct view *view, const void *record)
 {
     switch ((enum structure_kind)view->blas->kind) {
@@ -120,6 +148,12 @@ static void test_record(struct walk *walk, struct view *view, const void *record
         return;
     case STRUCTURE_DENSE:
         test_dense(walk, view, record);
+        return;
+    case STRUCTURE_DISPLACED:
+        test_displaced(walk, view, record, ((const struct displaced_record *)record)->part);
+        return;
+    case STRUCTURE_MOTION_DISPLACED:
+        test_motion_displaced(walk, view, record);
         return;
     case STRUCTURE_SPHERES:
     case STRUCTURE_SWEPT_SPHERES:

@@ -88,10 +88,10 @@ struct build_state {
     struct workers workers;
     pthread_mutex_t lock; /* of what several threads add to */
     struct source *sources;
-    struct dense_triangle *dense; /* NULL where there is no dense geometry */
-    uint32_t *chunk_counts;       /* refs of each PREPARE_CHUNK primitives */
+    uint32_t *chunk_counts; /* refs of each PREPARE_CHUNK primitives */
     struct primitive_ref *refs;
     uint32_t primitive_count, ref_count;
+    uint32_t record_capacity; /* of the structure: at least as many */
     struct box bounds, centers;
     bool has_clamped;
     struct tree_node *tree;

@@ -3,8 +3,10 @@
 #include "displacement_encoder.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "build/micromap.h"
 #include "kit.h"
 
 /* The specification's tables: where fields begin, and their bits. */
@@ -176,4 +178,57 @@ uint32_t encoder_encode(uint32_t format, uint32_t level, const struct encoder_va
     put_blocks(&block, cuts, (struct point){0, 0}, (struct point){edge, 0}, (struct point){0, edge},
                random);
     return (uint32_t)(block.bytes - blocks);
+}
+
+/* ---- micromaps */
+
+static void want(struct encoder_values *wanted, uint32_t triangle, uint32_t level,
+                 encoder_value *value, void *context)
+{
+    uint32_t edge = 1u << level;
+    for (uint32_t u = 0; u <= edge; u++)
+        for (uint32_t v = 0; u + v <= edge; v++)
+            wanted->at[u][v] = value(context, triangle, level, u, v);
+}
+
+static void *build(const struct micromap_input *input)
+{
+    uint64_t size;
+    if (micromap_get_size(input, &size) != BUILDER_OK)
+        abort();
+    void *micromap = kit_allocate(size);
+    if (micromap_build(input, micromap, size) != BUILDER_OK)
+        abort();
+    return micromap;
+}
+
+void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
+                       void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded)
+{
+    VkMicromapTriangleEXT *triangles = kit_allocate(count * sizeof(*triangles));
+    uint8_t *data = kit_allocate((uint64_t)count * ENCODER_BYTES);
+    uint64_t random = 13;
+    uint32_t used = 0;
+    for (uint32_t i = 0; i < 6; i++)
+        usages[i] = (VkMicromapUsageEXT){0, i, format};
+    for (uint32_t i = 0; i < count; i++) {
+        struct encoder_values wanted;
+        want(&wanted, i, levels[i], value, context);
+        triangles[i] = (VkMicromapTriangleEXT){used, levels[i], (uint16_t)format};
+        used += encoder_encode(format, levels[i], &wanted, &random, data + used, &coded[i]);
+        usages[levels[i]].count++;
+    }
+    void *micromap = build(&(struct micromap_input){
+        .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
+        .usage_count = 6,
+        .usages = usages,
+        .data = data,
+        .triangles = triangles,
+        .data_size = used,
+        .triangles_size = count * sizeof(*triangles),
+        .stride = sizeof(*triangles),
+    });
+    free(triangles);
+    free(data);
+    return micromap;
 }

@@ -5,6 +5,7 @@
 #define ASSAY_TESTS_BUILDER_DISPLACEMENT_ENCODER_H
 
 #include <stdint.h>
+#include <vulkan/vulkan_core.h>
 
 #define ENCODER_EDGE 33 /* vertices of an edge at level 5 */
 #define ENCODER_BYTES (16 * 128)
@@ -18,6 +19,15 @@ struct encoder_values {
  * the bytes. */
 uint32_t encoder_encode(uint32_t format, uint32_t level, const struct encoder_values *wanted,
                         uint64_t *random, uint8_t *blocks, struct encoder_values *coded);
+
+/* What a vertex should have. */
+typedef uint16_t encoder_value(void *context, uint32_t triangle, uint32_t level, uint32_t u,
+                               uint32_t v);
+
+/* A micromap, which the caller frees; `usages` has 6 elements, one a level. What triangles have is
+ * in `coded`, one a triangle. */
+void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
+                       void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded);
 
 void encoder_write_bits(uint8_t *bytes, uint32_t at, uint32_t count, uint32_t value);
 

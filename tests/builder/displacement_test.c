@@ -54,6 +54,35 @@ static void test_curve(void **state)
     }
 }
 
+/* Level 2 with its edges decimated: vertices 1 and 3 of each go to its ends. Of level 1 the middle
+ * goes to the edge's first vertex. */
+static void test_decimated_edges(void **state)
+{
+    (void)state;
+    for (uint32_t edges = 0; edges < 8; edges++) {
+        uint32_t seen[5][5] = {{0}}, left = 0;
+        for (uint32_t i = 0; i < 16; i++) {
+            struct displacement_corner c[3];
+            displacement_microtriangle(2, i, edges, c);
+            for (int j = 0; j < 3; j++)
+                seen[c[j].u][c[j].v]++;
+        }
+        for (uint32_t i = 0; i < 25; i++)
+            left += seen[i / 5][i % 5] > 0;
+        assert_int_equal(left, 15 - 2 * (uint32_t)__builtin_popcount(edges));
+        assert_true((seen[1][0] + seen[3][0] == 0) == (edges & 1));
+        assert_true((seen[3][1] + seen[1][3] == 0) == (edges >> 1 & 1));
+        assert_true((seen[0][1] + seen[0][3] == 0) == (edges >> 2 & 1));
+        assert_true(seen[0][0] == (edges & 1 ? edges & 4 ? 7 : 4 : edges & 4 ? 4 : 1));
+    }
+    struct displacement_corner c[3];
+    displacement_microtriangle(1, 1, 7, c); /* the middle becomes the whole */
+    assert_true(c[0].u == 2 && c[0].v == 0 && c[1].u == 0 && c[1].v == 2 && c[2].u == 0 &&
+                c[2].v == 0);
+    displacement_microtriangle(0, 0, 7, c);
+    assert_true(c[0].u == 0 && c[1].u == 1 && c[2].v == 1);
+}
+
 /* Of format 3: predictions, corrections of either sign, shifts, and what wraps at 11 bits. */
 static void test_corrections(void **state)
 {
@@ -146,9 +175,13 @@ static void test_bytes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order_of_vertices), cmocka_unit_test(test_curve),
-        cmocka_unit_test(test_corrections),       cmocka_unit_test(test_encoded),
-        cmocka_unit_test(test_any_bytes),         cmocka_unit_test(test_bytes),
+        cmocka_unit_test(test_order_of_vertices),
+        cmocka_unit_test(test_curve),
+        cmocka_unit_test(test_decimated_edges),
+        cmocka_unit_test(test_corrections),
+        cmocka_unit_test(test_encoded),
+        cmocka_unit_test(test_any_bytes),
+        cmocka_unit_test(test_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

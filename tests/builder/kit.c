@@ -152,6 +152,7 @@ static void make_input(struct kit_input *input, VkGeometryTypeKHR type, uint32_t
         .geometries = &input->geometry,
         .ranges = &input->range,
         .resolver = kit_resolver(),
+        .micromaps = kit_resolver(),
     };
 }
 

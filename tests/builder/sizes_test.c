@@ -107,6 +107,33 @@ static void test_smaller_counts_fit(void **state)
                      BUILDER_TOO_MANY_PRIMITIVES);
 }
 
+/* Displaced triangles are as many as their usages say, and those beyond that stay whole. */
+static void test_displaced(void **state)
+{
+    (void)state;
+    VkMicromapUsageEXT usages[2] = {{10, 5, 3}, {100, 2, 1}};
+    struct builder_displacement displacement = {.usage_count = 2, .usages = usages};
+    struct builder_sizes before = {0}, sizes;
+    struct kit_input input;
+    kit_input_triangles(&input, NULL, 0);
+    input.geometry.triangles.displacement = &displacement;
+    for (uint32_t count = 0; count < 1000; count += 10) {
+        double parts = 10 * 1024 + 100 * 16 + (count > 110 ? count - 110 : 0);
+        assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_OK);
+        assert_true((double)sizes.structure <= 84 * parts + FIXED_BYTES);
+        assert_true((double)sizes.structure >= 80 * parts);
+        assert_true(sizes.structure >= before.structure);
+        assert_true(sizes.build_scratch >= before.build_scratch);
+        assert_true(sizes.update_scratch == sizes.build_scratch); /* it may be a build */
+        before = sizes;
+    }
+    uint32_t none = 0;
+    usages[0].count = BUILDER_MAX_PRIMITIVES / 1024 + 1;
+    assert_int_equal(builder_get_sizes(&input.input, &none, &sizes), BUILDER_TOO_MANY_PRIMITIVES);
+    usages[0].subdivisionLevel = 6;
+    assert_int_equal(builder_get_sizes(&input.input, &none, &sizes), BUILDER_UNKNOWN_FORMAT);
+}
+
 static uint64_t aligned(uint64_t size)
 {
     return (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
@@ -176,7 +203,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counts),    cmocka_unit_test(test_uneven),
         cmocka_unit_test(test_instances), cmocka_unit_test(test_smaller_counts_fit),
-        cmocka_unit_test(test_plain),     cmocka_unit_test(test_too_small),
+        cmocka_unit_test(test_displaced), cmocka_unit_test(test_plain),
+        cmocka_unit_test(test_too_small),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -19,7 +19,7 @@ struct numeric_case {
 };
 extern const struct numeric_case activity_cases[], shape_cases[], ray_cases[], box_cases[],
     instance_cases[], structure_cases[], motion_cases[], micromap_cases[], sphere_cases[],
-    dense_cases[]; /* each ends with number 0 */
+    dense_cases[], displaced_cases[], displaced_mesh_cases[]; /* each ends with number 0 */
 
 /* Counts, against the case that runs, and prints the first of each setting. */
 void expect(bool is_so, const char *what);

@@ -8,7 +8,7 @@
 #include "cases.h"
 #include "exact.h"
 
-#define CASES 67 /* by number, from 1 on */
+#define CASES 74 /* by number, from 1 on */
 
 static const char *const quality_names[] = {"fast", "balanced", "high"};
 static const char *const accuracy_names[] = {"fast", "robust", "exact"};
@@ -161,8 +161,9 @@ static bool run_case(const struct numeric_case *one)
 int main(int count, char **arguments)
 {
     const struct numeric_case *const tables[] = {
-        activity_cases,  shape_cases,  ray_cases,      box_cases,    instance_cases,
-        structure_cases, motion_cases, micromap_cases, sphere_cases, dense_cases};
+        activity_cases, shape_cases,     ray_cases,       box_cases,
+        instance_cases, structure_cases, motion_cases,    micromap_cases,
+        sphere_cases,   dense_cases,     displaced_cases, displaced_mesh_cases};
     int only = count > 1 ? atoi(arguments[1]) : 0, right = 0, all = 0;
     bool seen[CASES + 1] = {false};
     for (size_t i = 0; i < sizeof(tables) / sizeof(tables[0]); i++)

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cases 68 and 71 to 74: single displaced triangles (VK_NV_displacement_micromap). */
+#include <math.h>
+#include <stdlib.h>
+
+#include "cases.h"
+#include "displaced.h"
+
+/* ---- a triangle in the plane z = 0 that rises and sinks: everything can be told from above */
+
+static const float flat[9] = {0, 0, 0, 4, 0, 0, 0, 4, 0};
+static const float up[9] = {0, 0, 1, 0, 0, 2, 0, 0, 0.5f};
+static const float biases[6] = {0, 1, 0.25f, 2, -1, 4};
+
+static double height(const struct encoder_values *values, uint32_t level, uint32_t u, uint32_t v)
+{
+    double edge = 1u << level, w[3] = {(edge - u - v) / edge, u / edge, v / edge};
+    double base = 0, along = 0;
+    for (int i = 0; i < 3; i++) {
+        base += w[i] * up[3 * i + 2] * biases[2 * i];
+        along += w[i] * up[3 * i + 2] * biases[2 * i + 1];
+    }
+    return base + along * values->at[u][v] / 2047;
+}
+
+/* At barycentrics u, v: of the microtriangle that holds them. */
+static double height_at(const struct encoder_values *values, uint32_t level, double u, double v)
+{
+    uint32_t edge = 1u << level, column = (uint32_t)(u * edge), row = (uint32_t)(v * edge);
+    double x = u * edge - column, y = v * edge - row;
+    double right = height(values, level, column + 1, row);
+    double above = height(values, level, column, row + 1);
+    if (x + y <= 1)
+        return height(values, level, column, row) * (1 - x - y) + right * x + above * y;
+    return height(values, level, column + 1, row + 1) * (x + y - 1) + right * (1 - y) +
+           above * (1 - x);
+}
+
+static void input_flat(struct kit_input *input, struct displaced *displaced)
+{
+    displaced->displacement.vectors = up;
+    displaced->displacement.vectors_size = sizeof(up);
+    displaced->displacement.biases_and_scales = biases;
+    displaced->displacement.biases_and_scales_size = sizeof(biases);
+    kit_input_triangles(input, flat, 1);
+    input->geometry.triangles.displacement = &displaced->displacement;
+}
+
+static bool is_about(double a, double b)
+{
+    return fabs(a - b) < 1e-4;
+}
+
+static void check_from_above(const struct setting *setting, const void *structure,
+                             const struct encoder_values *values, uint32_t level, float time,
+                             float rise)
+{
+    uint64_t random = 101;
+    for (int i = 0; i < 40; i++) {
+        float u = kit_uniform(&random, 0.01f, 0.95f), v = kit_uniform(&random, 0.01f, 0.98f - u);
+        struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
+        struct trace_hit hit;
+        ray.time = time;
+        if (v < 0.01f)
+            continue;
+        bool is_hit = kit_trace(structure, setting->accuracy, &ray, &hit);
+        EXPECT(is_hit && hit.primitive == 0 && hit.geometry == 0 && hit.front_face);
+        EXPECT(is_hit && is_about(hit.u, u) && is_about(hit.v, v));
+        EXPECT(is_hit && is_about(100 - hit.t, height_at(values, level, u, v) + rise));
+    }
+}
+
+static void every_format(const struct setting *setting)
+{
+    uint64_t random = 103;
+    for (uint32_t i = 0; i < 18; i++) {
+        uint32_t format = 1 + i / 6;
+        uint8_t level = i % 6;
+        struct displaced displaced;
+        struct kit_input input;
+        struct builder_report report;
+        open_displaced(&displaced, format, 1, &level, random_value, &random);
+        input_flat(&input, &displaced);
+        void *structure = case_build(setting, &input, &report);
+        EXPECT(report.active == 1u << 2 * level && report.inactive == 0);
+        check_from_above(setting, structure, displaced.coded, level, 0, 0);
+        free(structure);
+        close_displaced(&displaced);
+    }
+}
+
+/* ---- indices, and what isn't displaced or can't be */
+
+static void indices(const struct setting *setting)
+{
+    uint64_t random = 113;
+    const uint8_t levels[3] = {1, 2, 3}, bytes[8] = {9, 1, 9, 0xff};
+    struct displaced displaced;
+    struct kit_input input;
+    struct builder_report report;
+    open_displaced(&displaced, 1, 3, levels, random_value, &random);
+    input_flat(&input, &displaced);
+    struct builder_displacement *displacement = &displaced.displacement;
+    displacement->index_type = VK_INDEX_TYPE_UINT8_KHR;
+    displacement->indices = bytes + 1;
+    displacement->indices_size = 1;
+    displacement->base_triangle = 1;
+    void *structure = case_build(setting, &input, &report);
+    EXPECT(report.active == 64);
+    check_from_above(setting, structure, &displaced.coded[2], 3, 0, 0);
+    free(structure);
+    displacement->indices = bytes + 3; /* special: it stays flat */
+    structure = case_build(setting, &input, &report);
+    struct trace_ray ray = case_ray(1, 1, 5, 0, 0, -1);
+    struct trace_hit hit;
+    EXPECT(report.active == 1 && kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 5);
+    free(structure);
+    displacement->micromap = 0;
+    displacement->index_type = VK_INDEX_TYPE_NONE_KHR;
+    structure = case_build(setting, &input, &report);
+    EXPECT(report.active == 1 && kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 5);
+    free(structure);
+    close_displaced(&displaced);
+}
+
+static void not_active(const struct setting *setting)
+{
+    uint64_t random = 127;
+    const uint8_t levels[2] = {2, 2};
+    float corners[18], vectors[18];
+    struct displaced displaced;
+    struct kit_input input;
+    struct builder_report report;
+    for (int i = 0; i < 18; i++) {
+        corners[i] = flat[i % 9];
+        vectors[i] = up[i % 9];
+    }
+    open_displaced(&displaced, 1, 2, levels, random_value, &random);
+    struct builder_displacement *displacement = &displaced.displacement;
+    displacement->vectors = vectors;
+    displacement->vectors_size = sizeof(vectors);
+    kit_input_triangles(&input, corners, 2);
+    input.geometry.triangles.displacement = displacement;
+    corners[3] = NAN;
+    free(case_build(setting, &input, &report));
+    EXPECT(report.active == 16 && report.inactive == 1 && report.undefined == 0);
+    corners[3] = 4;
+    vectors[11] = NAN;
+    free(case_build(setting, &input, &report));
+    EXPECT(report.active == 16 && report.undefined == 1 && report.first_undefined.primitive == 1);
+    vectors[11] = 0;
+    displacement->vectors_size--;
+    EXPECT(!kit_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    displacement->vectors_size++;
+    displacement->base_triangle = 1;
+    EXPECT(!kit_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    displacement->base_triangle = 0;
+    displaced.usages[2].count = 1; /* one of level 2 and another triangle */
+    EXPECT(!kit_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    displaced.usages[2].count = 2;
+    input.input.micromaps.find = NULL;
+    EXPECT(!kit_build(&input.input, &report) && report.out_of_range == 2);
+    displaced.usages[0].subdivisionLevel = 6;
+    EXPECT(!kit_build(&input.input, &report));
+    close_displaced(&displaced);
+}
+
+/* ---- beside other effects */
+
+static void moving(const struct setting *setting)
+{
+    uint64_t random = 131;
+    uint8_t level = 3;
+    float then[9];
+    struct displaced displaced;
+    struct kit_input input;
+    for (int i = 0; i < 9; i++)
+        then[i] = flat[i] + (i % 3 == 2 ? 8 : 0);
+    open_displaced(&displaced, 3, 1, &level, random_value, &random);
+    input_flat(&input, &displaced);
+    input.input.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    input.geometry.triangles.motion_vertices = then;
+    input.geometry.triangles.motion_vertices_size = sizeof(then);
+    void *structure = case_build(setting, &input, NULL);
+    check_from_above(setting, structure, displaced.coded, level, 0, 0);
+    check_from_above(setting, structure, displaced.coded, level, 0.75f, 6);
+    EXPECT(update_displaced(&input, structure, structure) == BUILDER_OK);
+    check_from_above(setting, structure, displaced.coded, level, 1, 8);
+    free(structure);
+    /* a transform moves what is displaced */
+    const VkTransformMatrixKHR raised = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 2.5f}}};
+    input.input.flags = 0;
+    input.geometry.triangles.transforms = &raised;
+    input.geometry.triangles.transforms_size = sizeof(raised);
+    structure = case_build(setting, &input, NULL);
+    check_from_above(setting, structure, displaced.coded, level, 0, 2.5f);
+    free(structure);
+    close_displaced(&displaced);
+}
+
+/* Opacities are found by the barycentrics of the base triangle. */
+static void with_opacity(const struct setting *setting)
+{
+    uint64_t random = 137;
+    uint8_t level = 3, opaque = 5; /* of its quarters those at vertices 0 and 1 */
+    struct displaced displaced;
+    struct kit_input input;
+    VkMicromapUsageEXT usage = {1, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    VkMicromapTriangleEXT triangle = {0, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    uint64_t micromap[32];
+    EXPECT(micromap_build(&(struct micromap_input){VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, 1, &usage,
+                                                   &opaque, &triangle, 1, sizeof(triangle),
+                                                   sizeof(triangle)},
+                          micromap, sizeof(micromap)) == BUILDER_OK);
+    struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
+                                      .micromap = (uintptr_t)micromap};
+    open_displaced(&displaced, 1, 1, &level, random_value, &random);
+    input_flat(&input, &displaced);
+    input.geometry.triangles.opacity = &opacity;
+    void *structure = case_build(setting, &input, NULL);
+    for (int i = 0; i < 30; i++) {
+        float u = kit_uniform(&random, 0.01f, 0.9f), v = kit_uniform(&random, 0.01f, 0.99f - u);
+        struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
+        struct trace_hit hit;
+        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) ==
+               (micromap_curve_index(u, v, 1) % 2 == 0));
+    }
+    free(structure);
+    close_displaced(&displaced);
+}
+
+const struct numeric_case displaced_cases[] = {
+    {68, {0, 0}, "displaced triangles of every format and level", every_format},
+    {71, {0, 0}, "displaced triangles by index, and not", indices},
+    {72, {0, 0}, "displaced triangles without values", not_active},
+    {73, {0, 0}, "displaced triangles that move or are transformed", moving},
+    {74, {0, 0}, "displaced triangles with opacities", with_opacity},
+    {0},
+};

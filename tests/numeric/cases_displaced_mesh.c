@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cases 69 and 70: displaced meshes as a whole (VK_NV_displacement_micromap). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "build/structure.h"
+#include "cases.h"
+#include "displaced.h"
+
+/* ---- a closed mesh whose triangles have two levels: where they meet, edges are decimated */
+
+/* The same on both sides of an edge. */
+static uint16_t value_of_place(void *context, uint32_t triangle, uint32_t level, uint32_t u,
+                               uint32_t v)
+{
+    const struct kit_mesh *mesh = context;
+    const uint32_t weights[3] = {(1u << level) - u - v, u, v};
+    double at[3] = {0};
+    uint64_t sum = 0;
+    for (int i = 0; i < 3; i++)
+        for (int axis = 0; axis < 3; axis++)
+            at[axis] +=
+                (double)mesh
+                    ->positions[3 * mesh->indices[3 * triangle + (uint32_t)i] + (uint32_t)axis] *
+                weights[i] / (1u << level);
+    for (int axis = 0; axis < 3; axis++)
+        sum = (sum + (uint64_t)(int64_t)lround(at[axis] * 65536)) * UINT64_C(0x9e3779b97f4a7c15);
+    return (uint16_t)(sum >> 53);
+}
+
+static bool has_edge(const struct kit_mesh *mesh, uint32_t triangle, uint32_t from, uint32_t to)
+{
+    for (uint32_t i = 0; i < 3; i++)
+        if (mesh->indices[3 * triangle + i] == from &&
+            mesh->indices[3 * triangle + (i + 1) % 3] == to)
+            return true;
+    return false;
+}
+
+static uint8_t decimated_edges(const struct kit_mesh *mesh, const uint8_t *levels,
+                               uint32_t triangle)
+{
+    uint8_t edges = 0;
+    for (uint32_t other = 0; other < mesh->triangle_count; other++)
+        for (uint32_t i = 0; i < 3; i++)
+            if (levels[other] < levels[triangle] &&
+                has_edge(mesh, other, mesh->indices[3 * triangle + (i + 1) % 3],
+                         mesh->indices[3 * triangle + i]))
+                edges |= (uint8_t)(1u << i);
+    return edges;
+}
+
+/* From the center, along everything that rounding or ties could let slip: one hit each. */
+static void check_closed(const struct setting *setting, const void *structure)
+{
+    const struct structure_header *header = structure;
+    const struct displaced_record *records = structure_records(header);
+    for (uint32_t i = 0; i < header->record_count; i += 3) {
+        const struct triangle_record *triangle = &records[i].triangle;
+        for (int way = 0; way < 3; way++) {
+            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+            struct kit_hits hits;
+            for (int axis = 0; axis < 3; axis++)
+                ray.direction[axis] = triangle->a[axis] + (way > 0 ? triangle->b[axis] : 0) +
+                                      (way > 1 ? triangle->c[axis] : 0);
+            kit_trace_all(structure, setting->accuracy, &ray, &hits);
+            EXPECT(hits.count == 1);
+        }
+    }
+}
+
+static void closed_mesh(const struct setting *setting)
+{
+    struct kit_mesh mesh = kit_sphere(2, 1, (float[3]){0, 0, 0});
+    struct displaced displaced;
+    struct kit_input input;
+    uint8_t levels[48], edges[48];
+    for (uint32_t i = 0; i < 48; i++)
+        levels[i] = 2 + i * 7 % 3 % 2;
+    for (uint32_t i = 0; i < 48; i++)
+        edges[i] = decimated_edges(&mesh, levels, i);
+    open_displaced(&displaced, 1, 48, levels, value_of_place, &mesh);
+    displaced.displacement.vectors = mesh.positions;
+    displaced.displacement.vectors_size = (uint64_t)mesh.vertex_count * 12;
+    displaced.displacement.flags = edges;
+    displaced.displacement.flags_size = 48;
+    displaced.displacement.flags_stride = 1;
+    kit_input_mesh(&input, &mesh);
+    input.geometry.triangles.displacement = &displaced.displacement;
+    void *structure = case_build(setting, &input, NULL);
+    check_closed(setting, structure);
+    free(structure);
+    close_displaced(&displaced);
+    kit_mesh_free(&mesh);
+}
+
+/* ---- updates and copies */
+
+/* Same hits and bounds as a build of the same input. */
+static void check_alike(const struct setting *setting, const void *structure, const void *expected)
+{
+    uint64_t random = 107;
+    float bounds[2][6];
+    builder_bounds(structure, bounds[0], bounds[0] + 3);
+    builder_bounds(expected, bounds[1], bounds[1] + 3);
+    EXPECT(memcmp(bounds[0], bounds[1], sizeof(bounds[0])) == 0);
+    for (int i = 0; i < 20; i++) {
+        float u = kit_uniform(&random, 0, 0.5f), v = kit_uniform(&random, 0, 0.5f);
+        struct trace_ray ray = case_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
+        struct trace_hit hit = {0}, other = {0};
+        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) ==
+               kit_trace(expected, setting->accuracy, &ray, &other));
+        EXPECT(hit.t == other.t && hit.u == other.u && hit.v == other.v);
+    }
+}
+
+static void check_copies(const struct setting *setting, const void *structure)
+{
+    const struct builder_uuids uuids = {{1}, {2}};
+    uint64_t compacted = builder_compacted_size(structure);
+    uint64_t serialized = builder_serialized_size(structure);
+    void *small = kit_allocate(compacted), *bytes = kit_allocate(serialized);
+    void *again = kit_allocate(builder_size(structure));
+    EXPECT(builder_compact(structure, small, compacted) == BUILDER_OK);
+    check_alike(setting, small, structure);
+    EXPECT(builder_serialize(structure, &uuids, bytes, serialized) == BUILDER_OK);
+    EXPECT(builder_deserialize(bytes, serialized, &uuids, again, builder_size(structure)) ==
+           BUILDER_OK);
+    EXPECT(memcmp(again, structure, builder_size(structure)) == 0);
+    /* a part of a level that there isn't */
+    struct structure_header *header = again;
+    ((struct displaced_record *)structure_records(header))->part.level = 6;
+    EXPECT(builder_serialize(again, &uuids, bytes, serialized) == BUILDER_OK);
+    EXPECT(builder_deserialize(bytes, serialized, &uuids, again, builder_size(structure)) ==
+           BUILDER_INCOMPATIBLE);
+    free(small);
+    free(bytes);
+    free(again);
+}
+
+/* Other values, then other levels. */
+static void updates(const struct setting *setting)
+{
+    uint64_t random = 109;
+    const uint8_t before[2] = {3, 2}, after[2] = {2, 3};
+    const float pair[18] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 4, 0, 0, 4, 4, 0, 0, 4, 0};
+    const float vectors[18] = {0, 0, 1, 0, 0, 1, 0, 1, 1, 1, 0, 1, 0, 0, 2, 0, 0, 1};
+    struct displaced displaced[3];
+    struct kit_input inputs[3];
+    void *structures[3];
+    for (int i = 0; i < 3; i++) {
+        open_displaced(&displaced[i], 2, 2, i < 2 ? before : after, random_value, &random);
+        displaced[i].displacement.vectors = vectors;
+        displaced[i].displacement.vectors_size = sizeof(vectors);
+        kit_input_triangles(&inputs[i], pair, 2);
+        inputs[i].geometry.triangles.displacement = &displaced[i].displacement;
+        structures[i] = case_build(setting, &inputs[i], NULL);
+    }
+    check_copies(setting, structures[0]);
+    void *updated = kit_allocate(builder_size(structures[0]));
+    for (int i = 1; i < 3; i++) {
+        EXPECT(update_displaced(&inputs[i], structures[0], updated) == BUILDER_OK);
+        check_alike(setting, updated, structures[i]);
+        EXPECT(update_displaced(&inputs[i], structures[0], structures[0]) == BUILDER_OK);
+        check_alike(setting, structures[0], structures[i]);
+    }
+    free(updated);
+    for (int i = 0; i < 3; i++) {
+        free(structures[i]);
+        close_displaced(&displaced[i]);
+    }
+}
+
+const struct numeric_case displaced_mesh_cases[] = {
+    {69, {550, 450}, "edges and vertices of a displaced closed mesh of two levels", closed_mesh},
+    {70, {0, 0}, "updates and copies of displaced triangles", updates},
+    {0},
+};

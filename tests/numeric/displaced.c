@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What cases of displaced triangles share. */
+#include "displaced.h"
+
+#include <stdlib.h>
+
+void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
+                    const uint8_t *levels, encoder_value *value, void *context)
+{
+    displaced->coded = kit_allocate(count * sizeof(*displaced->coded));
+    displaced->micromap = encoder_micromap(format, count, levels, value, context, displaced->usages,
+                                           displaced->coded);
+    displaced->displacement = (struct builder_displacement){
+        .usage_count = 6,
+        .usages = displaced->usages,
+        .vector_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .bias_and_scale_format = VK_FORMAT_R32G32_SFLOAT,
+        .index_type = VK_INDEX_TYPE_NONE_KHR,
+        .vector_stride = 12,
+        .bias_and_scale_stride = 8,
+        .micromap = (uintptr_t)displaced->micromap,
+    };
+}
+
+void close_displaced(struct displaced *displaced)
+{
+    free(displaced->coded);
+    free(displaced->micromap);
+}
+
+uint16_t random_value(void *context, uint32_t triangle, uint32_t level, uint32_t u, uint32_t v)
+{
+    (void)triangle;
+    (void)level;
+    (void)u;
+    (void)v;
+    return (uint16_t)(kit_random(context) & 2047);
+}
+
+enum builder_result update_displaced(const struct kit_input *input, const void *source,
+                                     void *target)
+{
+    struct builder_sizes sizes;
+    builder_get_sizes(&input->input, &input->range.primitiveCount, &sizes);
+    void *scratch = kit_allocate(sizes.update_scratch);
+    enum builder_result result = builder_refit(&input->input, source, target, builder_size(source),
+                                               scratch, sizes.update_scratch, NULL);
+    free(scratch);
+    return result;
+}

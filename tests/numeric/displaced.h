@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What cases of displaced triangles share. */
+#ifndef ASSAY_TESTS_NUMERIC_DISPLACED_H
+#define ASSAY_TESTS_NUMERIC_DISPLACED_H
+
+#include "displacement_encoder.h"
+#include "kit.h"
+
+/* Displacements as a geometry has them, with a micromap of their own. */
+struct displaced {
+    struct builder_displacement displacement;
+    VkMicromapUsageEXT usages[6];
+    struct encoder_values *coded;
+    void *micromap;
+};
+
+/* Without vectors yet. */
+void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
+                    const uint8_t *levels, encoder_value *value, void *context);
+void close_displaced(struct displaced *displaced);
+
+encoder_value random_value; /* its context: a state of kit_random() */
+
+/* A refit with the scratch that it asks for. */
+enum builder_result update_displaced(const struct kit_input *input, const void *source,
+                                     void *target);
+
+#endif
