@@ -1,173 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What command buffers tell of structures on backend cpu, through the loader: queries, and what is
- * written to buffers, which is there once the application knows that the submission is complete. */
-#include "device_stage.h"
+/* What command buffers write of structures to buffers on backend cpu, through the loader: it is
+ * there once the application knows that the submission is complete. */
+#include "result_scene.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static struct device_stage device;
 static struct stage *const stage = &device.stage;
-
-enum {
-    TRIANGLES = 50,
-    TRIANGLE_SIZE = 9 * sizeof(float),
-    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-};
 
 static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
-
-/* ---- a BLAS, and a pool of three queries */
-
-enum { QUERIES = 3 };
-
-struct scene {
-    struct stage_build host;
-    struct device_build build;
-    struct stage_structure blas;
-    VkQueryPool pool;
-};
-
-static void open_scene(struct scene *scene, VkQueryType type)
-{
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = type,
-        .queryCount = QUERIES,
-    };
-    stage_triangles(&scene->host, TRIANGLES, COMPACTABLE);
-    scene->blas = stage_create_for(stage, &scene->host);
-    device_build_create(&device, &scene->host, TRIANGLES * TRIANGLE_SIZE, &scene->build);
-    expect(stage->vk.CreateQueryPool(stage->device, &info, NULL, &scene->pool));
-}
-
-static void close_scene(struct scene *scene)
-{
-    stage->vk.DestroyQueryPool(stage->device, scene->pool, NULL);
-    device_build_destroy(&device, &scene->build);
-    stage_destroy(stage, &scene->blas);
-    stage_free(&scene->host);
-    device_expect_silence(&device);
-}
-
-static void record_build(struct scene *scene, VkCommandBuffer commands)
-{
-    device_upload(&device, commands, &scene->build);
-    device_build(&device, commands, &scene->build, scene->blas.handle, VK_NULL_HANDLE);
-}
-
-/* Queries 0 and 1 of the BLAS; 2 stays unwritten. */
-static void record_queries(struct scene *scene, VkCommandBuffer commands, VkQueryType type)
-{
-    const VkAccelerationStructureKHR both[] = {scene->blas.handle, scene->blas.handle};
-    stage->vk.CmdResetQueryPool(commands, scene->pool, 0, QUERIES);
-    stage->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, scene->pool, 0);
-    device_barrier(&device, commands);
-}
-
-/* What the host's command says of a property. */
-static VkDeviceSize property(VkAccelerationStructureKHR structure, VkQueryType type)
-{
-    VkDeviceSize value = 0;
-    expect(stage->vk.WriteAccelerationStructuresPropertiesKHR(
-        stage->device, 1, &structure, type, sizeof(value), &value, sizeof(value)));
-    return value;
-}
-
-/* ---- queries */
-
-static void test_queries(void **state)
-{
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, COMPACTED_SIZE);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_build(&scene, commands);
-    record_queries(&scene, commands, COMPACTED_SIZE);
-    device_finish(&device, commands);
-
-    const VkDeviceSize expected = property(scene.blas.handle, COMPACTED_SIZE);
-    assert_in_range(expected, 1, scene.blas.size - 1);
-    uint64_t wide[2][2];
-    expect(stage->vk.GetQueryPoolResults(
-        stage->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
-        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
-    for (int i = 0; i < 2; i++) {
-        assert_int_equal(wide[i][0], expected);
-        assert_int_equal(wide[i][1], 1);
-    }
-    uint32_t narrow[QUERIES] = {7, 7, 7};
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, QUERIES,
-                                                   sizeof(narrow), narrow, sizeof(narrow[0]), 0),
-                     VK_NOT_READY);
-    assert_int_equal(narrow[1], expected);
-    assert_int_equal(narrow[2], 7);
-    uint32_t partial[2] = {7, 7};
-    assert_int_equal(stage->vk.GetQueryPoolResults(
-                         stage->device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
-                         VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
-                     VK_NOT_READY);
-    assert_int_equal(partial[0], 0);
-    assert_int_equal(partial[1], 0);
-    close_scene(&scene);
-}
-
-/* A query tells of the structure as it was when the query was written. */
-static void test_query_keeps_its_moment(void **state)
-{
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, SERIALIZATION_SIZE);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_build(&scene, commands);
-    record_queries(&scene, commands, SERIALIZATION_SIZE);
-    scene.host.range.primitiveCount = 1;
-    record_build(&scene, commands);
-    device_finish(&device, commands);
-    uint64_t value = 0;
-    expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 1, 1, sizeof(value), &value,
-                                         sizeof(value), VK_QUERY_RESULT_64_BIT));
-    assert_in_range(value, property(scene.blas.handle, SERIALIZATION_SIZE) + 1, UINT64_MAX);
-    scene.host.range.primitiveCount = TRIANGLES;
-    close_scene(&scene);
-}
-
-static void test_other_queries(void **state)
-{
-    (void)state;
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_OCCLUSION,
-        .queryCount = 1,
-    };
-    VkQueryPool pool;
-    expect(stage->vk.CreateQueryPool(stage->device, &info, NULL, &pool));
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdResetQueryPool(commands, pool, 0, 1);
-    device_finish(&device, commands);
-    uint32_t value;
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 0, 1, sizeof(value), &value,
-                                                   sizeof(value), 0),
-                     VK_NOT_READY);
-    stage->vk.DestroyQueryPool(stage->device, pool, NULL);
-    device_expect_silence(&device);
-}
-
-/* ---- copies */
-
 static void test_compaction(void **state)
 {
     (void)state;
-    struct scene scene;
-    open_scene(&scene, COMPACTED_SIZE);
+    struct result_scene scene;
+    result_scene_open(&scene, COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_build(&scene, commands);
-    record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(&scene, commands);
+    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
     device_finish(&device, commands);
     uint64_t size = 0;
     expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 1, sizeof(size), &size,
@@ -185,7 +38,7 @@ static void test_compaction(void **state)
     device_finish(&device, commands);
     assert_true(stage_trace(stage, compacted.handle, 0.25f, 0.25f).isHit);
     stage_destroy(stage, &compacted);
-    close_scene(&scene);
+    result_scene_close(&scene);
 }
 
 /* How an application may learn that a submission is complete. */
@@ -284,12 +137,12 @@ static void test_serialization(void **state)
 {
     (void)state;
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
-        struct scene scene;
-        open_scene(&scene, SERIALIZATION_SIZE);
+        struct result_scene scene;
+        result_scene_open(&scene, SERIALIZATION_SIZE);
         VkCommandBuffer commands = device_begin(&device, PRIMARY);
-        record_build(&scene, commands);
+        result_scene_record_build(&scene, commands);
         device_finish(&device, commands);
-        const VkDeviceSize size = property(scene.blas.handle, SERIALIZATION_SIZE);
+        const VkDeviceSize size = result_scene_property(scene.blas.handle, SERIALIZATION_SIZE);
         struct device_buffer buffer = device_buffer_create(&device, size + 256);
         const VkDeviceAddress address = (buffer.address + 255) / 256 * 256;
         const VkCopyAccelerationStructureToMemoryInfoKHR save = {
@@ -301,15 +154,9 @@ static void test_serialization(void **state)
         commands = device_begin(&device, PRIMARY);
         stage->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
         const struct submission submission = run_and_learn(commands, learning);
-        void *expected = aligned_alloc(16, (size + 15) / 16 * 16);
-        const VkCopyAccelerationStructureToMemoryInfoKHR host_save = {
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-            .src = scene.blas.handle,
-            .dst.hostAddress = expected,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-        };
-        expect(stage->vk.CopyAccelerationStructureToMemoryKHR(stage->device, VK_NULL_HANDLE,
-                                                              &host_save));
+        size_t expected_size;
+        void *expected = device_serialize(&device, scene.blas.handle, &expected_size);
+        assert_int_equal(expected_size, size);
         assert_memory_equal((char *)buffer.bytes + (address - buffer.address), expected, size);
         free(expected);
         end_submission(&submission);
@@ -328,34 +175,8 @@ static void test_serialization(void **state)
         assert_true(stage_trace(stage, loaded.handle, 0.25f, 0.25f).isHit);
         stage_destroy(stage, &loaded);
         device_buffer_destroy(&device, &buffer);
-        close_scene(&scene);
+        result_scene_close(&scene);
     }
-}
-
-static void test_copied_queries(void **state)
-{
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, COMPACTED_SIZE);
-    struct device_buffer buffer = device_buffer_create(&device, 256);
-    memset(buffer.bytes, 0xee, 256);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_build(&scene, commands);
-    record_queries(&scene, commands, COMPACTED_SIZE);
-    stage->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
-                                      VK_QUERY_RESULT_64_BIT |
-                                          VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
-    stage->vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
-    device_finish(&device, commands);
-    const uint64_t expected = property(scene.blas.handle, COMPACTED_SIZE),
-                   untouched = ~0ull / 255 * 0xee;
-    const uint64_t *words = buffer.bytes;
-    const uint64_t found[] = {words[4], words[5],  words[6], words[8],
-                              words[9], words[12], words[13]};
-    const uint64_t wanted[] = {expected, 1, untouched, expected, 1, untouched, 0};
-    assert_memory_equal(found, wanted, sizeof(found));
-    device_buffer_destroy(&device, &buffer);
-    close_scene(&scene);
 }
 
 /* One batch of a submission is seen complete, while another waits for the host. */
@@ -363,12 +184,12 @@ static void test_batch_that_waits_for_the_host(void **state)
 {
     (void)state;
     const VkuDeviceDispatchTable *vk = &stage->vk;
-    struct scene scene;
-    open_scene(&scene, COMPACTED_SIZE);
+    struct result_scene scene;
+    result_scene_open(&scene, COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_build(&scene, commands);
-    record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(&scene, commands);
+    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
     vk->CmdCopyQueryPoolResults(commands, scene.pool, 0, 1, buffer.handle, 0, 8,
                                 VK_QUERY_RESULT_64_BIT);
     const struct submission submission = {.semaphore = create_timeline()};
@@ -395,20 +216,16 @@ static void test_batch_that_waits_for_the_host(void **state)
     expect(vk->SignalSemaphore(stage->device, &signal));
     end_submission(&submission);
     const uint64_t *words = buffer.bytes;
-    assert_int_equal(words[0], property(scene.blas.handle, COMPACTED_SIZE));
+    assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
     device_buffer_destroy(&device, &buffer);
-    close_scene(&scene);
+    result_scene_close(&scene);
 }
 
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_queries),
-        cmocka_unit_test(test_query_keeps_its_moment),
-        cmocka_unit_test(test_other_queries),
         cmocka_unit_test(test_compaction),
         cmocka_unit_test(test_serialization),
-        cmocka_unit_test(test_copied_queries),
         cmocka_unit_test(test_batch_that_waits_for_the_host),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

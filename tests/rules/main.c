@@ -19,6 +19,7 @@ static const struct case_list *const lists[] = {
     &cases_pointers,
     &cases_build,
     &cases_build_state,
+    &cases_limits,
     &cases_scratch,
     &cases_geometry,
     &cases_chain,
@@ -49,6 +50,7 @@ static const struct case_list *const lists[] = {
     &cases_nv_geometry,
     &cases_nv_update,
     &cases_host,
+    &cases_host_memory,
     &cases_instances,
     &cases_content_update,
 };

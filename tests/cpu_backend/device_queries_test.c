@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Queries about structures by command buffers on backend cpu, through the loader. */
+#include <string.h>
+
+#include "result_scene.h"
+
+static struct stage *const stage = &device.stage;
+
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+static const VkQueryType SERIALIZATION_SIZE =
+    VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
+
+static void test_queries(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    result_scene_open(&scene, COMPACTED_SIZE);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    result_scene_record_build(&scene, commands);
+    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    device_finish(&device, commands);
+
+    const VkDeviceSize expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE);
+    assert_in_range(expected, 1, scene.blas.size - 1);
+    uint64_t wide[2][2];
+    expect(stage->vk.GetQueryPoolResults(
+        stage->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
+        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(wide[i][0], expected);
+        assert_int_equal(wide[i][1], 1);
+    }
+    uint32_t narrow[QUERIES] = {7, 7, 7};
+    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, QUERIES,
+                                                   sizeof(narrow), narrow, sizeof(narrow[0]), 0),
+                     VK_NOT_READY);
+    assert_int_equal(narrow[1], expected);
+    assert_int_equal(narrow[2], 7);
+    uint32_t partial[2] = {7, 7};
+    assert_int_equal(stage->vk.GetQueryPoolResults(
+                         stage->device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
+                         VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
+                     VK_NOT_READY);
+    assert_int_equal(partial[0], 0);
+    assert_int_equal(partial[1], 0);
+    result_scene_close(&scene);
+}
+
+/* A query tells of the structure as it was when the query was written. */
+static void test_query_keeps_its_moment(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    result_scene_open(&scene, SERIALIZATION_SIZE);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    result_scene_record_build(&scene, commands);
+    result_scene_record_queries(&scene, commands, SERIALIZATION_SIZE);
+    scene.host.range.primitiveCount = 1;
+    result_scene_record_build(&scene, commands);
+    device_finish(&device, commands);
+    uint64_t value = 0;
+    expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 1, 1, sizeof(value), &value,
+                                         sizeof(value), VK_QUERY_RESULT_64_BIT));
+    assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
+                    UINT64_MAX);
+    scene.host.range.primitiveCount = TRIANGLES;
+    result_scene_close(&scene);
+}
+
+static void test_other_queries(void **state)
+{
+    (void)state;
+    const VkQueryPoolCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = VK_QUERY_TYPE_OCCLUSION,
+        .queryCount = 1,
+    };
+    VkQueryPool pool;
+    expect(stage->vk.CreateQueryPool(stage->device, &info, NULL, &pool));
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    stage->vk.CmdResetQueryPool(commands, pool, 0, 1);
+    device_finish(&device, commands);
+    uint32_t value;
+    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 0, 1, sizeof(value), &value,
+                                                   sizeof(value), 0),
+                     VK_NOT_READY);
+    stage->vk.DestroyQueryPool(stage->device, pool, NULL);
+    device_expect_silence(&device);
+}
+
+static void test_copied_queries(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    result_scene_open(&scene, COMPACTED_SIZE);
+    struct device_buffer buffer = device_buffer_create(&device, 256);
+    memset(buffer.bytes, 0xee, 256);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    result_scene_record_build(&scene, commands);
+    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    stage->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
+                                      VK_QUERY_RESULT_64_BIT |
+                                          VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    stage->vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
+    device_finish(&device, commands);
+    const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
+                   untouched = ~0ull / 255 * 0xee;
+    const uint64_t *words = buffer.bytes;
+    const uint64_t found[] = {words[4], words[5],  words[6], words[8],
+                              words[9], words[12], words[13]};
+    const uint64_t wanted[] = {expected, 1, untouched, expected, 1, untouched, 0};
+    assert_memory_equal(found, wanted, sizeof(found));
+    device_buffer_destroy(&device, &buffer);
+    result_scene_close(&scene);
+}
+
+static int run_all(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_queries),
+        cmocka_unit_test(test_query_keeps_its_moment),
+        cmocka_unit_test(test_other_queries),
+        cmocka_unit_test(test_copied_queries),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
+}

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Copies and queries of opacity micromaps on backend cpu, through the loader: by the host and by
+ * command buffers. */
+#include <stdlib.h>
+
+#include "micromap_scene.h"
+
+static uint64_t property(const struct micromap *micromap, VkQueryType type)
+{
+    uint64_t value = 0;
+    assert_int_equal(device.stage.vk.WriteMicromapsPropertiesEXT(
+                         device.stage.device, 1, &micromap->ext, type, sizeof(value), &value, 8),
+                     VK_SUCCESS);
+    return value;
+}
+
+static void *serialize(const struct micromap *micromap, size_t *size)
+{
+    *size = property(micromap, VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT);
+    void *bytes = malloc(*size);
+    const VkCopyMicromapToMemoryInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
+        .src = micromap->ext,
+        .dst.hostAddress = bytes,
+        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
+    };
+    assert_int_equal(
+        device.stage.vk.CopyMicromapToMemoryEXT(device.stage.device, VK_NULL_HANDLE, &info),
+        VK_SUCCESS);
+    return bytes;
+}
+
+static void expect_copy(const struct micromap *copy, const void *bytes, size_t size)
+{
+    size_t copied_size;
+    void *copied = serialize(copy, &copied_size);
+    assert_int_equal(copied_size, size);
+    assert_memory_equal(copied, bytes, size);
+    free(copied);
+}
+
+static void test_copies_by_host(void **state)
+{
+    (void)state;
+    struct micromap from, to;
+    size_t size;
+    micromap_open(&from, true);
+    assert_int_equal(micromap_build_by_host(&from), VK_SUCCESS);
+    void *bytes = serialize(&from, &size);
+    assert_true(property(&from, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT) <= MICROMAP_SIZE);
+    const VkCopyMicromapModeEXT modes[] = {VK_COPY_MICROMAP_MODE_CLONE_EXT,
+                                           VK_COPY_MICROMAP_MODE_COMPACT_EXT};
+    for (int i = 0; i < 3; i++) {
+        micromap_open(&to, true);
+        const VkCopyMemoryToMicromapInfoEXT deserialize = {
+            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
+            .src.hostAddress = bytes,
+            .dst = to.ext,
+            .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
+        };
+        const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
+                                            .src = from.ext,
+                                            .dst = to.ext,
+                                            .mode = modes[i % 2]};
+        assert_int_equal(
+            i == 2 ? device.stage.vk.CopyMemoryToMicromapEXT(device.stage.device, VK_NULL_HANDLE,
+                                                             &deserialize)
+                   : device.stage.vk.CopyMicromapEXT(device.stage.device, VK_NULL_HANDLE, &copy),
+            VK_SUCCESS);
+        expect_copy(&to, bytes, size);
+        micromap_close(&to);
+    }
+    VkAccelerationStructureCompatibilityKHR compatibility;
+    const VkMicromapVersionInfoEXT version = {.sType = VK_STRUCTURE_TYPE_MICROMAP_VERSION_INFO_EXT,
+                                              .pVersionData = bytes};
+    device.stage.vk.GetDeviceMicromapCompatibilityEXT(device.stage.device, &version,
+                                                      &compatibility);
+    assert_int_equal(compatibility, VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
+    free(bytes);
+    micromap_close(&from);
+    device_expect_silence(&device);
+}
+
+/* Built, cloned, serialized and deserialized by one command buffer each, and queried. */
+static void test_copies_by_device(void **state)
+{
+    (void)state;
+    struct micromap from, clone, again;
+    struct device_buffer bytes = device_buffer_create(&device, MICROMAP_SIZE);
+    const VkQueryPoolCreateInfo pool_info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT,
+        .queryCount = 1,
+    };
+    const VkuDeviceDispatchTable *vk = &device.stage.vk;
+    VkQueryPool pool;
+    size_t size;
+    assert_int_equal(vk->CreateQueryPool(device.stage.device, &pool_info, NULL, &pool), VK_SUCCESS);
+    micromap_open(&from, true);
+    micromap_open(&clone, true);
+    micromap_open(&again, true);
+    micromap_build_by_device(&from);
+    const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
+                                        .src = from.ext,
+                                        .dst = clone.ext,
+                                        .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT};
+    const VkCopyMicromapToMemoryInfoEXT to_memory = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
+        .src = clone.ext,
+        .dst.deviceAddress = bytes.address,
+        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
+    };
+    const VkCopyMemoryToMicromapInfoEXT from_memory = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
+        .src.deviceAddress = bytes.address,
+        .dst = again.ext,
+        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
+    };
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    vk->CmdResetQueryPool(commands, pool, 0, 1);
+    vk->CmdCopyMicromapEXT(commands, &copy);
+    vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, pool_info.queryType, pool, 0);
+    vk->CmdCopyMicromapToMemoryEXT(commands, &to_memory);
+    device_finish(&device, commands);
+    commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
+    device_finish(&device, commands);
+    uint64_t queried = 0;
+    assert_int_equal(vk->GetQueryPoolResults(device.stage.device, pool, 0, 1, sizeof(queried),
+                                             &queried, sizeof(queried), VK_QUERY_RESULT_64_BIT),
+                     VK_SUCCESS);
+    void *expected = serialize(&from, &size);
+    assert_int_equal(queried, size);
+    expect_copy(&again, expected, size);
+    free(expected);
+    vk->DestroyQueryPool(device.stage.device, pool, NULL);
+    device_buffer_destroy(&device, &bytes);
+    micromap_close(&from);
+    micromap_close(&clone);
+    micromap_close(&again);
+    device_expect_silence(&device);
+}
+
+static int run_all(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_copies_by_host),
+        cmocka_unit_test(test_copies_by_device),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
+}

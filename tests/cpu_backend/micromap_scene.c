@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making and building the micromap. */
+#include "micromap_scene.h"
+
+#include <string.h>
+
+enum { MICROMAP_TRIANGLES = 3 };
+
+const VkMicromapUsageEXT micromap_usages[2] = {
+    {.count = 2, .subdivisionLevel = 0, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
+    {.count = 1, .subdivisionLevel = 1, .format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT}};
+
+static void fill_micromap(unsigned char *bytes)
+{
+    const VkMicromapTriangleEXT triangles[MICROMAP_TRIANGLES] = {
+        {.dataOffset = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
+        {.dataOffset = 2, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
+        {.dataOffset = 7, .subdivisionLevel = 1, .format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT}};
+    memcpy(bytes, triangles, sizeof(triangles));
+    bytes[DATA + 2] = 1;
+    bytes[DATA + 7] = 0 | 1 << 2 | 2 << 4 | 3 << 6;
+}
+
+void micromap_open(struct micromap *micromap, bool is_ext)
+{
+    *micromap = (struct micromap){.storage = device_buffer_create(&device, MICROMAP_SIZE),
+                                  .input = device_buffer_create(&device, MICROMAP_SIZE)};
+    const VkMicromapCreateInfoEXT ext = {
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+        .buffer = micromap->storage.handle,
+        .size = MICROMAP_SIZE,
+        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+    };
+    const VkAccelerationStructureCreateInfo2KHR khr = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
+        .addressRange = {micromap->storage.address, MICROMAP_SIZE},
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+    };
+    const struct stage *stage = &device.stage;
+    if (is_ext)
+        assert_int_equal(stage->vk.CreateMicromapEXT(stage->device, &ext, NULL, &micromap->ext),
+                         VK_SUCCESS);
+    else
+        assert_int_equal(
+            stage->vk.CreateAccelerationStructure2KHR(stage->device, &khr, NULL, &micromap->khr),
+            VK_SUCCESS);
+    fill_micromap(micromap->input.bytes);
+}
+
+void micromap_close(struct micromap *micromap)
+{
+    const struct stage *stage = &device.stage;
+    stage->vk.DestroyMicromapEXT(stage->device, micromap->ext, NULL);
+    stage->vk.DestroyAccelerationStructureKHR(stage->device, micromap->khr, NULL);
+    device_buffer_destroy(&device, &micromap->storage);
+    device_buffer_destroy(&device, &micromap->input);
+}
+
+VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base)
+{
+    return (VkMicromapBuildInfoEXT){
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
+        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+        .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT,
+        .dstMicromap = micromap->ext,
+        .usageCountsCount = 2,
+        .pUsageCounts = micromap_usages,
+        .data.deviceAddress = base + DATA,
+        .triangleArray.deviceAddress = base,
+        .triangleArrayStride = sizeof(VkMicromapTriangleEXT),
+    };
+}
+
+VkResult micromap_build_by_host(const struct micromap *micromap)
+{
+    const VkMicromapBuildInfoEXT info =
+        micromap_info(micromap, (uint64_t)(uintptr_t)micromap->input.bytes);
+    return device.stage.vk.BuildMicromapsEXT(device.stage.device, VK_NULL_HANDLE, 1, &info);
+}
+
+static void record_khr(const struct micromap *micromap, VkCommandBuffer commands)
+{
+    VkMicromapUsageKHR own[2];
+    const VkMicromapUsageKHR *const pointers[2] = {&own[0], &own[1]};
+    memcpy(own, micromap_usages, sizeof(own));
+    const VkAccelerationStructureGeometryMicromapDataKHR data = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
+        .usageCountsCount = 2,
+        .ppUsageCounts = pointers,
+        .data = micromap->input.address + DATA,
+        .triangleArray = micromap->input.address,
+        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
+    };
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .pNext = &data,
+        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
+    };
+    const VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+        .dstAccelerationStructure = micromap->khr,
+        .geometryCount = 1,
+        .pGeometries = &geometry,
+        .scratchData.deviceAddress = micromap->storage.address,
+    };
+    const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
+    device.stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
+}
+
+void micromap_build_by_device(const struct micromap *micromap)
+{
+    const VkMicromapBuildInfoEXT info = micromap_info(micromap, micromap->input.address);
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    if (micromap->ext)
+        device.stage.vk.CmdBuildMicromapsEXT(commands, 1, &info);
+    else
+        record_khr(micromap, commands);
+    device_finish(&device, commands);
+    memset(micromap->input.bytes, 0xff, MICROMAP_SIZE);
+}

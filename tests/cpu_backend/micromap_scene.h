@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An opacity micromap of either extension, on a device stage: triangle 0 is transparent, 1 opaque,
+ * and of 2 the quarter at vertex 0 is transparent, the middle opaque, that at vertex 1 unknown
+ * transparent, at vertex 2 unknown opaque. */
+#ifndef CPU_BACKEND_MICROMAP_SCENE_H
+#define CPU_BACKEND_MICROMAP_SCENE_H
+
+#include "input_scene.h"
+
+enum { DATA = 256, MICROMAP_SIZE = 4096 };
+
+extern const VkMicromapUsageEXT micromap_usages[2];
+
+struct micromap {
+    VkMicromapEXT ext;
+    VkAccelerationStructureKHR khr;
+    struct device_buffer storage, input;
+};
+
+void micromap_open(struct micromap *micromap, bool is_ext);
+void micromap_close(struct micromap *micromap);
+
+/* A build of -EXT's from the input at that address. */
+VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base);
+VkResult micromap_build_by_host(const struct micromap *micromap);
+/* Nothing is left of the input afterwards. */
+void micromap_build_by_device(const struct micromap *micromap);
+
+#endif

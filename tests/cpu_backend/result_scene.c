@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A BLAS that is asked about. */
+#include "result_scene.h"
+
+struct device_stage device;
+static struct stage *const stage = &device.stage;
+
+enum {
+    TRIANGLE_SIZE = 9 * sizeof(float),
+    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+};
+
+void result_scene_open(struct result_scene *scene, VkQueryType type)
+{
+    const VkQueryPoolCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = type,
+        .queryCount = QUERIES,
+    };
+    stage_triangles(&scene->host, TRIANGLES, COMPACTABLE);
+    scene->blas = stage_create_for(stage, &scene->host);
+    device_build_create(&device, &scene->host, TRIANGLES * TRIANGLE_SIZE, &scene->build);
+    expect(stage->vk.CreateQueryPool(stage->device, &info, NULL, &scene->pool));
+}
+
+void result_scene_close(struct result_scene *scene)
+{
+    stage->vk.DestroyQueryPool(stage->device, scene->pool, NULL);
+    device_build_destroy(&device, &scene->build);
+    stage_destroy(stage, &scene->blas);
+    stage_free(&scene->host);
+    device_expect_silence(&device);
+}
+
+void result_scene_record_build(struct result_scene *scene, VkCommandBuffer commands)
+{
+    device_upload(&device, commands, &scene->build);
+    device_build(&device, commands, &scene->build, scene->blas.handle, VK_NULL_HANDLE);
+}
+
+void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer commands,
+                                 VkQueryType type)
+{
+    const VkAccelerationStructureKHR both[] = {scene->blas.handle, scene->blas.handle};
+    stage->vk.CmdResetQueryPool(commands, scene->pool, 0, QUERIES);
+    stage->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, scene->pool, 0);
+    device_barrier(&device, commands);
+}
+
+VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type)
+{
+    VkDeviceSize value = 0;
+    expect(stage->vk.WriteAccelerationStructuresPropertiesKHR(
+        stage->device, 1, &structure, type, sizeof(value), &value, sizeof(value)));
+    return value;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A BLAS of triangles that can be compacted, on a device stage, and a pool of queries about it. */
+#ifndef CPU_BACKEND_RESULT_SCENE_H
+#define CPU_BACKEND_RESULT_SCENE_H
+
+#include "device_stage.h"
+
+extern struct device_stage device;
+
+#define expect(call) assert_int_equal(call, VK_SUCCESS)
+
+enum { QUERIES = 3, TRIANGLES = 50 };
+
+struct result_scene {
+    struct stage_build host;
+    struct device_build build;
+    struct stage_structure blas;
+    VkQueryPool pool; /* QUERIES of them */
+};
+
+void result_scene_open(struct result_scene *scene, VkQueryType type);
+void result_scene_close(struct result_scene *scene); /* no message until now */
+
+void result_scene_record_build(struct result_scene *scene, VkCommandBuffer commands);
+/* Queries 0 and 1 of the BLAS; 2 stays unwritten. */
+void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer commands,
+                                 VkQueryType type);
+
+/* What the host's command says of a property. */
+VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type);
+
+#endif

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The limits of what a build may count: geometries and primitives. */
+#include "case.h"
+
+static void limit_counts(struct null_driver_config *config)
+{
+    config->as_properties.maxGeometryCount = 3;
+    config->as_properties.maxPrimitiveCount = 10;
+    config->as_properties.maxInstanceCount = 10;
+    config->sizes.structure.per_primitive = 0;
+    config->sizes.build_scratch.per_primitive = 0;
+    config->sizes.update_scratch.per_primitive = 0;
+}
+
+static const struct setup with_limits = {.configure = limit_counts};
+
+static void repeat_first_geometry(struct scene *scene, uint32_t build, uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        scene->geometries[build][i] = scene->geometries[build][0];
+        scene->ranges[build][i] = scene->ranges[build][0];
+    }
+    scene->infos[build].geometryCount = count;
+}
+
+static void give_3_geometries(struct scene *scene)
+{
+    repeat_first_geometry(scene, INDEXED, 3);
+}
+
+static void give_4_geometries(struct scene *scene)
+{
+    repeat_first_geometry(scene, INDEXED, 4);
+}
+
+/* Each build stays within a limit that all of them together exceed. */
+static void add_builds_of_many_primitives(struct scene *scene)
+{
+    for (int i = 0; i < 6; i++) {
+        scene->ranges[scene_add_build(scene, INDEXED)][0].primitiveCount = 10;
+        scene->ranges[scene_add_build(scene, AABBS)][0].primitiveCount = 7;
+    }
+}
+
+static const struct test_case cases[] = {
+    {.name = "geometries_over_limit",
+     RULES(RULE_blas_geometry_count_is_within_limit),
+     .setup = &with_limits,
+     .mutate = give_4_geometries,
+     .mutate_twin = give_3_geometries,
+     .path = "pInfos[0].geometryCount"},
+    {.name = "aabbs_over_limit",
+     RULES(RULE_blas_aabb_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 8)),
+     .twin_edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 7)),
+     .path = "pInfos[2]"},
+    {.name = "aabbs_over_limit_by_overflow",
+     RULES(RULE_blas_aabb_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_DEVICE,
+     .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 0xffffffff),
+                    SET(ranges[AABBS][1].primitiveCount, 1))},
+    {.name = "triangles_over_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 11)),
+     .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 10)),
+     .path = "pInfos[0]"},
+    {.name = "triangles_over_limit_together",
+     RULES(RULE_blas_triangle_count_is_within_limit),
+     .setup = &with_limits,
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 9)),
+     .twin_edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 8))},
+    /* No device takes as many, backend cpu included. */
+    {.name = "geometries_over_any_limit",
+     RULES(RULE_blas_geometry_count_is_within_limit, RULE_geometries_are_readable,
+           RULE_build_ranges_of_build_are_readable),
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(infos[INDEXED].geometryCount, UINT32_MAX)),
+     .keep_arrays = true},
+    {.name = "geometries_over_any_limit",
+     RULES(RULE_blas_geometry_count_is_within_limit, RULE_geometries_are_readable,
+           RULE_indirect_ranges_are_in_one_buffer),
+     .commands = ON_INDIRECT,
+     .edits = EDITS(SET(infos[INDEXED].geometryCount, UINT32_MAX))},
+    {.name = "aabbs_over_any_limit",
+     RULES(RULE_blas_aabb_count_is_within_limit),
+     .commands = ON_WITH_RANGES,
+     .edits =
+         EDITS(SET(BOXES(AABBS, 0).stride, 0), SET(ranges[AABBS][0].primitiveCount, 1u << 29))},
+    {.name = "triangles_over_any_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit),
+     .commands = ON_WITH_RANGES,
+     .edits = EDITS(SET(TRIANGLES(UNINDEXED, 0).vertexStride, 0),
+                    SET(TRIANGLES(UNINDEXED, 0).maxVertex, UINT32_MAX),
+                    SET(ranges[UNINDEXED][0].primitiveCount, 1u << 29))},
+    {.name = "primitives_of_all_builds_over_limit",
+     RULES(RULE_blas_triangle_count_is_within_limit, RULE_blas_aabb_count_is_within_limit),
+     .silent = true,
+     .setup = &with_limits,
+     .mutate = add_builds_of_many_primitives},
+};
+
+CASE_LIST(cases_limits, cases);
