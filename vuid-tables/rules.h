@@ -48,6 +48,19 @@ enum rule {
     RULE_COUNT,
 };
 
+/* The commands whose statement a rule is, as bits 1 << COMMAND_... */
+enum {
+#define DEVICE(tail) | 1 << COMMAND_DEVICE
+#define INDIRECT(tail) | 1 << COMMAND_INDIRECT
+#define HOST(tail) | 1 << COMMAND_HOST
+#define NV(tail) | 1 << COMMAND_NV
+#define IN(structure, tail) | ((1 << COMMAND_COUNT) - 1)
+#define IN_NV(structure, tail) | 1 << COMMAND_NV
+#define RULE(subject, name, level, ids) COMMANDS_OF_##name = 0 ids,
+#define PENDING(name, level, waits_for, ids) COMMANDS_OF_##name = 0 ids,
+#include "rules.def"
+};
+
 /* One row. */
 struct rule_info {
     const char *name;

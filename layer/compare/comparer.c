@@ -204,7 +204,7 @@ void comparer_tell(const struct comparer *comparer, const struct kept_build *bui
             .geometry_by_pointer = build->place.geometry_by_pointer,
         };
         summary_describe(summary, d, words);
-        violated(&finding, "", "{}", text(words));
+        finding_says(&finding, "", "{}", text(words));
         reporter_send_difference(device->instance->reporter, d, &location, &origin, &finding);
     }
 }

@@ -69,12 +69,12 @@ static void check_structure(struct replay *replay, const struct journal *journal
                                 .subject = is_nv ? SUBJECT_PARAMETER : SUBJECT_BUILD,
                                 .build = entry->info};
     struct finding finding;
-    violated(&finding, rules->field,
-             died ? "{} was destroyed after the build was recorded"
-                  : "{} lost its memory, or its buffer, after the build was recorded",
-             object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
-                          : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                    handle));
+    finding_says(&finding, rules->field,
+                 died ? "{} was destroyed after the build was recorded"
+                      : "{} lost its memory, or its buffer, after the build was recorded",
+                 object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                              : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                        handle));
     report(replay, journal, entry->built.position, rule, &location, &finding);
 }
 
@@ -142,11 +142,11 @@ static void check_input(struct replay *replay, const struct journal *journal,
                                 .geometry = input->geometry,
                                 .geometry_by_pointer = input->geometry_by_pointer};
     struct finding finding;
-    violated(&finding, input_field((enum input_role)input->role),
-             facts.status == ADDRESS_NOWHERE
-                 ? "{} was in a buffer that was destroyed after the build was recorded"
-                 : "{} is in a buffer whose memory was freed after the build was recorded",
-             hex(input->address));
+    finding_says(&finding, input_field((enum input_role)input->role),
+                 facts.status == ADDRESS_NOWHERE
+                     ? "{} was in a buffer that was destroyed after the build was recorded"
+                     : "{} is in a buffer whose memory was freed after the build was recorded",
+                 hex(input->address));
     report(replay, journal, input->position, rule, &location, &finding);
 }
 
@@ -184,9 +184,9 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
                                 .subject = nv_inputs[input->role].subject,
                                 .geometry = input->geometry};
     struct finding finding;
-    violated(&finding, nv_inputs[input->role].field,
-             "{} was destroyed after the build was recorded",
-             object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer));
+    finding_says(&finding, nv_inputs[input->role].field,
+                 "{} was destroyed after the build was recorded",
+                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer));
     report(replay, journal, input->position, rule, &location, &finding);
 }
 

@@ -5,6 +5,7 @@
 #define ASSAY_CHECK_FINDING_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
@@ -77,19 +78,30 @@ static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t bui
         .kind = VALUE_BUILT, .number = (uint64_t)(uintptr_t)command_buffer, .build = build};
 }
 
-/* Fills a finding and returns false, so that a predicate can end with `return violated(...)`. */
 __attribute__((cold)) bool finding_fill(struct finding *finding, const char *field,
                                         const char *says, const struct value *values,
                                         uint32_t value_count);
 
-#define violated(finding, field, says, ...)                                                        \
+/* Fills a finding; false. */
+#define finding_says(finding, field, says, ...)                                                    \
     finding_fill((finding), (field), (says), (const struct value[]){__VA_ARGS__},                  \
                  sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value))
+
+/* Predicates that are only asked whether they hold get no finding to fill. */
+static inline bool finding_is_wanted(const struct finding *finding)
+{
+    return finding != NULL;
+}
+
+/* Fills a finding, if it is wanted. It is false, so that a predicate can end with `return
+ * violated(...)`. */
+#define violated(finding, field, says, ...)                                                        \
+    (finding_is_wanted(finding) && finding_says(finding, field, says, __VA_ARGS__))
 
 /* The same without values. */
 static inline bool violated_plainly(struct finding *finding, const char *field, const char *says)
 {
-    return finding_fill(finding, field, says, 0, 0);
+    return finding_is_wanted(finding) && finding_fill(finding, field, says, NULL, 0);
 }
 
 #endif

@@ -122,7 +122,7 @@ void replay_micromap_death(struct replay *replay, const struct journal *journal,
     struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
     const struct location location = location_of(entry);
     struct finding finding;
-    violated(
+    finding_says(
         &finding, is_ext ? OPACITY_EXT_DATA "micromap" : OPACITY_DATA "micromap",
         "{} was destroyed after the build was recorded",
         object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

@@ -101,16 +101,18 @@ static void judge_size(struct walk *walk, const struct journal_entry *entry,
         return;
     struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
     if (source->compacted)
-        violated(&finding, "dstAccelerationStructure",
-                 "{} was created with size {}, less than the compacted size of its source ({}), as "
-                 "that was queried, and than accelerationStructureSize ({})",
-                 dst, number(asked->dst_size), number(source->compacted_size->size),
-                 number(asked->needed_size));
+        finding_says(
+            &finding, "dstAccelerationStructure",
+            "{} was created with size {}, less than the compacted size of its source ({}), as "
+            "that was queried, and than accelerationStructureSize ({})",
+            dst, number(asked->dst_size), number(source->compacted_size->size),
+            number(asked->needed_size));
     else
-        violated(&finding, "dstAccelerationStructure",
-                 "{} was created with size {}, less than accelerationStructureSize ({}), and its "
-                 "source is not compacted",
-                 dst, number(asked->dst_size), number(asked->needed_size));
+        finding_says(
+            &finding, "dstAccelerationStructure",
+            "{} was created with size {}, less than accelerationStructureSize ({}), and its "
+            "source is not compacted",
+            dst, number(asked->dst_size), number(asked->needed_size));
     walk->context->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
 }
 

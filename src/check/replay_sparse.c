@@ -21,11 +21,11 @@ static void report_missing(struct replay *replay, const struct journal *journal,
                                 .subject = SUBJECT_BUILD,
                                 .build = entry->info};
     struct finding finding;
-    violated(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
-             "{} lies in {}, of whose bytes [{}, {}) are not bound to live memory",
-             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle),
-             object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)missing->buffer),
-             hex(missing->begin), hex(missing->end));
+    finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
+                 "{} lies in {}, of whose bytes [{}, {}) are not bound to live memory",
+                 object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle),
+                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)missing->buffer),
+                 hex(missing->begin), hex(missing->end));
     replay->locate(replay->user, journal, entry->built.position, entry->info);
     replay->found(replay->user, rule, &location, &finding);
 }

@@ -194,8 +194,8 @@ struct reporter *reporter_heard_by(struct hearing *hearing)
 bool send_one(struct reporter *reporter)
 {
     struct finding finding;
-    violated(&finding, "scratchData.deviceAddress", "{} is not a multiple of {} ({})", hex(0x1010),
-             text("minAccelerationStructureScratchOffsetAlignment"), number(256));
+    finding_says(&finding, "scratchData.deviceAddress", "{} is not a multiple of {} ({})",
+                 hex(0x1010), text("minAccelerationStructureScratchOffsetAlignment"), number(256));
     const struct location location = {
         .command = COMMAND_DEVICE,
         .subject = SUBJECT_BUILD,

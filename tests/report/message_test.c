@@ -102,18 +102,18 @@ static void test_values(void **state)
 {
     (void)state;
     struct finding finding;
-    violated(&finding, "a", "{}, {}, {}, {}, {} and {} {}", hex(0xffffffffffffffff),
-             number(18446744073709551615u), text("VK_FORMAT_UNDEFINED"),
-             object(VK_OBJECT_TYPE_BUFFER, 0x12), field_of(7, "dstAccelerationStructure"),
-             object(VK_OBJECT_TYPE_DEVICE_MEMORY, 0));
+    finding_says(&finding, "a", "{}, {}, {}, {}, {} and {} {}", hex(0xffffffffffffffff),
+                 number(18446744073709551615u), text("VK_FORMAT_UNDEFINED"),
+                 object(VK_OBJECT_TYPE_BUFFER, 0x12), field_of(7, "dstAccelerationStructure"),
+                 object(VK_OBJECT_TYPE_DEVICE_MEMORY, 0));
     assert_string_equal(first_line(COMMAND_DEVICE, SUBJECT_CALL, false, &finding), BUILD
                         "a 0xffffffffffffffff, 18446744073709551615, VK_FORMAT_UNDEFINED, "
                         "VkBuffer 0x12, pInfos[7].dstAccelerationStructure and "
                         "VK_NULL_HANDLE {}.");
     assert_int_equal(message.object_count, 1);
 
-    violated(&finding, "a", "is {}{}, {}.", text(NULL), object(VK_OBJECT_TYPE_IMAGE, 3),
-             field_of(1, ""));
+    finding_says(&finding, "a", "is {}{}, {}.", text(NULL), object(VK_OBJECT_TYPE_IMAGE, 3),
+                 field_of(1, ""));
     assert_string_equal(first_line(COMMAND_DEVICE, SUBJECT_CALL, false, &finding),
                         BUILD "a is object 0x3, pInfos[1].");
 }
@@ -129,9 +129,9 @@ static void test_origin(void **state)
                                  .labels = &labels};
     struct location location = {COMMAND_DEVICE, SUBJECT_BUILD, 3, 0, false};
     struct finding finding;
-    violated(&finding, "dst", "{} overlaps {}",
-             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 0xa),
-             object(VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0));
+    finding_says(&finding, "dst", "{} overlaps {}",
+                 object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 0xa),
+                 object(VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0));
 
     assert_non_null(strstr(word(&location, &origin, &finding),
                            BUILD "pInfos[3].dst VkAccelerationStructureKHR 0xa overlaps "
@@ -236,7 +236,7 @@ static void test_heading_and_log(void **state)
     struct object_names *names;
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     struct finding finding;
-    violated(&finding, "dst", "{} is wrong", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    finding_says(&finding, "dst", "{} is wrong", object(VK_OBJECT_TYPE_BUFFER, 0xb));
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "vertices");
     word(&location, &(struct call_origin){.device = DEVICE_HANDLE, .names = names}, &finding);
@@ -295,7 +295,7 @@ static void test_too_much_text_is_cut(void **state)
         memcpy(much + i, "\xc3\xa9", 2); /* é */
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
     struct finding finding;
-    violated(&finding, "a", "is {}", text(much));
+    finding_says(&finding, "a", "is {}", text(much));
     message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
                        VUID_NAMES_CURRENT, 4000000000u);
     assert_true(strlen(message.heading) < MESSAGE_SIZE);
@@ -336,10 +336,10 @@ static void test_every_object_has_room(void **state)
 {
     (void)state;
     struct finding finding;
-    violated(&finding, "", "{} {} {} {} {} {}", object(VK_OBJECT_TYPE_BUFFER, 1),
-             object(VK_OBJECT_TYPE_BUFFER, 2), object(VK_OBJECT_TYPE_BUFFER, 3),
-             object(VK_OBJECT_TYPE_BUFFER, 4), object(VK_OBJECT_TYPE_BUFFER, 5),
-             object(VK_OBJECT_TYPE_DEVICE_MEMORY, 5));
+    finding_says(&finding, "", "{} {} {} {} {} {}", object(VK_OBJECT_TYPE_BUFFER, 1),
+                 object(VK_OBJECT_TYPE_BUFFER, 2), object(VK_OBJECT_TYPE_BUFFER, 3),
+                 object(VK_OBJECT_TYPE_BUFFER, 4), object(VK_OBJECT_TYPE_BUFFER, 5),
+                 object(VK_OBJECT_TYPE_DEVICE_MEMORY, 5));
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
     const struct call_origin origin = {.command_buffer = COMMAND_BUFFER_HANDLE,
                                        .queue = (VkQueue)(uintptr_t)0x9};

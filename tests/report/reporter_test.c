@@ -39,7 +39,7 @@ static void test_callback_data(void **state)
         .command_buffer = (VkCommandBuffer)(uintptr_t)0xc, .names = names, .labels = &labels};
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     struct finding finding;
-    violated(&finding, "scratchData", "is in {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    finding_says(&finding, "scratchData", "is in {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
 
     capture_begin(STDERR_FILENO);
     assert_false(reporter_send(reporter, SENT_RULE, &location, &origin, &finding));
@@ -75,7 +75,7 @@ static void test_differences(void **state)
     const struct location location = {
         .command = COMMAND_DEVICE, .subject = SUBJECT_GEOMETRY, .build = 1, .geometry = 2};
     struct finding finding;
-    violated(&finding, "", "primitive {} is missed", number(7));
+    finding_says(&finding, "", "primitive {} is missed", number(7));
     assert_true(reporter_wants_difference(reporter, DIFFERENCE_MISSED));
     reporter_send_difference(reporter, DIFFERENCE_MISSED, &location, &origin, &finding);
     assert_false(reporter_wants_difference(reporter, DIFFERENCE_MISSED));

@@ -109,9 +109,9 @@ static void ask_for_sizes(struct random *random)
 static void send(unsigned n, const struct label_stack *labels)
 {
     struct finding finding;
-    violated(&finding, "dstAccelerationStructure", "{} lies in {}, {}",
-             object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel(n)),
-             object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer(n)), number(n));
+    finding_says(&finding, "dstAccelerationStructure", "{} lies in {}, {}",
+                 object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel(n)),
+                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer(n)), number(n));
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     const struct call_origin origin = {
         .command_buffer = command_buffer(n), .names = device.names, .labels = labels};
