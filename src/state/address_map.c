@@ -1,41 +1,53 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The ordered set of address ranges. */
+/* The ordered set of the places of buffers. */
 #include "state/address_map.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_ENTRIES = 32, FIRST_CHUNKS = 8, CACHE_LINE = 64, NEAR = 4 };
+enum { CHUNK_PLACES = 12, FIRST_CHUNKS = 8, CACHE_LINE = 64, NEAR = 4 };
 
-/* A search reads `begins` alone, and one of the others for what it finds. */
+/* A search reads the first line, and one of the others for what it finds. */
 struct address_chunk {
-    uint64_t reach_before; /* the largest end in all chunks before this one */
-    size_t count;          /* never 0 between calls */
-    uint64_t begins[CHUNK_ENTRIES];
-    struct address_entry {
-        uint64_t end, reach; /* the largest end of this chunk's entries up to this one */
-        void *record;
-    } entries[CHUNK_ENTRIES];
+    uint64_t first;                 /* address of its first place */
+    uint32_t offsets[CHUNK_PLACES]; /* of the addresses of all, from there; then UINT32_MAX */
+    unsigned char count;            /* never 0 between calls */
+    bool is_apart; /* no two places share an address, nor does one of an earlier chunk reach here */
+    _Alignas(CACHE_LINE) struct buffer_place places[CHUNK_PLACES];
 };
+_Static_assert(sizeof(struct buffer_place) == CACHE_LINE &&
+                   offsetof(struct address_chunk, places) == CACHE_LINE,
+               "a look-up reads two lines");
 
-/* The number of values, in ascending order, that are at most `limit`. Without branches on them,
- * which no processor could predict. */
-static size_t count_up_to(const uint64_t *values, size_t count, uint64_t limit)
+static uint64_t end_of(const struct buffer_place *place)
 {
-    size_t low = 0;
-    while (count > 1) {
-        size_t half = count / 2;
-        low += half & -(size_t)(values[low + half - 1] <= limit);
-        count -= half;
-    }
-    return low + (count && values[low] <= limit);
+    return place->address + place->size;
 }
 
-/* The last chunk whose first entry begins at or before `address`; chunk 0 if none does. */
+/* The number of places of a chunk that begin at or before `address`. Without branches, which no
+ * processor could predict; compilers make it a few instructions. */
+static size_t count_up_to(const struct address_chunk *chunk, uint64_t address)
+{
+    if (address < chunk->first)
+        return 0;
+    uint64_t distance = address - chunk->first;
+    uint32_t limit = distance < UINT32_MAX ? (uint32_t)distance : UINT32_MAX;
+    size_t count = 0;
+    for (size_t i = 0; i < CHUNK_PLACES; i++)
+        count += chunk->offsets[i] <= limit;
+    return count < chunk->count ? count : chunk->count;
+}
+
+/* The last chunk that begins at or before `address`; chunk 0 if none does. */
 static size_t chunk_of(const struct address_map *map, uint64_t address)
 {
-    size_t count = count_up_to(map->firsts, map->chunk_count, address);
-    return count ? count - 1 : 0;
+    size_t low = 0, count = map->chunk_count;
+    while (count > 1) {
+        size_t half = count / 2;
+        low += half & -(size_t)(map->firsts[low + half] <= address);
+        count -= half;
+    }
+    return low;
 }
 
 static uint64_t larger_of(uint64_t a, uint64_t b)
@@ -43,28 +55,46 @@ static uint64_t larger_of(uint64_t a, uint64_t b)
     return a > b ? a : b;
 }
 
-static uint64_t reach_of(const struct address_chunk *chunk)
+/* Restores what a chunk and the map know of its places; `reach` is that of the chunks before it.
+ * Returns how far it reaches with them. */
+static uint64_t settle_chunk(struct address_chunk *chunk, uint64_t reach)
 {
-    return larger_of(chunk->reach_before,
-                     chunk->count ? chunk->entries[chunk->count - 1].reach : 0);
+    chunk->first = chunk->places[0].address;
+    chunk->is_apart = true;
+    for (size_t i = 0; i < CHUNK_PLACES; i++) {
+        const struct buffer_place *place = &chunk->places[i];
+        if (i >= chunk->count) {
+            chunk->offsets[i] = UINT32_MAX;
+            continue;
+        }
+        chunk->offsets[i] = (uint32_t)(place->address - chunk->first);
+        chunk->is_apart = chunk->is_apart && reach <= place->address;
+        reach = larger_of(reach, end_of(place));
+    }
+    return reach;
 }
 
-/* Restores the reaches from entry `from` of chunk `c` on, and `reach_before` of the chunks from
- * `c` + 1 on, up to the first where it is right already. */
-static void restore_reach(struct address_map *map, size_t c, size_t from)
+/* Restores what is known of chunk `c`, which has changed, and of those behind it as far as it
+ * reaches otherwise than before. */
+static void settle(struct address_map *map, size_t c)
 {
-    struct address_chunk *chunk = map->chunks[c];
-    for (size_t i = from; i < chunk->count; i++)
-        chunk->entries[i].reach =
-            larger_of(chunk->entries[i].end, i ? chunk->entries[i - 1].reach : 0);
-    map->firsts[c] = chunk->begins[0];
-
-    for (c++; c < map->chunk_count; c++) {
-        uint64_t reach = reach_of(map->chunks[c - 1]);
-        if (map->chunks[c]->reach_before == reach)
-            return;
-        map->chunks[c]->reach_before = reach;
+    bool reaches_otherwise = true;
+    for (; reaches_otherwise && c < map->chunk_count; c++) {
+        uint64_t reach = settle_chunk(map->chunks[c], c ? map->reaches[c - 1] : 0);
+        reaches_otherwise = map->reaches[c] != reach;
+        map->reaches[c] = reach;
+        map->firsts[c] = map->chunks[c]->first;
     }
+}
+
+/* ---- chunks */
+
+static bool reserve_items(void *array, size_t size)
+{
+    void *grown = realloc(*(void **)array, size);
+    if (grown)
+        *(void **)array = grown;
+    return grown;
 }
 
 static bool reserve_chunks(struct address_map *map)
@@ -72,16 +102,21 @@ static bool reserve_chunks(struct address_map *map)
     if (map->chunk_count < map->chunk_capacity)
         return true;
     size_t capacity = map->chunk_capacity ? map->chunk_capacity * 2 : FIRST_CHUNKS;
-    struct address_chunk **chunks = realloc(map->chunks, capacity * sizeof(*chunks));
-    if (chunks)
-        map->chunks = chunks;
-    uint64_t *firsts = realloc(map->firsts, capacity * sizeof(*firsts));
-    if (firsts)
-        map->firsts = firsts;
-    if (!chunks || !firsts)
+    if (!reserve_items(&map->chunks, capacity * sizeof(*map->chunks)) ||
+        !reserve_items(&map->firsts, capacity * sizeof(*map->firsts)) ||
+        !reserve_items(&map->reaches, capacity * sizeof(*map->reaches)))
         return false;
     map->chunk_capacity = capacity;
     return true;
+}
+
+/* Moves the items of chunks from `from` on to `to`. */
+static void move_chunks(struct address_map *map, size_t to, size_t from)
+{
+    size_t count = map->chunk_count - from;
+    memmove(&map->chunks[to], &map->chunks[from], count * sizeof(*map->chunks));
+    memmove(&map->firsts[to], &map->firsts[from], count * sizeof(*map->firsts));
+    memmove(&map->reaches[to], &map->reaches[from], count * sizeof(*map->reaches));
 }
 
 /* Makes room for an empty chunk at index `c`; NULL without memory. */
@@ -89,15 +124,13 @@ static struct address_chunk *insert_chunk(struct address_map *map, size_t c)
 {
     if (!reserve_chunks(map))
         return NULL;
-    struct address_chunk *chunk = malloc(sizeof(*chunk));
+    struct address_chunk *chunk = aligned_alloc(CACHE_LINE, sizeof(*chunk));
     if (!chunk)
         return NULL;
     chunk->count = 0;
-    chunk->reach_before = c ? reach_of(map->chunks[c - 1]) : 0;
-    size_t behind = map->chunk_count - c;
-    memmove(&map->chunks[c + 1], &map->chunks[c], behind * sizeof(*map->chunks));
-    memmove(&map->firsts[c + 1], &map->firsts[c], behind * sizeof(*map->firsts));
+    move_chunks(map, c + 1, c);
     map->chunks[c] = chunk;
+    map->reaches[c] = c ? map->reaches[c - 1] : 0;
     map->chunk_count++;
     return chunk;
 }
@@ -105,97 +138,129 @@ static struct address_chunk *insert_chunk(struct address_map *map, size_t c)
 static void remove_chunk(struct address_map *map, size_t c)
 {
     free(map->chunks[c]);
+    move_chunks(map, c, c + 1);
     map->chunk_count--;
-    size_t behind = map->chunk_count - c;
-    memmove(&map->chunks[c], &map->chunks[c + 1], behind * sizeof(*map->chunks));
-    memmove(&map->firsts[c], &map->firsts[c + 1], behind * sizeof(*map->firsts));
 }
 
-/* Moves `count` entries from `from` of one chunk to `to` of another, or of the same. */
-static void move_entries(struct address_chunk *target, size_t to,
-                         const struct address_chunk *source, size_t from, size_t count)
+/* Moves `count` places from `from` of one chunk to `to` of another, or of the same. */
+static void move_places(struct address_chunk *target, size_t to, const struct address_chunk *source,
+                        size_t from, size_t count)
 {
-    memmove(&target->begins[to], &source->begins[from], count * sizeof(source->begins[0]));
-    memmove(&target->entries[to], &source->entries[from], count * sizeof(source->entries[0]));
+    memmove(&target->places[to], &source->places[from], count * sizeof(source->places[0]));
 }
 
-/* Moves the upper half of a full chunk into a new one behind it. */
-static bool split_chunk(struct address_map *map, size_t c)
+/* Moves the places of a full chunk from `from` on into a new one behind it. */
+static bool split_chunk(struct address_map *map, size_t c, size_t from)
 {
     struct address_chunk *upper = insert_chunk(map, c + 1);
     if (!upper)
         return false;
     struct address_chunk *lower = map->chunks[c];
-    upper->count = lower->count / 2;
-    lower->count -= upper->count;
-    move_entries(upper, 0, lower, lower->count, upper->count);
-    restore_reach(map, c, 0);
-    restore_reach(map, c + 1, 0);
+    upper->count = (unsigned char)(lower->count - from);
+    lower->count = (unsigned char)from;
+    move_places(upper, 0, lower, from, upper->count);
+    settle(map, c);
+    settle(map, c + 1);
     return true;
 }
 
-bool address_map_add(struct address_map *map, uint64_t begin, uint64_t size, void *record)
+/* ---- changes */
+
+/* Whether a chunk can tell how far `address` is from all its others. */
+static bool spans(const struct address_chunk *chunk, uint64_t address)
 {
-    if (!size || begin + (size - 1) < begin || begin + size == 0)
-        return false;
-    if (!map->chunk_count && !insert_chunk(map, 0))
-        return false;
-    size_t c = chunk_of(map, begin);
-    if (map->chunks[c]->count == CHUNK_ENTRIES) {
-        if (!split_chunk(map, c))
-            return false;
-        c = chunk_of(map, begin);
+    uint64_t last = chunk->places[chunk->count - 1].address;
+    return address < chunk->first ? last - address < UINT32_MAX
+                                  : address - chunk->first < UINT32_MAX;
+}
+
+/* The index of a chunk for a place at `address`, with room for it; chunk_count without memory. */
+static size_t make_room(struct address_map *map, uint64_t address)
+{
+    size_t c = map->chunk_count ? chunk_of(map, address) : 0;
+    if (!map->chunk_count || !spans(map->chunks[c], address)) {
+        if (map->chunk_count && map->firsts[c] <= address)
+            c++;
+        return insert_chunk(map, c) ? c : map->chunk_count;
     }
+    const struct address_chunk *chunk = map->chunks[c];
+    if (chunk->count < CHUNK_PLACES)
+        return c;
+    /* What comes in ascending order fills chunks. */
+    if (address >= chunk->places[CHUNK_PLACES - 1].address)
+        return insert_chunk(map, c + 1) ? c + 1 : map->chunk_count;
+    if (!split_chunk(map, c, CHUNK_PLACES / 2))
+        return map->chunk_count;
+    return chunk_of(map, address);
+}
+
+bool address_map_add(struct address_map *map, const struct buffer_place *place)
+{
+    uint64_t begin = place->address, end = end_of(place);
+    if (!place->size || end <= begin)
+        return false;
+    size_t c = make_room(map, begin);
+    if (c == map->chunk_count)
+        return false;
     struct address_chunk *chunk = map->chunks[c];
-    size_t at = count_up_to(chunk->begins, chunk->count, begin);
-    move_entries(chunk, at + 1, chunk, at, chunk->count - at);
-    chunk->begins[at] = begin;
-    chunk->entries[at] = (struct address_entry){.end = begin + size, .record = record};
+    size_t at = chunk->count ? count_up_to(chunk, begin) : 0;
+    move_places(chunk, at + 1, chunk, at, chunk->count - at);
+    chunk->places[at] = *place;
     chunk->count++;
-    restore_reach(map, c, at);
+    settle(map, c);
     return true;
 }
 
-static void remove_entry(struct address_map *map, size_t c, size_t at)
+static void remove_place(struct address_map *map, size_t c, size_t at)
 {
     struct address_chunk *chunk = map->chunks[c];
     chunk->count--;
-    move_entries(chunk, at, chunk, at + 1, chunk->count - at);
-    if (chunk->count) {
-        restore_reach(map, c, at);
-        return;
-    }
-    uint64_t reach_before = chunk->reach_before;
-    remove_chunk(map, c);
-    if (c < map->chunk_count) {
-        map->chunks[c]->reach_before = reach_before;
-        restore_reach(map, c, 0);
-    }
+    move_places(chunk, at, chunk, at + 1, chunk->count - at);
+    if (!chunk->count)
+        remove_chunk(map, c);
+    settle(map, c);
 }
 
-/* Equal beginnings may lie in several chunks, so look back from the last of them. */
-void address_map_remove(struct address_map *map, uint64_t begin, const void *record)
+/* Finds the place of that address and id. Equal addresses may lie in several chunks, so look back
+ * from the last of them. */
+static bool find_place(const struct address_map *map, const struct buffer_place *place,
+                       struct address_position *position)
 {
     if (!map->chunk_count)
-        return;
-    for (size_t c = chunk_of(map, begin) + 1; c-- > 0;) {
-        struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = count_up_to(chunk->begins, chunk->count, begin); i-- > 0;) {
-            if (chunk->begins[i] != begin)
-                return;
-            if (chunk->entries[i].record == record) {
-                remove_entry(map, c, i);
-                return;
+        return false;
+    for (size_t c = chunk_of(map, place->address) + 1; c-- > 0;) {
+        const struct address_chunk *chunk = map->chunks[c];
+        for (size_t i = count_up_to(chunk, place->address); i-- > 0;) {
+            if (chunk->places[i].address != place->address)
+                return false;
+            if (chunk->places[i].id == place->id) {
+                *position = (struct address_position){c, i};
+                return true;
             }
         }
     }
+    return false;
 }
+
+void address_map_update(struct address_map *map, const struct buffer_place *place)
+{
+    struct address_position position;
+    if (find_place(map, place, &position))
+        map->chunks[position.chunk]->places[position.entry] = *place;
+}
+
+void address_map_remove(struct address_map *map, const struct buffer_place *place)
+{
+    struct address_position position;
+    if (find_place(map, place, &position))
+        remove_place(map, position.chunk, position.entry);
+}
+
+/* ---- look-ups */
 
 static struct address_position fetch_chunk(const struct address_map *map, size_t c)
 {
-    const char *chunk = (const char *)map->chunks[c];
-    for (size_t i = 0; i < offsetof(struct address_chunk, entries); i += CACHE_LINE)
-        __builtin_prefetch(chunk + i);
+    __builtin_prefetch(map->chunks[c]);
     return (struct address_position){.chunk = c};
 }
 
@@ -225,57 +290,50 @@ void address_map_find_entry(const struct address_map *map, uint64_t address,
     if (!map->chunk_count)
         return;
     const struct address_chunk *chunk = map->chunks[position->chunk];
-    position->entry = count_up_to(chunk->begins, chunk->count, address);
+    position->entry = count_up_to(chunk, address);
     if (position->entry)
-        __builtin_prefetch(&chunk->entries[position->entry - 1]);
+        __builtin_prefetch(&chunk->places[position->entry - 1]);
 }
 
-void address_map_fetch(const struct address_map *map, struct address_position position)
-{
-    if (!position.entry)
-        return;
-    const char *record = map->chunks[position.chunk]->entries[position.entry - 1].record;
-    __builtin_prefetch(record);
-    __builtin_prefetch(record + CACHE_LINE - 1);
-}
-
-void *address_map_only(const struct address_map *map, struct address_position position,
-                       uint64_t address)
+const struct buffer_place *address_map_only(const struct address_map *map,
+                                            struct address_position position, uint64_t address)
 {
     if (!position.entry)
         return NULL;
     const struct address_chunk *chunk = map->chunks[position.chunk];
-    const struct address_entry *entry = &chunk->entries[position.entry - 1];
-    uint64_t before = position.entry > 1 ? entry[-1].reach : 0;
-    bool is_only = before <= address && chunk->reach_before <= address && entry->end > address;
-    return is_only ? entry->record : NULL;
+    const struct buffer_place *place = &chunk->places[position.entry - 1];
+    return chunk->is_apart && address < end_of(place) ? place : NULL;
 }
 
-/* In the chunks before its own every range begins before the address. */
+/* In the chunks before its own every place begins before the address. */
 void address_map_visit(const struct address_map *map, struct address_position position,
-                       uint64_t address, void (*visit)(void *record, void *context), void *context)
+                       uint64_t address, place_visitor visit, void *context)
 {
     if (!map->chunk_count)
         return;
     for (size_t c = position.chunk, end = position.entry;; end = map->chunks[--c]->count) {
         const struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = end; i-- > 0;) {
-            if (chunk->entries[i].reach <= address)
-                break;
-            if (chunk->entries[i].end > address)
-                visit(chunk->entries[i].record, context);
-        }
-        if (chunk->reach_before <= address || c == 0)
+        for (size_t i = end; i-- > 0;)
+            if (address < end_of(&chunk->places[i]))
+                visit(&chunk->places[i], context);
+        if (c == 0 || map->reaches[c - 1] <= address)
             return;
     }
 }
 
-void address_map_find(const struct address_map *map, uint64_t address,
-                      void (*visit)(void *record, void *context), void *context)
+void address_map_find(const struct address_map *map, uint64_t address, place_visitor visit,
+                      void *context)
 {
     struct address_position position = address_map_find_chunk(map, address);
     address_map_find_entry(map, address, &position);
     address_map_visit(map, position, address, visit, context);
+}
+
+void address_map_each(const struct address_map *map, place_visitor visit, void *context)
+{
+    for (size_t c = 0; c < map->chunk_count; c++)
+        for (size_t i = 0; i < map->chunks[c]->count; i++)
+            visit(&map->chunks[c]->places[i], context);
 }
 
 void address_map_release(struct address_map *map)
@@ -284,16 +342,6 @@ void address_map_release(struct address_map *map)
         free(map->chunks[c]);
     free(map->chunks);
     free(map->firsts);
+    free(map->reaches);
     *map = (struct address_map){0};
-}
-
-void address_map_each(const struct address_map *map,
-                      void (*visit)(uint64_t begin, uint64_t end, void *record, void *context),
-                      void *context)
-{
-    for (size_t c = 0; c < map->chunk_count; c++) {
-        const struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = 0; i < chunk->count; i++)
-            visit(chunk->begins[i], chunk->entries[i].end, chunk->entries[i].record, context);
-    }
 }

@@ -37,20 +37,8 @@ struct sparse_range {
     struct moment written;        /* moment_never(): it isn't known what was bound last */
 };
 
-/* Look-ups read `where` alone, one cache line; it follows from the rest, see resources_refresh. */
 struct buffer_record {
-    struct {
-        VkDeviceAddress address; /* 0: not retrieved */
-        VkDeviceSize size;
-        VkBufferUsageFlags2 usage;
-        VkBuffer handle;
-        uint64_t id;
-        VkDeviceMemory memory; /* null: not bound, sparse, or of differing instances */
-        VkDeviceSize memory_offset;
-        unsigned char status; /* enum address_status of the addresses in it */
-        unsigned char backed; /* enum tristate; not of a sparse buffer */
-        bool is_sparse;
-    } where;
+    struct buffer_place where; /* follows from the rest, see resources_refresh */
 
     uint32_t references; /* of acceleration structures, and one of the table while alive */
     bool alive;
@@ -74,7 +62,7 @@ struct buffer_record {
 /* Look-ups read the first members, one cache line; where a structure lies follows from its buffer,
  * see resources_refresh. */
 struct accel_record {
-    VkDeviceMemory memory; /* null as in struct buffer_record */
+    VkDeviceMemory memory; /* null as in struct buffer_place */
     VkDeviceSize memory_begin;
     VkDeviceSize offset, size;
     uint64_t id;
@@ -118,7 +106,7 @@ struct resources {
         nv_references; /* what instances refer to by vkGetAccelerationStructureHandleNV:
                           which enum nv_reference it is */
     struct handle_table accel_addresses; /* see resources_references.c; only of those set */
-    struct address_map addresses;        /* of buffer records */
+    struct address_map addresses;        /* copies of the places of buffers that have one */
     struct memory_record *mapped;        /* all that the host has mapped */
     atomic_uint_fast64_t deaths;         /* of records of any kind */
     bool incomplete;
@@ -147,7 +135,7 @@ struct buffer_record *resources_buffer(const struct resources *resources, VkBuff
 struct memory_record *resources_memory(const struct resources *resources, VkDeviceMemory handle);
 
 /* Derives what look-ups read of a buffer, and of the structures in it, after a change. */
-void resources_refresh(struct buffer_record *buffer);
+void resources_refresh(struct resources *resources, struct buffer_record *buffer);
 void resources_refresh_accel(struct accel_record *accel);
 
 /* Ends a mapping, if there is one (resources_mapped.c). */

@@ -92,7 +92,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
     memory_record_unmap(resources, memory);
     memory->alive = false;
     for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
-        resources_refresh(buffer);
+        resources_refresh(resources, buffer);
     memory_record_release(memory);
 }
 

@@ -77,17 +77,16 @@ void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR
 struct buffer_search {
     VkDeviceAddress begin;
     VkDeviceSize size;
-    struct buffer_record *found;
+    VkBuffer found;
     uint32_t matches;
 };
 
-static void note_containing_buffer(void *record, void *context)
+static void note_containing_buffer(const struct buffer_place *place, void *context)
 {
-    struct buffer_record *buffer = record;
     struct buffer_search *search = context;
-    if (buffer->where.size - (search->begin - buffer->where.address) < search->size)
+    if (place->size - (search->begin - place->address) < search->size)
         return;
-    search->found = buffer;
+    search->found = place->handle;
     search->matches++;
 }
 
@@ -106,7 +105,8 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     struct buffer_search search = {.begin = create_info->addressRange.address,
                                    .size = create_info->addressRange.size};
     address_map_find(&resources->addresses, search.begin, note_containing_buffer, &search);
-    struct buffer_record *buffer = search.matches == 1 ? search.found : NULL;
+    struct buffer_record *buffer =
+        search.matches == 1 ? resources_buffer(resources, search.found) : NULL;
     if (accel && buffer)
         accel->offset = search.begin - buffer->where.address;
     add_accel(resources, accel, handle, buffer);

@@ -39,10 +39,10 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
     if (!buffer)
         return;
     if (buffer->where.address)
-        address_map_remove(&resources->addresses, buffer->where.address, buffer);
+        address_map_remove(&resources->addresses, &buffer->where);
     resources_note_death(resources);
     buffer->alive = false;
-    resources_refresh(buffer);
+    resources_refresh(resources, buffer);
     buffer_record_release(buffer);
 }
 
@@ -76,7 +76,7 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
         buffer->where.usage = usage_of(create_info);
         buffer->flags = create_info->flags;
         buffer->bound = NO;
-        resources_refresh(buffer);
+        resources_refresh(resources, buffer);
     }
     reader_lock_write(&resources->lock);
     remove_buffer(resources, handle);
@@ -119,10 +119,9 @@ void resources_set_address(struct resources *resources, VkBuffer handle, VkDevic
     struct buffer_record *buffer = resources_buffer(resources, handle);
     if (buffer && buffer->where.address != address) {
         if (buffer->where.address)
-            address_map_remove(&resources->addresses, buffer->where.address, buffer);
+            address_map_remove(&resources->addresses, &buffer->where);
         buffer->where.address = address;
-        if (address &&
-            !address_map_add(&resources->addresses, address, buffer->where.size, buffer)) {
+        if (address && !address_map_add(&resources->addresses, &buffer->where)) {
             buffer->where.address = 0;
             resources->incomplete = true;
         }
@@ -152,7 +151,7 @@ void resources_bind_buffer(struct resources *resources, VkBuffer handle, VkDevic
         buffer->bound = buffer->memory ? YES : UNKNOWN;
         if (buffer->memory)
             bind_to_memory(buffer);
-        resources_refresh(buffer);
+        resources_refresh(resources, buffer);
     }
     reader_lock_write_done(&resources->lock);
 }
@@ -164,7 +163,7 @@ void resources_forget_binding(struct resources *resources, VkBuffer handle)
     if (buffer) {
         unbind(buffer);
         buffer->bound = UNKNOWN;
-        resources_refresh(buffer);
+        resources_refresh(resources, buffer);
     }
     reader_lock_write_done(&resources->lock);
 }

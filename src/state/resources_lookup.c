@@ -58,7 +58,7 @@ void resources_refresh_accel(struct accel_record *accel)
     accel->multi_instance = is_true(memory, memory && memory->multi_instance);
 }
 
-void resources_refresh(struct buffer_record *buffer)
+void resources_refresh(struct resources *resources, struct buffer_record *buffer)
 {
     buffer->where.is_sparse = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
     buffer->where.backed = (unsigned char)backing(buffer);
@@ -67,6 +67,8 @@ void resources_refresh(struct buffer_record *buffer)
         buffer->where.backed == YES && !buffer->where.is_sparse && !buffer->instances_differ;
     buffer->where.memory = has_place ? buffer->memory->handle : VK_NULL_HANDLE;
     buffer->where.memory_offset = buffer->memory_offset;
+    if (buffer->where.address)
+        address_map_update(&resources->addresses, &buffer->where);
     for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
         resources_refresh_accel(accel);
 }
@@ -184,11 +186,10 @@ static int weight(enum address_status status)
     return 0;
 }
 
-static void add_buffer_facts(void *record, void *context)
+static void add_buffer_facts(const struct buffer_place *place, void *context)
 {
-    const struct buffer_record *buffer = record;
     struct address_facts *facts = context;
-    enum address_status status = (enum address_status)buffer->where.status;
+    enum address_status status = (enum address_status)place->status;
     if (weight(status) < weight(facts->status))
         return;
     if (weight(status) > weight(facts->status)) {
@@ -196,17 +197,17 @@ static void add_buffer_facts(void *record, void *context)
         facts->usage = 0;
         facts->bytes_left = 0;
     }
-    facts->usage |= buffer->where.usage;
-    VkDeviceSize offset = facts->address - buffer->where.address;
-    VkDeviceSize left = buffer->where.size - offset;
+    facts->usage |= place->usage;
+    VkDeviceSize offset = facts->address - place->address;
+    VkDeviceSize left = place->size - offset;
     if (left <= facts->bytes_left)
         return;
-    facts->buffer = buffer->where.handle;
-    facts->buffer_id = buffer->where.id;
+    facts->buffer = place->handle;
+    facts->buffer_id = place->id;
     facts->buffer_offset = offset;
     facts->bytes_left = left;
-    facts->span = span_from(buffer->where.memory, buffer->where.memory_offset + offset, left);
-    facts->in_pieces = buffer->where.is_sparse;
+    facts->span = span_from(place->memory, place->memory_offset + offset, left);
+    facts->in_pieces = place->is_sparse;
 }
 
 static void describe_address(const struct resources *resources, VkDeviceAddress address,
@@ -216,7 +217,7 @@ static void describe_address(const struct resources *resources, VkDeviceAddress 
     if (!address)
         return;
     facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
-    void *only =
+    const struct buffer_place *only =
         resources->incomplete ? NULL : address_map_only(&resources->addresses, position, address);
     if (only)
         add_buffer_facts(only, facts);
@@ -266,8 +267,6 @@ static void locate_all(const struct resources *resources, const struct resource_
         found->accels[i] = fetch_accel(resources, queries->accels[i].handle);
     for (unsigned i = 0; i < queries->address_count; i++)
         address_map_find_entry(map, queries->addresses[i].address, &found->positions[i]);
-    for (unsigned i = 0; i < queries->address_count; i++)
-        address_map_fetch(map, found->positions[i]);
 }
 
 void resources_find_all(struct resources *resources, const struct resource_queries *queries)
@@ -314,11 +313,11 @@ static void end_range(const struct range_union *joined)
         joined->visit(joined->user, joined->begin, joined->end);
 }
 
-static void join_range(uint64_t begin, uint64_t end, void *record, void *context)
+static void join_range(const struct buffer_place *place, void *context)
 {
-    const struct buffer_record *buffer = record;
     struct range_union *joined = context;
-    if (buffer->where.status != ADDRESS_IN_BUFFER || buffer->where.is_sparse)
+    uint64_t begin = place->address, end = begin + place->size;
+    if (place->status != ADDRESS_IN_BUFFER || place->is_sparse)
         return;
     if (begin > joined->end) {
         end_range(joined);

@@ -14,7 +14,7 @@
 
 enum { ENTRIES = 12000, QUERIES = 1200 };
 
-/* The naive map: a range is its own record. */
+/* The naive map: the id of a place says which range it is of. */
 struct range {
     uint64_t begin, size;
     bool present;
@@ -41,16 +41,26 @@ static void teardown(struct world *world)
     free(world->ranges);
 }
 
-static void note(void *record, void *context)
+static struct buffer_place place_of(const struct range *range, uint64_t id)
 {
-    struct range *range = record;
-    (void)context;
-    range->found++;
+    return (struct buffer_place){.address = range->begin, .size = range->size, .id = id};
+}
+
+static struct buffer_place place_in(const struct world *world, const struct range *range)
+{
+    return place_of(range, (uint64_t)(range - world->ranges));
+}
+
+static void note(const struct buffer_place *place, void *context)
+{
+    struct range *ranges = context;
+    ranges[place->id].found++;
 }
 
 /* The shorter ways lead to the same. */
-static void assert_ways_agree(const struct address_map *map, uint64_t address)
+static void assert_ways_agree(const struct world *world, uint64_t address)
 {
+    const struct address_map *map = &world->map;
     const uint64_t others[] = {0, UINT64_MAX, address - 1, address + 1, address / 2, address};
     enum { OTHERS = sizeof(others) / sizeof(others[0]) };
     struct address_position found[OTHERS];
@@ -60,15 +70,15 @@ static void assert_ways_agree(const struct address_map *map, uint64_t address)
         found[i] = address_map_find_chunk(map, others[i]);
     }
     address_map_find_entry(map, address, &position);
-    struct range *only = address_map_only(map, position, address);
+    const struct buffer_place *only = address_map_only(map, position, address);
     if (only)
-        only->is_only = true;
+        world->ranges[only->id].is_only = true;
 }
 
 static void assert_finds_what_is_there(struct world *world, uint64_t address)
 {
-    assert_ways_agree(&world->map, address);
-    address_map_find(&world->map, address, note, NULL);
+    assert_ways_agree(world, address);
+    address_map_find(&world->map, address, note, world->ranges);
     uint32_t holders = 0, only = 0;
     for (uint32_t i = 0; i < world->count; i++) {
         struct range *range = &world->ranges[i];
@@ -88,13 +98,15 @@ static void assert_finds_what_is_there(struct world *world, uint64_t address)
 
 static void add(struct world *world, struct range *range)
 {
-    assert_true(address_map_add(&world->map, range->begin, range->size, range));
+    const struct buffer_place place = place_in(world, range);
+    assert_true(address_map_add(&world->map, &place));
     range->present = true;
 }
 
 static void take_out(struct world *world, struct range *range)
 {
-    address_map_remove(&world->map, range->begin, range);
+    const struct buffer_place place = place_in(world, range);
+    address_map_remove(&world->map, &place);
     range->present = false;
 }
 
@@ -139,6 +151,17 @@ static void lie_at_the_top(struct random *random, struct range *range, uint32_t 
     uint64_t before_end = 2 + random_below(random, 1 << 16);
     range->begin = 0 - before_end;
     range->size = 1 + random_below(random, (uint32_t)before_end - 1);
+}
+
+/* Further apart than a chunk reaches, with some near each other. */
+static void lie_far_apart(struct random *random, struct range *range, uint32_t i)
+{
+    (void)i;
+    const uint64_t middle = (uint64_t)random_below(random, 64) << 32;
+    range->begin = middle - 2 + random_below(random, 5); /* the first: at the top, too */
+    range->size = 1 + random_below(random, 2);
+    if (range->begin + range->size <= range->begin)
+        range->begin = middle;
 }
 
 typedef void (*layout)(struct random *random, struct range *range, uint32_t i);
@@ -228,6 +251,39 @@ static void test_ranges_at_the_top_of_the_address_space(void **state)
     live_through(&random, lie_at_the_top, 2000, 600);
 }
 
+static void test_ranges_far_apart(void **state)
+{
+    (void)state;
+    struct random random = random_of("address_map far");
+    live_through(&random, lie_far_apart, 2000, 600);
+}
+
+/* ---- changes */
+
+static void note_usage(const struct buffer_place *place, void *context)
+{
+    *(uint64_t *)context += place->usage;
+}
+
+static void test_what_is_said_of_one_of_equal_ranges_changes(void **state)
+{
+    (void)state;
+    struct address_map map = {0};
+    enum { EQUAL = 100, CHANGED = 7 };
+    struct buffer_place place = {.address = 0x1000, .size = 16, .usage = 1};
+    for (place.id = 0; place.id < EQUAL; place.id++)
+        assert_true(address_map_add(&map, &place));
+    place.id = CHANGED;
+    place.usage = 1000;
+    address_map_update(&map, &place);
+    place.id = EQUAL;
+    address_map_update(&map, &place); /* isn't there */
+    uint64_t usages = 0;
+    address_map_find(&map, 0x100f, note_usage, &usages);
+    assert_int_equal(usages, EQUAL - 1 + 1000);
+    address_map_release(&map);
+}
+
 /* ---- edges */
 
 static void test_what_has_no_end_is_refused(void **state)
@@ -235,19 +291,26 @@ static void test_what_has_no_end_is_refused(void **state)
     (void)state;
     struct address_map map = {0};
     struct range range = {0};
-    assert_false(address_map_add(&map, 0x1000, 0, &range));
-    assert_false(address_map_add(&map, UINT64_MAX - 15, 16, &range)); /* its end is 2^64 */
-    assert_false(address_map_add(&map, UINT64_MAX - 15, 17, &range));
-    assert_false(address_map_add(&map, UINT64_MAX, UINT64_MAX, &range));
-    assert_false(address_map_add(&map, 1, UINT64_MAX, &range));
+    const struct range endless[] = {{.begin = 0x1000, .size = 0},
+                                    {.begin = UINT64_MAX - 15, .size = 16}, /* its end is 2^64 */
+                                    {.begin = UINT64_MAX - 15, .size = 17},
+                                    {.begin = UINT64_MAX, .size = UINT64_MAX},
+                                    {.begin = 1, .size = UINT64_MAX}};
+    for (size_t i = 0; i < sizeof(endless) / sizeof(endless[0]); i++) {
+        const struct buffer_place place = place_of(&endless[i], 0);
+        assert_false(address_map_add(&map, &place));
+    }
     assert_int_equal(map.chunk_count, 0);
-    assert_true(address_map_add(&map, UINT64_MAX - 16, 16, &range));
-    address_map_find(&map, UINT64_MAX, note, NULL);
+
+    const struct buffer_place top = {.address = UINT64_MAX - 16, .size = 16},
+                              all = {.address = 0, .size = UINT64_MAX};
+    assert_true(address_map_add(&map, &top));
+    address_map_find(&map, UINT64_MAX, note, &range);
     assert_int_equal(range.found, 0);
-    address_map_find(&map, UINT64_MAX - 1, note, NULL);
+    address_map_find(&map, UINT64_MAX - 1, note, &range);
     assert_int_equal(range.found, 1);
-    assert_true(address_map_add(&map, 0, UINT64_MAX, &range));
-    address_map_find(&map, UINT64_MAX - 1, note, NULL);
+    assert_true(address_map_add(&map, &all));
+    address_map_find(&map, UINT64_MAX - 1, note, &range);
     assert_int_equal(range.found, 3);
     address_map_release(&map);
 }
@@ -257,17 +320,19 @@ static void test_removing_what_is_not_there_does_nothing(void **state)
     (void)state;
     struct range ranges[3] = {{0}};
     struct world world = {.ranges = ranges, .count = 3};
-    address_map_remove(&world.map, 0x1000, &world.ranges[0]);
+    const struct buffer_place first = {.address = 0x1000, .id = 0};
+    const struct buffer_place others[] = {
+        {.address = 0x1000, .id = 2}, {.address = 0x1001, .id = 0}, {.address = 0, .id = 0}};
+    address_map_remove(&world.map, &first);
     for (uint32_t i = 0; i < 2; i++) {
         world.ranges[i] = (struct range){.begin = 0x1000, .size = 16};
         add(&world, &world.ranges[i]);
     }
-    address_map_remove(&world.map, 0x1000, &world.ranges[2]);
-    address_map_remove(&world.map, 0x1001, &world.ranges[0]);
-    address_map_remove(&world.map, 0, &world.ranges[0]);
+    for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
+        address_map_remove(&world.map, &others[i]);
     assert_finds_what_is_there(&world, 0x1000);
     take_out(&world, &world.ranges[0]);
-    address_map_remove(&world.map, 0x1000, &world.ranges[0]);
+    address_map_remove(&world.map, &first);
     assert_finds_what_is_there(&world, 0x1000);
     address_map_release(&world.map);
 }
@@ -284,7 +349,8 @@ static void test_without_memory_it_stays_as_it_was(void **state)
     for (uint32_t i = 0; i < world.count; i++) {
         struct range *range = &world.ranges[i];
         memory_fail_after((int)random_below(&random, 2));
-        range->present = address_map_add(&world.map, range->begin, range->size, range);
+        const struct buffer_place place = place_in(&world, range);
+        range->present = address_map_add(&world.map, &place);
         bool failed = memory_fail_no_more();
         assert_int_equal(range->present, !failed);
         if (failed) {
@@ -306,6 +372,8 @@ int main(void)
         cmocka_unit_test(test_equal_beginnings_and_equal_ranges),
         cmocka_unit_test(test_nested_ranges),
         cmocka_unit_test(test_ranges_at_the_top_of_the_address_space),
+        cmocka_unit_test(test_ranges_far_apart),
+        cmocka_unit_test(test_what_is_said_of_one_of_equal_ranges_changes),
         cmocka_unit_test(test_what_has_no_end_is_refused),
         cmocka_unit_test(test_removing_what_is_not_there_does_nothing),
         cmocka_unit_test(test_without_memory_it_stays_as_it_was),
