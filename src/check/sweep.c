@@ -177,20 +177,25 @@ static bool sweep_range(struct active_sets *sets, const struct used_range *range
     return !any_wanted || activate(&sets->roles[range->role], range);
 }
 
-/* The ranges of a role in the order of their bytes, which are those of the list or `order`. */
+/* The ranges of a role in the order of their bytes, which are those of the list or `order`; before
+ * the first is taken `head` is NULL, too. */
 struct range_queue {
     const struct used_range *items, *head; /* NULL at the end */
     const uint32_t *order;                 /* or NULL */
     uint32_t next, count;
 };
 
+static const struct used_range *item_at(const struct range_queue *queue, uint32_t at)
+{
+    return &queue->items[queue->order ? queue->order[at] : at];
+}
+
 static void advance(struct range_queue *queue)
 {
     queue->head = NULL;
     if (queue->next == queue->count)
         return;
-    queue->head = &queue->items[queue->order ? queue->order[queue->next] : queue->next];
-    queue->next++;
+    queue->head = item_at(queue, queue->next++);
 }
 
 static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT])
@@ -217,7 +222,6 @@ static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT]
             queues[role].order = order;
             order += list->count;
         }
-        advance(&queues[role]);
     }
     return true;
 }
@@ -232,25 +236,45 @@ static struct range_queue *first_of(struct range_queue queues[ROLE_COUNT])
     return first;
 }
 
-/* Whether all of a list comes before all of another; both are apart. */
-static bool is_before(const struct range_list *a, const struct range_list *b)
+/* Whether range `a`, which doesn't begin behind `b`, ends before it begins. */
+static bool ends_before(const struct used_range *a, const struct used_range *b)
 {
-    const struct used_range *last = &a->items[a->count - 1], *first = &b->items[0];
-    return last->span.memory == first->span.memory ? last->span.end <= first->span.begin
-                                                   : range_compare(last, first) < 0;
+    return a->span.memory != b->span.memory || a->span.end <= b->span.begin;
 }
 
-/* Whether it shows at a glance that no two ranges share memory: each role has a place of its own,
- * and is in order there. */
-static bool all_are_apart(const struct sweep *sweep)
+static bool role_is_apart(const struct range_list *list, const struct range_queue *queue)
+{
+    if (!queue->order)
+        return list->apart;
+    const struct used_range *before = item_at(queue, 0);
+    for (uint32_t i = 1; i < queue->count; i++) {
+        const struct used_range *range = item_at(queue, i);
+        if (!ends_before(before, range))
+            return false;
+        before = range;
+    }
+    return true;
+}
+
+/* Whether all of a queue comes before all of another; both are apart. */
+static bool is_before(const struct range_queue *a, const struct range_queue *b)
+{
+    const struct used_range *last = item_at(a, a->count - 1), *first = item_at(b, 0);
+    return range_compare(last, first) < 0 && ends_before(last, first);
+}
+
+/* Whether no two ranges share memory because each role has a place of its own, and they are apart
+ * there: that is how most calls are, and costs less to see than a sweep. */
+static bool all_are_apart(const struct sweep *sweep, const struct range_queue queues[ROLE_COUNT])
 {
     for (int a = 0; a < ROLE_COUNT; a++) {
-        const struct range_list *list = &sweep->roles[a];
-        if (!list->apart)
+        if (!queues[a].count)
+            continue;
+        if (!role_is_apart(&sweep->roles[a], &queues[a]))
             return false;
-        for (int b = 0; b < a && list->count; b++)
-            if (sweep->roles[b].count && !is_before(list, &sweep->roles[b]) &&
-                !is_before(&sweep->roles[b], list))
+        for (int b = 0; b < a; b++)
+            if (queues[b].count && !is_before(&queues[a], &queues[b]) &&
+                !is_before(&queues[b], &queues[a]))
                 return false;
     }
     return true;
@@ -260,11 +284,13 @@ static bool all_are_apart(const struct sweep *sweep)
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {
     struct range_queue queues[ROLE_COUNT], *queue;
-    if (sweep->out_of_memory || all_are_apart(sweep) || !queue_all(sweep, queues))
+    if (sweep->out_of_memory || !queue_all(sweep, queues) || all_are_apart(sweep, queues))
         return;
     struct active_sets sets = {0};
     memset(sets.wanted, true, sizeof(sets.wanted));
     stop_wanting(&sets, ROLE_SRC, ROLE_SRC); /* both are only read, and may be many of one */
+    for (int role = 0; role < ROLE_COUNT; role++)
+        advance(&queues[role]);
     for (; (queue = first_of(queues)); advance(queue))
         if (!sweep_range(&sets, queue->head, visit, user))
             break;
