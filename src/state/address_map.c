@@ -2,10 +2,13 @@
 /* The ordered set of the places of buffers. */
 #include "state/address_map.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_PLACES = 12, FIRST_CHUNKS = 8, CACHE_LINE = 64, NEAR = 4 };
+enum { CHUNK_PLACES = 12, FIRST_CHUNKS = 8, CACHE_LINE = 64 };
+/* Addresses of a grain share a guess, which is good if it is not far before what is sought. */
+enum { GRAIN_SHIFT = 11, GUESSES_PER_CHUNK_SHIFT = 4, FAR = 4 };
 
 /* A search reads the first line, and one of the others for what it finds. */
 struct address_chunk {
@@ -49,6 +52,41 @@ static size_t chunk_of(const struct address_map *map, uint64_t address)
     }
     return low;
 }
+
+/* ---- guesses */
+
+static _Atomic uint32_t *guess_at(const struct address_map *map, uint64_t address)
+{
+    return &map->guesses[(address >> GRAIN_SHIFT) * 0x9E3779B97F4A7C15u >> (64 - map->guess_bits)];
+}
+
+/* The same as chunk_of, without a search where an address nearby was sought before. */
+static size_t guess_chunk(const struct address_map *map, uint64_t address)
+{
+    _Atomic uint32_t *guess = guess_at(map, address);
+    size_t c = atomic_load_explicit(guess, memory_order_relaxed);
+    if (c < map->chunk_count && map->firsts[c] <= address)
+        for (size_t last = c + FAR; c < last; c++)
+            if (c + 1 == map->chunk_count || address < map->firsts[c + 1])
+                return c;
+    c = chunk_of(map, address);
+    atomic_store_explicit(guess, (uint32_t)c, memory_order_relaxed);
+    return c;
+}
+
+static bool reserve_guesses(struct address_map *map, size_t chunks)
+{
+    unsigned bits = GUESSES_PER_CHUNK_SHIFT + (unsigned)__builtin_ctzll(chunks);
+    _Atomic uint32_t *guesses = calloc((size_t)1 << bits, sizeof(*guesses));
+    if (!guesses)
+        return false;
+    free(map->guesses);
+    map->guesses = guesses;
+    map->guess_bits = bits;
+    return true;
+}
+
+/* ---- what chunks know */
 
 static uint64_t larger_of(uint64_t a, uint64_t b)
 {
@@ -104,7 +142,8 @@ static bool reserve_chunks(struct address_map *map)
     size_t capacity = map->chunk_capacity ? map->chunk_capacity * 2 : FIRST_CHUNKS;
     if (!reserve_items(&map->chunks, capacity * sizeof(*map->chunks)) ||
         !reserve_items(&map->firsts, capacity * sizeof(*map->firsts)) ||
-        !reserve_items(&map->reaches, capacity * sizeof(*map->reaches)))
+        !reserve_items(&map->reaches, capacity * sizeof(*map->reaches)) ||
+        !reserve_guesses(map, capacity))
         return false;
     map->chunk_capacity = capacity;
     return true;
@@ -258,30 +297,13 @@ void address_map_remove(struct address_map *map, const struct buffer_place *plac
 
 /* ---- look-ups */
 
-static struct address_position fetch_chunk(const struct address_map *map, size_t c)
-{
-    __builtin_prefetch(map->chunks[c]);
-    return (struct address_position){.chunk = c};
-}
-
 struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address)
 {
     if (!map->chunk_count)
         return (struct address_position){0};
-    return fetch_chunk(map, chunk_of(map, address));
-}
-
-struct address_position address_map_find_chunk_near(const struct address_map *map, uint64_t address,
-                                                    const struct address_position *found,
-                                                    unsigned count)
-{
-    for (unsigned i = 0; map->chunk_count && i < count && i < NEAR; i++) {
-        size_t c = found[count - 1 - i].chunk;
-        if (map->firsts[c] <= address &&
-            (c + 1 == map->chunk_count || address < map->firsts[c + 1]))
-            return fetch_chunk(map, c);
-    }
-    return address_map_find_chunk(map, address);
+    size_t c = guess_chunk(map, address);
+    __builtin_prefetch(map->chunks[c]);
+    return (struct address_position){.chunk = c};
 }
 
 void address_map_find_entry(const struct address_map *map, uint64_t address,
@@ -343,5 +365,6 @@ void address_map_release(struct address_map *map)
     free(map->chunks);
     free(map->firsts);
     free(map->reaches);
+    free(map->guesses);
     *map = (struct address_map){0};
 }

@@ -38,6 +38,10 @@ struct address_map {
     uint64_t *firsts;  /* where each begins, to be searched */
     uint64_t *reaches; /* the largest end in it and in all before it */
     size_t chunk_count, chunk_capacity;
+    /* Where addresses were found before, by a hash of them; a power of two, several a chunk. They
+     * are no more than guesses, which readers make better, so a change of the map leaves them. */
+    _Atomic uint32_t *guesses;
+    unsigned guess_bits;
 };
 
 /* Adds a copy. Size 0 and ranges that wrap are refused, as is a lack of memory. */
@@ -59,11 +63,6 @@ struct address_position {
 /* A search in two steps, each of which fetches what comes next into the processor's cache, so that
  * several searches can wait together. */
 struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address);
-/* The same, sooner where it is a chunk of the last few of the `count` positions found before:
- * addresses that are looked up together are often neighbours. */
-struct address_position address_map_find_chunk_near(const struct address_map *map, uint64_t address,
-                                                    const struct address_position *found,
-                                                    unsigned count);
 void address_map_find_entry(const struct address_map *map, uint64_t address,
                             struct address_position *position);
 

@@ -261,8 +261,7 @@ static void locate_all(const struct resources *resources, const struct resource_
     for (unsigned i = 0; i < queries->accel_count; i++)
         handle_table_prefetch(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
     for (unsigned i = 0; i < queries->address_count; i++)
-        found->positions[i] =
-            address_map_find_chunk_near(map, queries->addresses[i].address, found->positions, i);
+        found->positions[i] = address_map_find_chunk(map, queries->addresses[i].address);
     for (unsigned i = 0; i < queries->accel_count; i++)
         found->accels[i] = fetch_accel(resources, queries->accels[i].handle);
     for (unsigned i = 0; i < queries->address_count; i++)

@@ -57,17 +57,15 @@ static void note(const struct buffer_place *place, void *context)
     ranges[place->id].found++;
 }
 
-/* The shorter ways lead to the same. */
+/* Guesses lead to the same, and the glance. */
 static void assert_ways_agree(const struct world *world, uint64_t address)
 {
     const struct address_map *map = &world->map;
-    const uint64_t others[] = {0, UINT64_MAX, address - 1, address + 1, address / 2, address};
-    enum { OTHERS = sizeof(others) / sizeof(others[0]) };
-    struct address_position found[OTHERS];
+    const uint64_t others[] = {0, UINT64_MAX, address - 1, address + 1, address / 2};
     struct address_position position = address_map_find_chunk(map, address);
-    for (unsigned i = 0; i < OTHERS; i++) {
-        assert_int_equal(address_map_find_chunk_near(map, address, found, i).chunk, position.chunk);
-        found[i] = address_map_find_chunk(map, others[i]);
+    for (unsigned i = 0; i < sizeof(others) / sizeof(others[0]); i++) {
+        address_map_find_chunk(map, others[i]);
+        assert_int_equal(address_map_find_chunk(map, address).chunk, position.chunk);
     }
     address_map_find_entry(map, address, &position);
     const struct buffer_place *only = address_map_only(map, position, address);
