@@ -46,10 +46,7 @@ static VkResult check_features(const struct layer_instance *instance,
         if (!structure || !structure->ray_tracing ||
             !asks_for_more(in, ours ? ours->structure : NULL, structure->feature_count))
             continue;
-        if (in->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV)
-            cpu_refuse_displacement(instance);
-        else
-            cpu_refuse(instance, "vkCreateDevice", ours ? ours->lacking : structure->ray_tracing);
+        cpu_refuse(instance, "vkCreateDevice", ours ? ours->lacking : structure->ray_tracing);
         result = VK_ERROR_FEATURE_NOT_PRESENT;
     }
     return result;

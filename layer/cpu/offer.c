@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "build/displacement.h"
 #include "build/formats.h"
 #include "build/micromap.h"
 #include "cpu/commands.h"
@@ -44,6 +45,7 @@ static const VkExtensionProperties offered[] = {
     {VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME, VK_AMDX_DENSE_GEOMETRY_FORMAT_SPEC_VERSION},
     {VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME, VK_EXT_OPACITY_MICROMAP_SPEC_VERSION},
     {VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME, VK_KHR_OPACITY_MICROMAP_SPEC_VERSION},
+    {VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME, VK_NV_DISPLACEMENT_MICROMAP_SPEC_VERSION},
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
@@ -146,6 +148,11 @@ static const VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
     .micromap = VK_TRUE,
 };
 
+static const VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+    .displacementMicromap = VK_TRUE,
+};
+
 const struct cpu_features cpu_features[CPU_FEATURES] = {
     {(const VkBaseInStructure *)&structures,
      "accelerationStructureCaptureReplay or "
@@ -155,6 +162,7 @@ const struct cpu_features cpu_features[CPU_FEATURES] = {
     {(const VkBaseInStructure *)&dense, NULL},
     {(const VkBaseInStructure *)&micromap_ext, "micromapCaptureReplay"},
     {(const VkBaseInStructure *)&micromap_khr, NULL},
+    {(const VkBaseInStructure *)&displacement, NULL},
 };
 
 const struct cpu_features *cpu_find_features(VkStructureType type)
@@ -227,6 +235,12 @@ static VkPhysicalDeviceOpacityMicromapPropertiesKHR limits_of_micromaps_khr(void
     };
 }
 
+static VkPhysicalDeviceDisplacementMicromapPropertiesNV limits_of_displacement(void)
+{
+    return (VkPhysicalDeviceDisplacementMicromapPropertiesNV){
+        .maxDisplacementMicromapSubdivisionLevel = DISPLACEMENT_MAX_LEVEL};
+}
+
 /* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
 static void answer_structure(VkBaseOutStructure *out, size_t size)
 {
@@ -234,6 +248,8 @@ static void answer_structure(VkBaseOutStructure *out, size_t size)
     const VkPhysicalDeviceRayTracingPropertiesNV nv = limits_nv();
     const VkPhysicalDeviceOpacityMicromapPropertiesEXT ext = limits_of_micromaps_ext();
     const VkPhysicalDeviceOpacityMicromapPropertiesKHR khr = limits_of_micromaps_khr();
+    const VkPhysicalDeviceDisplacementMicromapPropertiesNV nv_displacement =
+        limits_of_displacement();
     const struct cpu_features *features = cpu_find_features(out->sType);
     switch (out->sType) {
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR:
@@ -247,6 +263,9 @@ static void answer_structure(VkBaseOutStructure *out, size_t size)
         break;
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR:
         answer(out, size, &khr);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV:
+        answer(out, size, &nv_displacement);
         break;
     default:
         answer(out, size, features ? features->structure : NULL);

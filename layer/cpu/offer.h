@@ -17,7 +17,7 @@ struct cpu_features {
     const VkBaseInStructure *structure;
     const char *lacking; /* names of that structure's features which the backend hasn't got */
 };
-enum { CPU_FEATURES = 6 };
+enum { CPU_FEATURES = 7 };
 extern const struct cpu_features cpu_features[CPU_FEATURES];
 
 /* Of a structure's type, or NULL. */

@@ -16,12 +16,3 @@ void cpu_refuse(const struct layer_instance *instance, const char *command, cons
                 command, what);
     reporter_refuse(instance->reporter, line);
 }
-
-void cpu_refuse_displacement(const struct layer_instance *instance)
-{
-    reporter_refuse(instance->reporter,
-                    "vkCreateDevice(): VK_NV_displacement_micromap cannot work, because "
-                    "assay_validation.backend is cpu: in which order the blocks of a displacement "
-                    "micromap have their vertices the specification leaves open, so nothing can "
-                    "be built of them. It needs assay_validation.backend = driver.");
-}

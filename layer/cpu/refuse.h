@@ -9,7 +9,4 @@
  * that: "vkCommand(): WHAT ...". */
 void cpu_refuse(const struct layer_instance *instance, const char *command, const char *what);
 
-/* The same of VK_NV_displacement_micromap, for another reason. */
-void cpu_refuse_displacement(const struct layer_instance *instance);
-
 #endif

@@ -30,6 +30,7 @@ static VkResult make_tree(struct build_call *call, const struct build_parameters
         .build = build,
         .memory = host_memory_of(&call->memory),
         .resolver = cpu_pins_resolver(&pins),
+        .micromaps = cpu_pins_micromaps(&pins),
         .source = source,
         .size_max = size_max,
         .scratch = build->info.scratchData.hostAddress,

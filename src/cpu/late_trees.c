@@ -5,8 +5,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "build/micromap.h"
 #include "cpu/make.h"
 #include "cpu/pins.h"
+
+/* A micromap that displaces triangles, as it was when the build executed. */
+struct held_micromap {
+    uint64_t reference;
+    struct cpu_tree *tree; /* NULL: the reference leads nowhere */
+};
+
+struct held_micromaps {
+    uint32_t count;
+    struct held_micromap micromaps[];
+};
 
 struct late {
     struct cpu_device *device;
@@ -17,11 +29,55 @@ struct late {
     struct cpu_tree *source; /* of an update or a compaction */
     struct cpu_pins pins;    /* what instances refer to, as it was when the build executed */
     bool has_pins;
+    struct held_micromaps *micromaps; /* NULL: nothing is displaced */
 };
+
+static void release_micromaps(struct held_micromaps *held)
+{
+    for (uint32_t i = 0; held && i < held->count; i++)
+        cpu_tree_release(held->micromaps[i].tree);
+    free(held);
+}
+
+/* False without memory. Those alone, and not all that changes from now on, as pins have it: among
+ * that may be the structure that is built. */
+static bool hold_micromaps(struct cpu_device *device, const struct build_parameters *build,
+                           struct held_micromaps **held)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; build->chained && i < build->info.geometryCount; i++)
+        count += build->chained[i].has_displacement;
+    *held = NULL;
+    if (count == 0)
+        return true;
+    *held = calloc(1, sizeof(**held) + count * sizeof((*held)->micromaps[0]));
+    for (uint32_t i = 0; *held && i < build->info.geometryCount; i++) {
+        uint64_t reference = (uint64_t)build->chained[i].displacement.micromap;
+        if (build->chained[i].has_displacement && reference)
+            (*held)->micromaps[(*held)->count++] = (struct held_micromap){
+                reference, cpu_structures_tree(device->structures, reference)};
+    }
+    return *held;
+}
+
+static const void *find_held(void *context, uint64_t reference)
+{
+    const struct held_micromaps *held = context;
+    for (uint32_t i = 0; held && i < held->count; i++) {
+        const struct held_micromap *micromap = &held->micromaps[i];
+        const void *bytes = micromap->reference == reference && micromap->tree
+                                ? cpu_tree_read(micromap->tree)
+                                : NULL;
+        if (bytes)
+            return micromap_is(bytes) ? bytes : NULL;
+    }
+    return NULL;
+}
 
 static void release(void *context)
 {
     struct late *late = context;
+    release_micromaps(late->micromaps);
     if (late->has_pins)
         cpu_pins_release(&late->pins);
     cpu_tree_release(late->source);
@@ -57,6 +113,7 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
         return tree;
     }
     free(own);
+    release_micromaps(late->micromaps);
     cpu_tree_release(late->source);
     return NULL;
 }
@@ -94,6 +151,7 @@ static VkResult make_from_memory(struct late *late, const struct input_memory *m
         .build = &parameters,
         .memory = *memory,
         .resolver = late->has_pins ? cpu_pins_resolver(&late->pins) : (struct builder_resolver){0},
+        .micromaps = {find_held, late->micromaps},
         .source = late->source ? cpu_tree_read(late->source) : NULL,
         .size_max = late->size_max,
     };
@@ -146,7 +204,10 @@ struct cpu_tree *cpu_late_build(struct cpu_device *device, struct execution *exe
         .size_max = size_max,
         .has_pins = build->parameters.info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
     };
-    return create(make_build, &late);
+    if (hold_micromaps(device, &build->parameters, &late.micromaps))
+        return create(make_build, &late);
+    cpu_tree_release(late.source);
+    return NULL;
 }
 
 /* ---- copies */

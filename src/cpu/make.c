@@ -80,6 +80,7 @@ static VkResult make_structure(const struct cpu_making *making, struct build_inp
 {
     struct sizes sizes;
     input->input.resolver = making->resolver;
+    input->input.micromaps = making->micromaps;
     input->input.team = making->team;
     if (making->source && micromap_is(making->source))
         return VK_ERROR_VALIDATION_FAILED;

@@ -20,10 +20,11 @@ struct cpu_making {
     const struct build_parameters *build;
     struct input_memory memory;
     struct builder_resolver resolver;
-    const void *source;        /* of an update */
-    uint64_t size_max;         /* of the tree */
-    void *scratch;             /* the application's, on the host; or NULL */
-    struct builder_team *team; /* threads that may take part; or NULL */
+    struct builder_resolver micromaps; /* that displace triangles */
+    const void *source;                /* of an update */
+    uint64_t size_max;                 /* of the tree */
+    void *scratch;                     /* the application's, on the host; or NULL */
+    struct builder_team *team;         /* threads that may take part; or NULL */
 };
 
 /* Allocates and writes the bytes of `tree`. */

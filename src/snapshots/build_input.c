@@ -5,6 +5,8 @@
 #include <stdlib.h>
 
 #include "build/source.h"
+#include "snapshots/input_find.h"
+#include "snapshots/micromap_input.h"
 
 enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags)
 {
@@ -69,30 +71,6 @@ void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
 
 /* ---- data */
 
-/* offset + count * stride + size, at most UINT64_MAX. */
-static uint64_t extent(uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
-{
-    uint64_t sum;
-    return __builtin_mul_overflow(count, stride, &sum) ||
-                   __builtin_add_overflow(sum, offset, &sum) ||
-                   __builtin_add_overflow(sum, size, &sum)
-               ? UINT64_MAX
-               : sum;
-}
-
-static uint64_t find(const struct input_memory *memory, VkDeviceOrHostAddressConstKHR address,
-                     uint64_t size, const void **bytes)
-{
-    return memory->find(memory->context, address.deviceAddress, size, bytes);
-}
-
-enum { VERTEX_SIZE_MAX = 32 /* of any format */ };
-
-static uint64_t index_size(VkIndexType type)
-{
-    return type == VK_INDEX_TYPE_UINT32 ? 4 : type == VK_INDEX_TYPE_UINT16 ? 2 : 1;
-}
-
 /* `chained`: NULL: nothing. */
 static void find_triangles(const struct input_memory *memory,
                            const VkAccelerationStructureGeometryTrianglesDataKHR *from,
@@ -104,27 +82,25 @@ static void find_triangles(const struct input_memory *memory,
     if (chained)
         motion = chained->motion_vertices;
     uint64_t corners = (uint64_t)range->primitiveCount * 3, offset = range->primitiveOffset;
-    uint64_t vertices = (uint64_t)from->maxVertex + 1;
-    if (from->indexType == VK_INDEX_TYPE_NONE_KHR) {
-        vertices = corners < vertices ? corners : vertices;
-    } else {
-        to->indices_size =
-            find(memory, from->indexData, extent(offset, corners, index_size(from->indexType), 0),
-                 &to->indices);
+    uint64_t vertices = input_vertices(from, range);
+    if (from->indexType != VK_INDEX_TYPE_NONE_KHR) {
+        to->indices_size = input_find(
+            memory, from->indexData,
+            input_extent(offset, corners, input_index_size(from->indexType), 0), &to->indices);
         offset = 0;
     }
-    uint64_t size =
-        extent(offset, range->firstVertex + vertices - 1, from->vertexStride, VERTEX_SIZE_MAX);
-    to->vertices_size = find(memory, from->vertexData, size, &to->vertices);
+    uint64_t size = input_extent(offset, range->firstVertex + vertices - 1, from->vertexStride,
+                                 INPUT_VERTEX_MAX);
+    to->vertices_size = input_find(memory, from->vertexData, size, &to->vertices);
     if (motion.deviceAddress)
-        to->motion_vertices_size = find(memory, motion, size, &to->motion_vertices);
+        to->motion_vertices_size = input_find(memory, motion, size, &to->motion_vertices);
     if (motion.deviceAddress && !to->motion_vertices)
         to->motion_vertices = from; /* not still, though nothing of it can be read */
     if (!from->transformData.deviceAddress)
         return;
-    to->transforms_size =
-        find(memory, from->transformData,
-             extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
+    to->transforms_size = input_find(
+        memory, from->transformData,
+        input_extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
     if (!to->transforms)
         to->transforms = from; /* not none, though nothing of it can be read */
 }
@@ -135,11 +111,11 @@ static uint64_t extent_of_instances(const struct build_parameters *build, bool a
                                     uint64_t offset, uint64_t count)
 {
     if (array_of_pointers)
-        return extent(offset, count, sizeof(uint64_t), 0);
+        return input_extent(offset, count, sizeof(uint64_t), 0);
     if (build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)
-        return extent(offset, count - 1, MOTION_INSTANCE_STRIDE,
-                      sizeof(VkAccelerationStructureMotionInstanceNV));
-    return extent(offset, count, sizeof(VkAccelerationStructureInstanceKHR), 0);
+        return input_extent(offset, count - 1, MOTION_INSTANCE_STRIDE,
+                            sizeof(VkAccelerationStructureMotionInstanceNV));
+    return input_extent(offset, count, sizeof(VkAccelerationStructureInstanceKHR), 0);
 }
 
 /* Indices that can't be read yet leave open how many vertices and radii are. */
@@ -153,41 +129,25 @@ static void find_spheres(const struct input_memory *memory,
         return;
     if (to->index_type != VK_INDEX_TYPE_NONE_KHR) {
         uint64_t count = sphere_element_count(to, is_swept, range->primitiveCount);
-        to->indices_size = find(
+        to->indices_size = input_find(
             memory, from->indexData,
-            extent(offset, count - 1, to->index_stride, index_size(to->index_type)), &to->indices);
+            input_extent(offset, count - 1, to->index_stride, input_index_size(to->index_type)),
+            &to->indices);
         offset = 0;
     }
     uint64_t count = sphere_vertex_count(to, is_swept, range), last = range->firstVertex + count;
     bool is_open = !count && memory->is_later;
     if (!count && !is_open)
         return;
-    to->vertices_size =
-        find(memory, from->vertexData,
-             is_open ? UINT64_MAX : extent(offset, last - 1, to->vertex_stride, VERTEX_SIZE_MAX),
-             &to->vertices);
-    to->radii_size = find(memory, from->radiusData,
-                          is_open ? UINT64_MAX
-                                  : extent(offset, last - 1, to->radius_stride,
-                                           radius_format_size(to->radius_format)),
-                          &to->radii);
-}
-
-/* The opacity of `count` triangles. */
-static void find_opacity(const struct input_memory *memory,
-                         const VkAccelerationStructureTrianglesOpacityMicromapEXT *from,
-                         uint64_t count, struct builder_opacity *to)
-{
-    *to = (struct builder_opacity){
-        .index_type = from->indexType,
-        .base_triangle = from->baseTriangle,
-        .stride = from->indexStride,
-        .micromap = (uint64_t)from->micromap,
-    };
-    if (count && from->indexType != VK_INDEX_TYPE_NONE_KHR)
-        to->indices_size =
-            find(memory, from->indexBuffer,
-                 extent(0, count - 1, to->stride, index_size(from->indexType)), &to->indices);
+    to->vertices_size = input_find(
+        memory, from->vertexData,
+        is_open ? UINT64_MAX : input_extent(offset, last - 1, to->vertex_stride, INPUT_VERTEX_MAX),
+        &to->vertices);
+    to->radii_size = input_find(memory, from->radiusData,
+                                is_open ? UINT64_MAX
+                                        : input_extent(offset, last - 1, to->radius_stride,
+                                                       radius_format_size(to->radius_format)),
+                                &to->radii);
 }
 
 static void find_data(const struct input_memory *memory, const struct build_parameters *build,
@@ -211,49 +171,27 @@ static void find_data(const struct input_memory *memory, const struct build_para
         break;
     case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
         if (chained)
-            to->dense.size = find(memory, chained->dense.compressedData, chained->dense.dataSize,
-                                  &to->dense.data);
+            to->dense.size = input_find(memory, chained->dense.compressedData,
+                                        chained->dense.dataSize, &to->dense.data);
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
-        to->aabbs.size =
-            find(memory, from->geometry.aabbs.data,
-                 extent(offset, count - 1, to->aabbs.stride, sizeof(VkAabbPositionsKHR)),
-                 &to->aabbs.data);
+        to->aabbs.size = input_find(
+            memory, from->geometry.aabbs.data,
+            input_extent(offset, count - 1, to->aabbs.stride, sizeof(VkAabbPositionsKHR)),
+            &to->aabbs.data);
         break;
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
         to->instances.size =
-            find(memory, from->geometry.instances.data,
-                 extent_of_instances(build, to->instances.array_of_pointers, offset, count),
-                 &to->instances.data);
+            input_find(memory, from->geometry.instances.data,
+                       extent_of_instances(build, to->instances.array_of_pointers, offset, count),
+                       &to->instances.data);
         break;
     default:
         break;
     }
 }
 
-/* ---- micromaps */
-
-/* Triangles that can't be read yet leave open how much data they have. */
-static void find_micromap(const struct build_parameters *build, const struct input_memory *memory,
-                          struct micromap_input *to)
-{
-    *to = (struct micromap_input){.type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT};
-    if (build->info.geometryCount != 1 || !build->chained)
-        return;
-    const struct micromap_parameters *from = &build->chained[0].micromap;
-    to->type = from->type;
-    to->usage_count = from->usage_count;
-    to->usages = from->usages;
-    to->stride = from->stride;
-    uint64_t count = micromap_triangle_count(to);
-    if (!count)
-        return;
-    to->triangles_size =
-        find(memory, from->triangles,
-             extent(0, count - 1, to->stride, sizeof(VkMicromapTriangleEXT)), &to->triangles);
-    to->data_size = find(memory, from->data,
-                         memory->is_later ? UINT64_MAX : micromap_data_extent(to), &to->data);
-}
+/* ---- all of it */
 
 /* For arrays of pointers. */
 static const void *read_address(void *context, uint64_t address, uint64_t size)
@@ -261,32 +199,6 @@ static const void *read_address(void *context, uint64_t address, uint64_t size)
     const struct input_memory *memory = context;
     const void *bytes;
     return memory->find(memory->context, address, size, &bytes) == size ? bytes : NULL;
-}
-
-/* Also where there are no triangles: a size query looks whether a geometry has any opacity. */
-static void find_opacities(const struct build_parameters *build, const struct input_memory *memory,
-                           struct build_input *input)
-{
-    for (uint32_t i = 0; i < build->info.geometryCount; i++) {
-        const struct chained_input *chained = &build->chained[i];
-        struct builder_geometry *to = &input->geometries[i];
-        bool is_dense = geometry_is_dense(&build->geometries[i]);
-        uint64_t count = build->ranges[i].primitiveCount;
-        if (!chained->has_opacity)
-            continue;
-        if (is_dense && count)
-            count = (uint64_t)to->dense.max_primitive + 1;
-        find_opacity(memory, &chained->opacity, count, &input->opacities[i]);
-        *(is_dense ? &to->dense.opacity : &to->triangles.opacity) = &input->opacities[i];
-    }
-}
-
-static bool has_opacities(const struct build_parameters *build)
-{
-    for (uint32_t i = 0; build->chained && i < build->info.geometryCount; i++)
-        if (build->chained[i].has_opacity)
-            return true;
-    return false;
 }
 
 static VkResult open_geometries(const struct build_parameters *build,
@@ -302,15 +214,10 @@ static VkResult open_geometries(const struct build_parameters *build,
                              &input->geometries[i]);
         find_data(memory, build, i, &input->geometries[i]);
     }
-    if (!has_opacities(build))
-        return VK_SUCCESS;
-    input->opacities = calloc(count, sizeof(*input->opacities));
-    if (!input->opacities) {
+    VkResult result = build_input_find_micromaps(build, memory, input);
+    if (result != VK_SUCCESS)
         build_input_close(input);
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    }
-    find_opacities(build, memory, input);
-    return VK_SUCCESS;
+    return result;
 }
 
 VkResult build_input_open(const struct build_parameters *build, const struct input_memory *memory,
@@ -328,7 +235,7 @@ VkResult build_input_open(const struct build_parameters *build, const struct inp
     input->input.memory = (struct builder_memory){read_address, &input->memory};
     if ((int)build->info.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR) {
         input->is_micromap = true;
-        find_micromap(build, memory, &input->micromap);
+        build_input_find_micromap(build, memory, &input->micromap);
         return VK_SUCCESS;
     }
     return count ? open_geometries(build, memory, input) : VK_SUCCESS;
@@ -338,6 +245,8 @@ void build_input_close(struct build_input *input)
 {
     free(input->geometries);
     free(input->opacities);
+    free(input->displacements);
     input->geometries = NULL;
     input->opacities = NULL;
+    input->displacements = NULL;
 }

@@ -16,13 +16,14 @@ void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
                           const struct chained_input *chained, struct builder_geometry *described);
 
 /* The input with its data, as far as that can be read now; what can't be is left out of the sizes,
- * so that the builder finds it out of range. Resolver and threads are the caller's to fill in. */
+ * so that the builder finds it out of range. Resolvers and threads are the caller's to fill in. */
 struct build_input {
     struct builder_input input;
-    struct builder_geometry *geometries; /* owned */
-    struct builder_opacity *opacities;   /* owned; NULL: no geometry has any */
-    struct input_memory memory;          /* of arrays of pointers */
-    bool is_micromap;                    /* then all that is built is: */
+    struct builder_geometry *geometries;        /* owned */
+    struct builder_opacity *opacities;          /* owned; NULL: no geometry has any */
+    struct builder_displacement *displacements; /* likewise */
+    struct input_memory memory;                 /* of arrays of pointers */
+    bool is_micromap;                           /* then all that is built is: */
     struct micromap_input micromap;
 };
 VkResult build_input_open(const struct build_parameters *build, const struct input_memory *memory,

@@ -163,6 +163,25 @@ static VkResult copy_micromap(struct readable_cache *cache, const void *chain,
                                 &copy->micromap);
 }
 
+static VkResult copy_displacement(struct readable_cache *cache, const void *chain,
+                                  struct chained_input *copy)
+{
+    const VkAccelerationStructureTrianglesDisplacementMicromapNV *s;
+    if (!find(cache, chain,
+              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+              sizeof(*s), (const void **)&s))
+        return VK_ERROR_VALIDATION_FAILED;
+    if (!s)
+        return VK_SUCCESS;
+    copy->has_displacement = true;
+    copy->displacement = *s;
+    copy->displacement.pNext = NULL;
+    copy->displacement.pUsageCounts = NULL;
+    copy->displacement.ppUsageCounts = NULL;
+    return micromap_usages_copy(cache, s->usageCountsCount, s->pUsageCounts, s->ppUsageCounts,
+                                &copy->micromap);
+}
+
 /* ---- geometries */
 
 static bool has_any(const VkAccelerationStructureGeometryKHR *geometry)
@@ -190,6 +209,8 @@ static VkResult copy_of_geometry(struct readable_cache *cache,
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         is_read = (!has_motion || copy_motion(cache, geometry, copy)) &&
                   copy_opacity(cache, geometry->geometry.triangles.pNext, copy);
+        if (is_read)
+            return copy_displacement(cache, geometry->geometry.triangles.pNext, copy);
         break;
     case VK_GEOMETRY_TYPE_SPHERES_NV:
         is_read = copy_spheres(cache, geometry->pNext, copy);

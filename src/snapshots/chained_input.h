@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
+#include <vulkan/vulkan_beta.h>
 
 #include "state/readable.h"
 
@@ -25,7 +26,9 @@ struct chained_input {
     VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
     bool has_opacity;
     VkAccelerationStructureTrianglesOpacityMicromapEXT opacity; /* its micromap a ...-KHR's, too */
-    struct micromap_parameters micromap;
+    struct micromap_parameters micromap;                        /* of triangles only usages, of: */
+    bool has_displacement;
+    VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
 };
 
 /* One a geometry of `info`, whose geometries are in pGeometries and can be read; NULL where none

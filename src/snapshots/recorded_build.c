@@ -7,9 +7,23 @@
 
 /* ---- parameters */
 
-/* `motion`: NULL, or of address 0: none. */
+/* Displacements are found by the numbers of vertices. */
+static void normalize_chained(struct chained_input *chained, uint64_t to_first,
+                              const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement = &chained->displacement;
+    if (chained->motion_vertices.deviceAddress)
+        chained->motion_vertices.deviceAddress += to_first;
+    displacement->displacementVectorBuffer.deviceAddress +=
+        range->firstVertex * displacement->displacementVectorStride;
+    if (displacement->displacementBiasAndScaleBuffer.deviceAddress)
+        displacement->displacementBiasAndScaleBuffer.deviceAddress +=
+            range->firstVertex * displacement->displacementBiasAndScaleStride;
+}
+
+/* `chained`: NULL: nothing. */
 static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                                VkDeviceOrHostAddressConstKHR *motion,
+                                struct chained_input *chained,
                                 const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
     uint64_t to_first = range->firstVertex * triangles->vertexStride;
@@ -18,8 +32,8 @@ static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR 
     else
         triangles->indexData.deviceAddress += range->primitiveOffset;
     triangles->vertexData.deviceAddress += to_first;
-    if (motion && motion->deviceAddress)
-        motion->deviceAddress += to_first;
+    if (chained)
+        normalize_chained(chained, to_first, range);
     triangles->maxVertex -=
         range->firstVertex < triangles->maxVertex ? range->firstVertex : triangles->maxVertex;
     if (triangles->transformData.deviceAddress)
@@ -81,8 +95,7 @@ bool recorded_build_normalize(struct recorded_build *build)
         struct chained_input *chained =
             build->parameters.chained ? &build->parameters.chained[i] : NULL;
         if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            normalize_triangles(&geometry->geometry.triangles,
-                                chained ? &chained->motion_vertices : NULL, range);
+            normalize_triangles(&geometry->geometry.triangles, chained, range);
         if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
             geometry->geometry.aabbs.data.deviceAddress += range->primitiveOffset;
         if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)

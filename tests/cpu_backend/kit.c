@@ -128,9 +128,15 @@ VkDevice kit_open_device(const struct kit *kit, VkuDeviceDispatchTable *vk)
                                              VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
                                              VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
                                              VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
-                                             VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME};
+                                             VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+                                             VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME};
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+        .displacementMicromap = VK_TRUE,
+    };
     VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+        .pNext = &displacement,
         .micromap = VK_TRUE,
     };
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "build/displacement.h"
 #include "build/formats.h"
 #include "build/micromap.h"
 #include "kit.h"
@@ -47,6 +48,7 @@ static const char *const offered[] = {
     VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
     VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
     VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
 };
 
 enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
@@ -129,8 +131,12 @@ static void test_features(void **state)
     (void)state;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+        .pNext = &query};
     VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR, .pNext = &query};
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+        .pNext = &displacement};
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
         .pNext = &micromap_khr,
@@ -175,6 +181,7 @@ static void test_features(void **state)
     assert_true(micromap_ext.micromapHostCommands);
     assert_false(micromap_ext.micromapCaptureReplay);
     assert_true(micromap_khr.micromap);
+    assert_true(displacement.displacementMicromap);
     assert_int_equal(unknown.unknown, 77);
     assert_ptr_equal(core.pNext, &structures);
     assert_ptr_equal(structures.pNext, &unknown);
@@ -188,9 +195,12 @@ static void test_properties(void **state)
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
         .maxRayRecursionDepth = 77};
+    VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV,
+        .pNext = &pipelines};
     VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_khr = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR,
-        .pNext = &pipelines};
+        .pNext = &displacement};
     VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_ext = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT,
         .pNext = &micromap_khr};
@@ -222,6 +232,7 @@ static void test_properties(void **state)
     assert_int_equal(micromap_ext.maxOpacity4StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
     assert_int_equal(micromap_khr.maxOpacityLossy4StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
     assert_true(micromap_khr.maxMicromapTriangles >= (1 << 29) - 1);
+    assert_int_equal(displacement.maxDisplacementMicromapSubdivisionLevel, DISPLACEMENT_MAX_LEVEL);
     assert_int_equal(pipelines.maxRayRecursionDepth, 0);
     assert_true(properties.properties.limits.maxMemoryAllocationCount > 0);
 }
@@ -395,13 +406,6 @@ static void test_what_is_not_offered(void **state)
     assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "RayQueryFeatures"), 1);
     assert_int_equal(kit_create_device(&kit, NULL, extensions, 3, &device, &vk),
                      VK_ERROR_EXTENSION_NOT_PRESENT);
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
-        .displacementMicromap = VK_TRUE};
-    assert_int_equal(kit_create_device(&kit, &displacement, extensions, 2, &device, &vk),
-                     VK_ERROR_FEATURE_NOT_PRESENT);
-    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "displacement_micromap"), 1);
-    assert_int_equal(messages_count(&kit.messages, "ASSAY-error", "specification"), 1);
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
         .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};

@@ -218,7 +218,9 @@ void scene_give_objects(struct scene *scene, uint32_t build)
 
 void scene_fit(struct scene *scene, uint32_t build)
 {
-    if (scene_sizes(scene, build).accelerationStructureSize > scene->dst_buffers[build].size)
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = scene_sizes(scene, build);
+    if (sizes.accelerationStructureSize > scene->dst_buffers[build].size ||
+        sizes.buildScratchSize > scene->scratch_buffers[build].size)
         scene_give_objects(scene, build);
 }
 

@@ -173,6 +173,26 @@ void scene_use_micromap_ext(struct scene *scene)
     scene_fit(scene, INDEXED);
 }
 
+/* Of one triangle, which isn't cut; builds on the host read it at once. */
+static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
+{
+    static const VkMicromapTriangleEXT triangle = {
+        .format = VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV};
+    static const unsigned char block[64];
+    const VkMicromapBuildInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
+        .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
+        .dstMicromap = micromap,
+        .usageCountsCount = 1,
+        .pUsageCounts = scene->micromaps.usages_ext,
+        .data.hostAddress = block,
+        .triangleArray.hostAddress = &triangle,
+        .triangleArrayStride = sizeof(triangle),
+    };
+    expect_success(scene->vk->BuildMicromapsEXT(scene->world->device, VK_NULL_HANDLE, 1, &info),
+                   "vkBuildMicromapsEXT");
+}
+
 void scene_use_displacement(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;
@@ -189,11 +209,12 @@ void scene_use_displacement(struct scene *scene)
         .displacedMicromapPrimitiveFlagsStride = 1,
         .indexType = VK_INDEX_TYPE_UINT32,
         .indexBuffer.deviceAddress = scene_address(scene, &scene->indices, 0),
-        .indexStride = 4,
+        .indexStride = 0, /* the first, which is 0, for all triangles */
         .usageCountsCount = 1,
         .pUsageCounts = micromaps->usages_ext,
         .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV),
     };
+    build_displacement(scene, micromaps->displacement.micromap);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->displacement;
     scene_fit(scene, INDEXED);
 }
