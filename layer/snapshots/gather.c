@@ -150,14 +150,37 @@ static void wait_for_addresses(const struct recorder *recorder)
         1, &memory, 0, NULL, 0, NULL);
 }
 
+/* Only backend cpu dispatches where that is conditional: it needs the data, as builds follow no
+ * condition. */
+static void end_condition(const struct recorder *recorder)
+{
+    if (recorder->recording->compute.is_conditional)
+        recorder->device->snapshots->next.CmdEndConditionalRenderingEXT(recorder->handle);
+}
+
+static void begin_condition(const struct recorder *recorder)
+{
+    const struct compute_state *state = &recorder->recording->compute;
+    const VkConditionalRenderingBeginInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
+        .buffer = state->condition.buffer,
+        .offset = state->condition.offset,
+        .flags = state->condition_flags,
+    };
+    if (state->is_conditional)
+        recorder->device->snapshots->next.CmdBeginConditionalRenderingEXT(recorder->handle, &info);
+}
+
 static void dispatch(const struct recorder *recorder, const struct constants *constants)
 {
     const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
     const struct gather *gather = recorder->device->snapshots->gather;
+    end_condition(recorder);
     next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, gather->pipeline);
     next->CmdPushConstants(recorder->handle, gather->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                            sizeof(*constants), constants);
     next->CmdDispatch(recorder->handle, (constants->count + GROUP - 1) / GROUP, 1, 1);
+    begin_condition(recorder);
     compute_state_restore(recorder);
 }
 

@@ -45,25 +45,31 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQueryIndexedEXT(VkCommandBuffer comma
         ->below.CmdEndQueryIndexedEXT(commandBuffer, queryPool, query, index);
 }
 
-static void set_conditional(VkCommandBuffer handle, bool is_conditional)
+/* NULL: it ends. */
+static void set_condition(VkCommandBuffer handle, const VkConditionalRenderingBeginInfoEXT *info)
 {
     struct compute_state *state = compute_state_of(handle);
-    if (state)
-        state->is_conditional = is_conditional;
+    if (!state)
+        return;
+    state->is_conditional = info != NULL;
+    if (info) {
+        state->condition = (struct buffer_target){.buffer = info->buffer, .offset = info->offset};
+        state->condition_flags = info->flags;
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRenderingEXT(
     VkCommandBuffer commandBuffer,
     const VkConditionalRenderingBeginInfoEXT *pConditionalRenderingBegin)
 {
-    set_conditional(commandBuffer, true);
+    set_condition(commandBuffer, pConditionalRenderingBegin);
     snapshots_of(commandBuffer)
         ->below.CmdBeginConditionalRenderingEXT(commandBuffer, pConditionalRenderingBegin);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndConditionalRenderingEXT(VkCommandBuffer commandBuffer)
 {
-    set_conditional(commandBuffer, false);
+    set_condition(commandBuffer, NULL);
     snapshots_of(commandBuffer)->below.CmdEndConditionalRenderingEXT(commandBuffer);
 }
 

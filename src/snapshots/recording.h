@@ -72,6 +72,8 @@ struct compute_state {
      * or left out. */
     uint32_t queries;
     bool is_conditional;
+    struct buffer_target condition; /* then: where it is, and */
+    VkConditionalRenderingFlagsEXT condition_flags;
 };
 
 struct recording {

@@ -196,12 +196,55 @@ static void test_bound_state_stays(void **state)
     expect_silence();
 }
 
+/* Builds follow no condition, and so what gathers for them must not; all else does. */
+static void test_condition_stays(void **state)
+{
+    (void)state;
+    if (!kit_has_conditions(&stage->kit))
+        skip();
+    const VkuDeviceDispatchTable *vk = &stage->vk;
+    struct scene scene;
+    open_scene(&scene);
+    const struct fill fill = create_fill();
+    struct device_buffer condition = device_buffer_create(&device, 16),
+                         target = device_buffer_create(&device, 4);
+    const VkConditionalRenderingBeginInfoEXT begin = {
+        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
+        .buffer = condition.handle,
+        .offset = 8,
+        .flags = VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT,
+    };
+    const struct constants constants = {target.address, 0xabcdef};
+    memset(condition.bytes, 0, 16);
+    memset((char *)condition.bytes + 8, 0xff, 4);
+    memset(target.bytes, 0, 4);
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
+    vk->CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
+                         sizeof(constants), &constants);
+    vk->CmdBeginConditionalRenderingEXT(commands, &begin);
+    device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
+    vk->CmdDispatch(commands, 1, 1, 1);
+    vk->CmdEndConditionalRenderingEXT(commands);
+    device_finish(&device, commands);
+    assert_int_equal(*(uint32_t *)target.bytes, 0);
+    expect_instances(&scene);
+    messages_clear(&stage->kit.messages);
+    vk->DestroyPipeline(stage->device, fill.pipeline, NULL);
+    vk->DestroyPipelineLayout(stage->device, fill.layout, NULL);
+    device_buffer_destroy(&device, &condition);
+    device_buffer_destroy(&device, &target);
+    close_scene(&scene);
+    expect_silence();
+}
+
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gathered),
         cmocka_unit_test(test_gathered_by_indirect_build),
         cmocka_unit_test(test_bound_state_stays),
+        cmocka_unit_test(test_condition_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

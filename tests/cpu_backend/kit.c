@@ -90,9 +90,27 @@ unsigned kit_count_extension(const struct kit *kit, const char *name)
     return found;
 }
 
+bool kit_has_conditions(const struct kit *kit)
+{
+    return kit_count_extension(kit, VK_EXT_CONDITIONAL_RENDERING_EXTENSION_NAME) != 0;
+}
+
 VkResult kit_create_device(const struct kit *kit, const void *chain, const char *const *extensions,
                            uint32_t extension_count, VkDevice *device, VkuDeviceDispatchTable *vk)
 {
+    const char *enabled[KIT_ENABLED_MAX];
+    VkPhysicalDeviceConditionalRenderingFeaturesEXT conditional = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_CONDITIONAL_RENDERING_FEATURES_EXT,
+        .pNext = (void *)(uintptr_t)chain,
+        .conditionalRendering = VK_TRUE,
+    };
+    assert_true(extension_count < KIT_ENABLED_MAX);
+    for (uint32_t i = 0; i < extension_count; i++)
+        enabled[i] = extensions[i];
+    if (kit_has_conditions(kit)) {
+        enabled[extension_count++] = VK_EXT_CONDITIONAL_RENDERING_EXTENSION_NAME;
+        chain = &conditional;
+    }
     const VkPhysicalDeviceVulkan12Features core = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
         .pNext = (void *)(uintptr_t)chain,
@@ -111,7 +129,7 @@ VkResult kit_create_device(const struct kit *kit, const void *chain, const char 
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
         .enabledExtensionCount = extension_count,
-        .ppEnabledExtensionNames = extensions,
+        .ppEnabledExtensionNames = enabled,
     };
     const VkResult result = kit->vk.CreateDevice(kit->physical, &info, NULL, device);
     if (result == VK_SUCCESS)

@@ -6,7 +6,7 @@
 #include "messages.h"
 #include "platform.h"
 
-enum { KIT_EXTENSIONS_MAX = 512 };
+enum { KIT_EXTENSIONS_MAX = 512, KIT_ENABLED_MAX = 32 };
 
 struct kit_setup {
     const char *backend;  /* assay_validation.backend; NULL: cpu */
@@ -34,8 +34,11 @@ void kit_close(struct kit *kit);
 /* How often the physical device names an extension. */
 unsigned kit_count_extension(const struct kit *kit, const char *name);
 
-/* A device of one queue that enables bufferDeviceAddress and timelineSemaphore beside what `chain`
- * says. */
+/* Whether devices have conditional rendering. */
+bool kit_has_conditions(const struct kit *kit);
+
+/* A device of one queue that enables bufferDeviceAddress, timelineSemaphore and, where there is
+ * any, conditional rendering beside what `chain` says. */
 VkResult kit_create_device(const struct kit *kit, const void *chain, const char *const *extensions,
                            uint32_t extension_count, VkDevice *device, VkuDeviceDispatchTable *vk);
 

@@ -161,6 +161,83 @@ static void test_counts_nothing(void **state)
     stage.vk.DestroyQueryPool(stage.device, queries, NULL);
 }
 
+/* A condition would leave it out; only where that is over is the instance looked at. */
+static void test_follows_no_condition(void **state)
+{
+    (void)state;
+    if (!stage.has_conditional_rendering)
+        skip();
+    struct stage_buffer condition =
+        stage_buffer(&stage, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
+    const VkConditionalRenderingBeginInfoEXT begin = {
+        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
+        .buffer = condition.handle,
+    };
+    write_instance(&instance, false);
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    stage.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
+    build_top(commands);
+    stage.vk.CmdEndConditionalRenderingEXT(commands);
+    stage_finish(&stage, commands);
+    expect_told("build 0 (no place for copies)");
+    commands = stage_begin(&stage, 0);
+    stage.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
+    stage.vk.CmdEndConditionalRenderingEXT(commands);
+    build_top(commands);
+    stage_finish(&stage, commands);
+    expect_told("transform");
+    stage_destroy_buffer(&stage, &condition);
+}
+
+/* In a secondary command buffer of which `inheritance` says what may be active where it executes.
+ */
+static void build_in_secondary(const VkCommandBufferInheritanceInfo *inheritance)
+{
+    const VkCommandBufferAllocateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = stage.pool,
+        .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
+        .commandBufferCount = 1,
+    };
+    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                            .pInheritanceInfo = inheritance};
+    VkCommandBuffer secondary, commands = stage_begin(&stage, 0);
+    GET(stage.vk.AllocateCommandBuffers(stage.device, &info, &secondary));
+    GET(stage.vk.BeginCommandBuffer(secondary, &begin));
+    build_top(secondary);
+    GET(stage.vk.EndCommandBuffer(secondary));
+    stage.vk.CmdExecuteCommands(commands, 1, &secondary);
+    stage_finish(&stage, commands);
+    stage.vk.FreeCommandBuffers(stage.device, stage.pool, 1, &secondary);
+}
+
+/* What is inherited only the null driver is told of, which takes anything, and gathers nothing. */
+static void test_inherits_nothing(void **state)
+{
+    (void)state;
+    VkCommandBufferInheritanceConditionalRenderingInfoEXT condition = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_CONDITIONAL_RENDERING_INFO_EXT,
+    };
+    VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO,
+        .pNext = &condition,
+    };
+    write_instance(&instance, false);
+    build_in_secondary(&inheritance);
+    if (!platform.is_null) {
+        expect_told("transform");
+        return;
+    }
+    stage_expect_silence(&stage);
+    inheritance.pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT;
+    build_in_secondary(&inheritance);
+    expect_told("build 0 (no place for copies)");
+    inheritance.pipelineStatistics = 0;
+    condition.conditionalRenderingEnable = VK_TRUE;
+    build_in_secondary(&inheritance);
+    expect_told("build 0 (no place for copies)");
+}
+
 /* Memory that wasn't there when the command buffer was recorded. */
 static void test_later_memory(void **state)
 {
@@ -186,10 +263,16 @@ int main(int argc, char **argv)
         puts(reason);
         return 77;
     }
+    const struct CMUnitTest of_the_null_driver[] = {
+        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_stage, close_stage),
+    };
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_gathers, open_stage, close_stage),
         cmocka_unit_test_setup_teardown(test_counts_nothing, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_follows_no_condition, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_stage, close_stage),
         cmocka_unit_test_setup_teardown(test_later_memory, open_stage, close_stage),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return platform.is_null ? cmocka_run_group_tests(of_the_null_driver, NULL, NULL)
+                            : cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -45,12 +45,31 @@ static void create_instance(struct stage *stage, const struct stage_setup *setup
                                                             &stage->messenger));
 }
 
+static bool has_conditional_rendering(const struct stage *stage)
+{
+    VkExtensionProperties properties[512];
+    uint32_t count = sizeof(properties) / sizeof(properties[0]);
+    stage->instance_vk.EnumerateDeviceExtensionProperties(stage->physical, NULL, &count,
+                                                          properties);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(properties[i].extensionName, VK_EXT_CONDITIONAL_RENDERING_EXTENSION_NAME) == 0)
+            return true;
+    return false;
+}
+
 static void create_device(struct stage *stage)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_EXT_CONDITIONAL_RENDERING_EXTENSION_NAME};
+    VkPhysicalDeviceConditionalRenderingFeaturesEXT conditional = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_CONDITIONAL_RENDERING_FEATURES_EXT,
+        .conditionalRendering = VK_TRUE,
+    };
+    stage->has_conditional_rendering = has_conditional_rendering(stage);
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .pNext = stage->has_conditional_rendering ? &conditional : NULL,
         .accelerationStructure = VK_TRUE,
     };
     const VkPhysicalDeviceVulkan12Features core = {
@@ -70,7 +89,7 @@ static void create_device(struct stage *stage)
         .pEnabledFeatures = &features,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = 2,
+        .enabledExtensionCount = stage->has_conditional_rendering ? 3 : 2,
         .ppEnabledExtensionNames = extensions,
     };
     GET(stage->instance_vk.CreateDevice(stage->physical, &info, NULL, &stage->device));

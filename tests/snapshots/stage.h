@@ -29,6 +29,7 @@ struct stage {
     VkQueue queue;
     VkCommandPool pool;
     uint32_t memory_type; /* mapped and coherent */
+    bool has_conditional_rendering;
 };
 
 struct stage_setup {
