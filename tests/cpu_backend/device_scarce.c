@@ -17,6 +17,7 @@ enum {
     SAVED_AT = 16384,    /* a serialized structure, and */
     QUERIED_AT = 32768,  /* results of queries */
     BOXES = 3,
+    DISPLACED = 4, /* a structure of as many triangles */
 };
 
 static struct {
@@ -26,7 +27,12 @@ static struct {
     VkBuffer data;
     VkDeviceAddress address;
     VkFence fence;
+    VkMicromapEXT micromap;
 } own;
+
+/* One triangle of a micromap for all, and it stays where it is. */
+static const VkMicromapUsageEXT usage = {BOXES, 0,
+                                         VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV};
 
 /* ---- objects */
 
@@ -78,11 +84,18 @@ void create_objects(struct application *app)
     const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     GET(app, "vkCreateFence", app->vk.CreateFence(app->device, &fence, NULL, &own.fence));
     own.trace_rays = scarce_find_tracing(app);
+    const VkMicromapCreateInfoEXT micromap = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+                                              .buffer = app->inputs,
+                                              .size = STRUCTURE_SIZE,
+                                              .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV};
+    GET(app, "vkCreateMicromapEXT",
+        app->vk.CreateMicromapEXT(app->device, &micromap, NULL, &own.micromap));
 }
 
 void destroy_objects(struct application *app)
 {
     app->vk.DestroyFence(app->device, own.fence, NULL);
+    app->vk.DestroyMicromapEXT(app->device, own.micromap, NULL);
     scarce_commands_destroy(app, &own.commands);
     for (unsigned i = 0; i < STRUCTURES; i++)
         app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
@@ -94,9 +107,51 @@ void destroy_objects(struct application *app)
 
 /* ---- recordings */
 
+static void build_micromap(struct application *app)
+{
+    static const VkMicromapTriangleEXT triangles[BOXES] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+    static const uint8_t block[64];
+    const VkMicromapBuildInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
+                                         .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
+                                         .dstMicromap = own.micromap,
+                                         .usageCountsCount = 1,
+                                         .pUsageCounts = &usage,
+                                         .data.hostAddress = block,
+                                         .triangleArray.hostAddress = triangles,
+                                         .triangleArrayStride = sizeof(triangles[0])};
+    GET(app, "vkBuildMicromapsEXT",
+        app->vk.BuildMicromapsEXT(app->device, VK_NULL_HANDLE, 1, &info));
+}
+
+/* With vertices and vectors from the same zeros. */
+static void displace(VkAccelerationStructureGeometryKHR *geometry,
+                     VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement)
+{
+    *displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .displacementVectorBuffer.deviceAddress = own.address,
+        .displacementVectorStride = 12,
+        .indexType = VK_INDEX_TYPE_NONE_KHR,
+        .usageCountsCount = 1,
+        .pUsageCounts = &usage,
+        .micromap = own.micromap};
+    geometry->geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    geometry->geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+        .pNext = displacement,
+        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .vertexData.deviceAddress = own.address,
+        .vertexStride = 12,
+        .maxVertex = 3 * BOXES - 1,
+        .indexType = VK_INDEX_TYPE_NONE_KHR};
+}
+
 static void record_build(struct application *app, VkCommandBuffer commands, unsigned n,
                          VkAccelerationStructureKHR src)
 {
+    VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
     const bool is_top = n == TLAS;
     VkAccelerationStructureGeometryKHR geometry = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
@@ -110,6 +165,8 @@ static void record_build(struct application *app, VkCommandBuffer commands, unsi
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
             .data.deviceAddress = own.address,
             .stride = sizeof(VkAabbPositionsKHR)};
+    if (n == DISPLACED)
+        displace(&geometry, &displacement);
     const VkAccelerationStructureBuildGeometryInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
         .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
@@ -212,6 +269,7 @@ void record_all(struct application *app)
 {
     if (!own.trace_rays)
         return;
+    build_micromap(app);
     GET(app, "a secondary command buffer", record_secondary(app));
     GET(app, "a primary command buffer", record_primary(app));
     submit(app);

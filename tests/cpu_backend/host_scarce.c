@@ -10,7 +10,8 @@
 enum {
     BLASES = SETS - 1,
     MOVING = 2,
-    WITH_MICROMAP = 4 /* of them */,
+    WITH_MICROMAP = 4,
+    DISPLACED = 6 /* of them */,
     STRUCTURE_SIZE = 16384,
     HOST_MEMORY_TYPE = 1
 };
@@ -23,8 +24,9 @@ static struct {
     float vertices[9];
     void *scratch;
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
-    VkMicromapEXT micromap;
+    VkMicromapEXT micromap, displacing;
     VkAccelerationStructureTrianglesOpacityMicromapEXT opacity;
+    VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
     VkAccelerationStructureGeometryKHR triangles[GEOMETRIES], instances;
     VkAccelerationStructureInstanceKHR instance[BLASES];
 } host;
@@ -61,6 +63,17 @@ static VkAccelerationStructureKHR create_structure(struct application *app, unsi
     return structure;
 }
 
+static VkMicromapEXT create_micromap(struct application *app, VkMicromapTypeEXT type)
+{
+    VkMicromapEXT micromap = VK_NULL_HANDLE;
+    const VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+                                          .buffer = app->inputs,
+                                          .size = STRUCTURE_SIZE,
+                                          .type = type};
+    GET(app, "vkCreateMicromapEXT", app->vk.CreateMicromapEXT(app->device, &info, NULL, &micromap));
+    return micromap;
+}
+
 void create_objects(struct application *app)
 {
     allocate_host_memory(app);
@@ -75,12 +88,8 @@ void create_objects(struct application *app)
                                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     app->sets[BLASES].accel =
         create_structure(app, BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
-    const VkMicromapCreateInfoEXT micromap = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                              .buffer = app->inputs,
-                                              .size = STRUCTURE_SIZE,
-                                              .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT};
-    GET(app, "vkCreateMicromapEXT",
-        app->vk.CreateMicromapEXT(app->device, &micromap, NULL, &host.micromap));
+    host.micromap = create_micromap(app, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    host.displacing = create_micromap(app, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
     const VkPrivateDataSlotCreateInfo slot = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
     GET(app, "vkCreatePrivateDataSlot",
@@ -98,6 +107,7 @@ void destroy_objects(struct application *app)
     for (unsigned i = 0; i < SETS; i++)
         app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
     app->vk.DestroyMicromapEXT(app->device, host.micromap, NULL);
+    app->vk.DestroyMicromapEXT(app->device, host.displacing, NULL);
     app->vk.DestroyBuffer(app->device, app->inputs, NULL);
     app->vk.FreeMemory(app->device, app->memory, NULL);
     free(host.scratch);
@@ -168,21 +178,20 @@ static void move(VkAccelerationStructureBuildGeometryInfoKHR *info)
     info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
 }
 
-static const VkMicromapUsageEXT opaque = {.count = 1,
-                                          .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+/* The first format of either type: one triangle, opaque, or not displaced. */
+static const VkMicromapUsageEXT usage = {.count = 1, .format = 1};
 
-static void build_micromap(struct application *app)
+static void build_micromap(struct application *app, VkMicromapEXT micromap, VkMicromapTypeEXT type)
 {
-    static const uint8_t data = 1;
-    static const VkMicromapTriangleEXT triangle = {.format =
-                                                       VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    static const uint8_t opaque[1] = {1}, still[64];
+    static const VkMicromapTriangleEXT triangle = {.format = 1};
     const VkMicromapBuildInfoEXT info = {
         .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-        .dstMicromap = host.micromap,
+        .type = type,
+        .dstMicromap = micromap,
         .usageCountsCount = 1,
-        .pUsageCounts = &opaque,
-        .data.hostAddress = &data,
+        .pUsageCounts = &usage,
+        .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
         .triangleArray.hostAddress = &triangle,
         .triangleArrayStride = sizeof(triangle),
     };
@@ -196,14 +205,30 @@ static void use_micromap(void)
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
         .indexType = VK_INDEX_TYPE_NONE_KHR,
         .usageCountsCount = 1,
-        .pUsageCounts = &opaque,
+        .pUsageCounts = &usage,
         .micromap = host.micromap};
     host.triangles[0].geometry.triangles.pNext = &host.opacity;
 }
 
+static void displace(void)
+{
+    host.displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .displacementVectorBuffer.hostAddress = host.vertices,
+        .displacementVectorStride = 12,
+        .indexType = VK_INDEX_TYPE_NONE_KHR,
+        .usageCountsCount = 1,
+        .pUsageCounts = &usage,
+        .micromap = host.displacing};
+    host.triangles[0].geometry.triangles.pNext = &host.displacement;
+}
+
 static void build_blases(struct application *app)
 {
-    build_micromap(app);
+    build_micromap(app, host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    build_micromap(app, host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
     for (unsigned i = 0; i < BLASES; i++) {
         VkAccelerationStructureBuildGeometryInfoKHR info =
             blas_info(app, i, i == 0 ? GEOMETRIES : 1);
@@ -211,7 +236,9 @@ static void build_blases(struct application *app)
             move(&info);
         if (i == WITH_MICROMAP)
             use_micromap();
-        if (i == 0 || i == MOVING || i == WITH_MICROMAP)
+        if (i == DISPLACED)
+            displace();
+        if (i == 0 || i == MOVING || i == WITH_MICROMAP || i == DISPLACED)
             check_sizes(app, &info);
         GET(app, "vkBuildAccelerationStructuresKHR", build(app, VK_NULL_HANDLE, &info, 1));
     }

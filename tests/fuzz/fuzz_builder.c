@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "build/displacement.h"
 #include "fuzz.h"
+#include "fuzz_displaced.h"
 #include "kit.h"
 
 /* Reads from the input until nothing is left, then zeros. */
@@ -112,8 +114,14 @@ static void use(const void *structure, struct reader *reader)
 
 static void ask_micromap(const void *micromap)
 {
-    for (uint32_t i = 0; i < 20; i++)
+    uint16_t values[DISPLACEMENT_MAX_VERTICES];
+    uint32_t format, level;
+    for (uint32_t i = 0; i < 20; i++) {
         micromap_opacity(micromap, i, (float)i / 19, 0.5f - (float)i / 40);
+        const uint8_t *blocks = micromap_displacement(micromap, i, &format, &level);
+        if (blocks)
+            displacement_decode(format, level, blocks, values);
+    }
 }
 
 /* What the bytes describe, and what they are. */
@@ -220,14 +228,10 @@ static void refit(const struct builder_input *input, void *structure)
 #define HAS_MOTION 0x100u
 #define HAS_POINTERS 0x200u
 #define HAS_OPACITY 0x400u
-#define HAS_SPHERES 0x800u /* in place of AABBs */
-#define HAS_SWEPT 0x1000u  /* those are swept */
-#define HAS_DENSE 0x8000u  /* in place of triangles */
-
-struct span {
-    const uint8_t *bytes;
-    size_t size;
-};
+#define HAS_SPHERES 0x800u      /* in place of AABBs */
+#define HAS_SWEPT 0x1000u       /* those are swept */
+#define HAS_DENSE 0x8000u       /* in place of triangles */
+#define HAS_DISPLACEMENT 0x800u /* of triangles */
 
 /* Addresses are offsets. */
 static const void *read_span(void *context, uint64_t address, uint64_t size)
@@ -319,6 +323,13 @@ static void fuzz_geometry(struct reader *reader)
     if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR && flags & HAS_OPACITY)
         geometry.triangles.opacity = &opacity;
     struct span span = {data, size};
+    struct builder_displacement displacement;
+    if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR && flags & HAS_DISPLACEMENT) {
+        displacement = fuzz_displacement(&span, geometry.triangles.index_type, flags);
+        geometry.triangles.displacement = &displacement;
+        fuzz_make_likely(&geometry.triangles, &range, flags);
+    }
+    input.micromaps = (struct builder_resolver){fuzz_find_displacing, &span};
     if (geometry.type == VK_GEOMETRY_TYPE_INSTANCES_KHR && flags & HAS_POINTERS) {
         geometry.instances.array_of_pointers = true;
         input.memory = (struct builder_memory){read_span, &span};

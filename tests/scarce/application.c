@@ -123,9 +123,14 @@ static void create_device(struct application *app)
                                              VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
                                              VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+                                             VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+        .displacementMicromap = VK_TRUE};
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps_ext = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+        .pNext = &displacement,
         .micromap = VK_TRUE};
     VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
@@ -153,7 +158,7 @@ static void create_device(struct application *app)
                                      .pNext = &structures,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = 7,
+                                     .enabledExtensionCount = 8,
                                      .ppEnabledExtensionNames = extensions,
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;
