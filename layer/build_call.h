@@ -11,10 +11,11 @@ struct build_call {
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
     struct call_origin origin;
     struct call_view view;
-    struct journal *journal;           /* that the call's builds are noted in, or NULL */
-    struct recent_sizes *recent_sizes; /* or NULL */
-    struct journal_mark mark;          /* before the call's entries */
-    bool skip;                         /* a callback asked to skip the call */
+    struct journal *journal;             /* that the call's builds are noted in, or NULL */
+    struct recent_sizes *recent_sizes;   /* or NULL */
+    const struct built_flags_turn *turn; /* of the host's, see struct check_context */
+    struct journal_mark mark;            /* before the call's entries */
+    bool skip;                           /* a callback asked to skip the call */
 };
 
 /* What vkGetAccelerationStructureBuildSizesKHR says; `counts` are the primitive counts. */

@@ -6,7 +6,9 @@
 #include "formats.h"
 #include "host_work.h"
 #include "intercepts.h"
+#include "state/built_flags.h"
 #include "state/readable.h"
+#include "submissions.h"
 
 void build_call_find_sizes(struct layer_device *device,
                            const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -210,6 +212,8 @@ static void run_checks(struct build_call *call)
         .readable = call->view.command == COMMAND_HOST ? &own_cache : readable_cache_of_thread(),
         .resources = call->device->resources,
         .sweep = take_sweep(call),
+        .flags = call->turn ? submissions_flags(call->device->submissions) : NULL,
+        .turn = call->turn,
         .found = build_call_found,
         .find_sizes = find_sizes,
         .vertex_format_supported = vertex_format_supported,
@@ -289,6 +293,17 @@ static void tell_of_device(VkDevice handle)
     check_builds(&context, &call.view);
 }
 
+/* What the host's instances refer to is as it is when the call is made; a structure that is being
+ * written then is nobody's to refer to. False where it isn't known. */
+static bool find_turn(const struct layer_device *device, struct built_flags_turn *turn)
+{
+    struct built_flags *flags = submissions_flags(device->submissions);
+    if (!flags)
+        return false;
+    *turn = (struct built_flags_turn){.turn = built_flags_now(flags), .is_unordered = true};
+    return execution_order_host_turn(device->order, &turn->follows);
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
@@ -301,7 +316,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     }
     struct build_call call = build_call_start(state, COMMAND_HOST);
     struct recent_sizes recent_sizes = {0};
+    struct built_flags_turn turn;
     call.recent_sizes = &recent_sizes;
+    call.turn = find_turn(state, &turn) ? &turn : NULL;
     call.view.device_argument = device;
     call.view.deferred = host_work_operation_facts(state, deferredOperation);
     call.view.info_count = infoCount;

@@ -90,7 +90,7 @@ static void lose(struct submissions *submissions)
 
 struct built_flags *submissions_flags(const struct submissions *submissions)
 {
-    return submissions->flags;
+    return submissions ? submissions->flags : NULL;
 }
 
 static void take_news(struct submissions *submissions)

@@ -25,6 +25,7 @@ struct check_context {
     struct resources *resources;
     struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
     struct built_flags *flags; /* of structures that builds have found; or NULL */
+    const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */
     uint64_t deaths; /* resources_deaths when what is checked after it executed was submitted */
 
     /* Takes a finding. Returns false if it wants no more of this rule. */

@@ -13,6 +13,7 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->micromaps = (struct micromap_uses){0};
     walk->instances = NULL;
     walk->contents = NULL;
+    walk->turn = context->turn;
     memcpy(walk->wants, context->active, sizeof(walk->wants));
 }
 

@@ -231,3 +231,14 @@ void execution_order_host_clock(struct execution_order *order, struct execution_
     execution_clock_copy(clock, &order->host);
     leave(order);
 }
+
+bool execution_order_host_turn(struct execution_order *order, struct execution_clock *clock)
+{
+    clock->queues = 0;
+    if (!enter(order))
+        return false;
+    execution_clock_copy(clock, &order->host);
+    bool is_told = !order->run_list && !order->busy;
+    leave(order);
+    return is_told;
+}

@@ -187,5 +187,7 @@ void execution_order_lose(struct execution_order *order, enum order_loss why);
 
 /* What certainly executed before a command that the host is about to carry out. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
+/* The same; false where not all of that has had its turn. */
+bool execution_order_host_turn(struct execution_order *order, struct execution_clock *clock);
 
 #endif

@@ -18,6 +18,7 @@ static const struct case_list *const lists[] = {&cases_content,
                                                 &cases_motion_instances,
                                                 &cases_radii,
                                                 &cases_micromap_contents,
+                                                &cases_disabling,
                                                 &cases_nv_contents};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 

@@ -283,6 +283,34 @@ static void host_work_is_not_checked_before_others_have_run(void **unused)
     program_stop(&p);
 }
 
+/* Elsewhere something may be about to tell what came before the host's command. */
+static void expect_no_turn(struct program *program)
+{
+    struct execution_clock clock;
+    assert_false(execution_order_host_turn(program->order, &clock));
+}
+
+static void the_host_has_its_turn_when_nothing_is_left_to_be_told(void **unused)
+{
+    struct program p;
+    struct execution_clock clock;
+    (void)unused;
+    program_start(&p);
+    SUBMIT(&p, .queue = 1, .name = 10);
+    wait_idle(&p, 1);
+    assert_true(execution_order_host_turn(p.order, &clock));
+    assert_true(execution_clock_has(&clock, find_run(&p, 10)->moment));
+    struct submission *call = PREPARE(&p, .queue = 1, .name = 11);
+    expect_no_turn(&p);
+    p.meanwhile = expect_no_turn; /* inside the run of 11 */
+    submission_finish(call, VK_SUCCESS);
+    assert_true(execution_order_host_turn(p.order, &clock));
+    assert_false(execution_clock_has(&clock, find_run(&p, 11)->moment));
+    execution_order_lose(p.order, ORDER_LOST_TO_DEVICE);
+    expect_no_turn(&p);
+    program_stop(&p);
+}
+
 static void host_work_that_fails_drops_nothing(void **unused)
 {
     struct program p;
@@ -327,6 +355,7 @@ int main(void)
         cmocka_unit_test(host_work_under_way_blocks_nothing),
         cmocka_unit_test(host_work_may_overlap),
         cmocka_unit_test(host_work_is_not_checked_before_others_have_run),
+        cmocka_unit_test(the_host_has_its_turn_when_nothing_is_left_to_be_told),
         cmocka_unit_test(host_work_that_fails_drops_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

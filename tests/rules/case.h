@@ -57,7 +57,8 @@ struct test_case {
     uint32_t rule_count;
     bool silent; /* the mutation is valid: it shows that the rules stay silent */
 
-    /* Makes the call one that the case is about, and valid: before the mutation and the twin. */
+    /* Makes the call one that the case is about, and valid: before the mutation and the twin. For
+     * content_test alone. */
     void (*prepare)(struct scene *scene);
     /* The mutation: the function first, then the edits. */
     void (*mutate)(struct scene *scene);
@@ -106,9 +107,9 @@ struct case_list {
     const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
 
 /* One a file. */
-extern const struct case_list cases_host, cases_host_memory, cases_limits, cases_call,
-    cases_recording, cases_pointers, cases_build, cases_build_state, cases_scratch, cases_geometry,
-    cases_chain, cases_address, cases_alignment, cases_range, cases_indirect,
+extern const struct case_list cases_host, cases_host_memory, cases_limits, cases_disabling,
+    cases_call, cases_recording, cases_pointers, cases_build, cases_build_state, cases_scratch,
+    cases_geometry, cases_chain, cases_address, cases_alignment, cases_range, cases_indirect,
     cases_indirect_contents, cases_instance_addresses, cases_overlap, cases_memory, cases_pairs,
     cases_silent, cases_sparse, cases_update, cases_content, cases_content_update,
     cases_micromap_contents, cases_instances, cases_dense, cases_motion, cases_motion_instances,

@@ -177,96 +177,6 @@ INDEX(short_index_special, 6, uint16_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_
 INDEX(byte_index_1, 1, uint8_t, 1)
 INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OPAQUE_KHR)
 
-/* ---- instances that disable the micromaps of what they refer to ---- */
-
-#define ALLOW_DISABLING VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR
-
-static VkAccelerationStructureInstanceKHR *instance_at(struct scene *scene, uint32_t index)
-{
-    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.host + index;
-}
-
-/* A BLAS that is like INDEXED; its index behind the builds, where the next one will be, too. */
-static uint32_t build_blas(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
-{
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
-    scene->infos[build].flags = flags;
-    scene_build_before(scene, build, 1);
-    return build;
-}
-
-static void refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR blas)
-{
-    instance_at(scene, index)->accelerationStructureReference = scene_reference(scene, blas);
-}
-
-/* 0 of a BLAS that doesn't allow it, 2 of one that does and has it disabled. */
-static void use_instances(struct scene *scene)
-{
-    const VkAccelerationStructureKHR plain =
-        scene->infos[build_blas(scene, 0)].dstAccelerationStructure;
-    const VkAccelerationStructureKHR allowing =
-        scene->infos[build_blas(scene, ALLOW_DISABLING)].dstAccelerationStructure;
-    refer(scene, 0, plain);
-    refer(scene, 2, allowing);
-    instance_at(scene, 2)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
-}
-
-#define DISABLE(name, index)                                                                       \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        instance_at(scene, index)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR; \
-    }
-
-DISABLE(instance_0_disables, 0)
-DISABLE(instance_of_nothing_disables, 1)
-
-/* Another build of what instance 0 refers to, with other flags. */
-static void use_rebuilt_instances(struct scene *scene)
-{
-    use_instances(scene);
-    const uint32_t build = build_blas(scene, ALLOW_DISABLING);
-    refer(scene, 0, scene->infos[build].dstAccelerationStructure);
-    scene->infos[build].flags = 0;
-    scene_build_before(scene, build, 1);
-}
-
-/* A clone of what instance 0 refers to. */
-static void use_clone_of(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
-{
-    use_instances(scene);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->infos[build_blas(scene, flags)].dstAccelerationStructure,
-        .dst = scene_accel_for(scene, INDEXED),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    const VkCommandBuffer command_buffer = scene_begin_before(scene);
-    scene->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
-    scene_end_before(scene, command_buffer);
-    refer(scene, 0, info.dst);
-}
-
-static void use_clone_that_allows(struct scene *scene)
-{
-    use_clone_of(scene, ALLOW_DISABLING);
-}
-
-static void use_clone_that_does_not(struct scene *scene)
-{
-    use_clone_of(scene, 0);
-}
-
-/* What comes after doesn't count. */
-static void rebuild_what_allowed(struct scene *scene)
-{
-    const uint32_t build = scene->info_count; /* the last of use_instances() */
-    scene->infos[build].flags = 0;
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
-                                                 &scene->range_pointers[build]);
-}
-
 #define LEADS_TO(index)                                                                            \
     "pInfos[2].pGeometries[0].pNext<VkAccelerationStructureGeometryMicromapDataKHR>."              \
     "triangleArray leads to triangle " #index ", "
@@ -294,45 +204,7 @@ static void rebuild_what_allowed(struct scene *scene)
         .prepare = (prepare_), .mutate = (mutate_), .commands = ON_DEVICE                          \
     }
 
-#define DISABLING                                                                                  \
-    RULES(RULE_instance_disables_micromaps_only_if_its_blas_allows,                                \
-          RULE_instances_disable_micromaps_only_if_their_blas_allows),                             \
-        .setup = &with_content, .commands = ON_COMMAND_BUFFERS
-#define INSTANCE_0                                                                                 \
-    "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress leads to instance 0, whose "   \
-    "flags 0x20 disable micromaps"
-
 static const struct test_case cases[] = {
-    {.name = "instance_disables_what_is_not_to_be",
-     DISABLING,
-     .prepare = use_instances,
-     .mutate = instance_0_disables,
-     .mutate_twin = instance_of_nothing_disables,
-     .path = INSTANCE_0},
-    {.name = "instance_disables_what_was_built_anew",
-     DISABLING,
-     .prepare = use_rebuilt_instances,
-     .mutate = instance_0_disables,
-     .mutate_twin = instance_of_nothing_disables,
-     .path = INSTANCE_0},
-    {.name = "instance_disables_a_clone",
-     DISABLING,
-     .prepare = use_clone_that_does_not,
-     .mutate = instance_0_disables,
-     .mutate_twin = instance_of_nothing_disables,
-     .path = INSTANCE_0},
-    {.name = "instance_disables_a_clone_that_allows_it",
-     DISABLING,
-     .silent = true,
-     .prepare = use_clone_that_allows,
-     .mutate = instance_0_disables},
-    {.name = "instance_disables_what_is_built_anew_later",
-     DISABLING,
-     .silent = true,
-     .prepare = use_instances,
-     .mutate = instance_of_nothing_disables,
-     .then = rebuild_what_allowed},
-
     CASE("micromap_byte_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
          byte_at_the_end, last_byte,
          LEADS_TO(2) "whose 1 bytes at dataOffset 65536 end beyond the 65536 bytes"),

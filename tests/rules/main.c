@@ -53,6 +53,7 @@ static const struct case_list *const lists[] = {
     &cases_host_memory,
     &cases_instances,
     &cases_content_update,
+    &cases_disabling,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
@@ -141,10 +142,10 @@ static bool is_asked_by_nv(const struct rule_info *info)
 
 static bool fits_command(const struct test_case *test_case, enum build_command command)
 {
+    if (test_case->has_pointers || test_case->prepare != NULL)
+        return false; /* for content_test */
     if (test_case->refusal != NULL && test_case->refusal->command == command)
         return true;
-    if (test_case->has_pointers)
-        return false; /* for content_test */
     if (test_case->commands != 0)
         return (test_case->commands & 1u << command) != 0;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
