@@ -8,7 +8,7 @@
  * Sizes are bounded from both sides. A leaf has at most LEAF_RECORDS records, so n records take at
  * least n/6 nodes; structure_node_capacity() caps them, and emit.c holds to the cap. For triangles
  * (48 bytes a record, 112 a node) that is 48 + 0.28 * 112 = 79.4 bytes at most, 66.7 at least; for
- * microtriangles of displaced ones (52 bytes a record) 83.4 and 70.7. */
+ * microtriangles of displaced ones (56 bytes a record) 87.4 and 74.7. */
 #ifndef ASSAY_BUILD_STRUCTURE_H
 #define ASSAY_BUILD_STRUCTURE_H
 
@@ -100,6 +100,7 @@ struct motion_triangle_record {
 struct displaced_part {
     uint16_t index;       /* along the curve (displacement.h) */
     uint8_t level, edges; /* the latter: which are decimated */
+    uint32_t spare;
 };
 struct displaced_record {
     struct triangle_record triangle;
@@ -164,6 +165,7 @@ _Static_assert(sizeof(struct wide_node) == 112, "layout");
 _Static_assert(sizeof(struct triangle_record) == 48, "layout");
 _Static_assert(sizeof(struct instance_record) == 144, "layout");
 _Static_assert(sizeof(struct motion_instance_record) == 288, "layout");
+_Static_assert(sizeof(struct displaced_record) == 56, "layout");
 #define NUMBERS_ARE_AS_IN_TRIANGLES(type)                                                          \
     _Static_assert(                                                                                \
         offsetof(struct type, geometry) == offsetof(struct triangle_record, geometry) &&           \

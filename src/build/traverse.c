@@ -32,8 +32,9 @@ static bool meets_triangle(struct walk *walk, const struct view *view,
 }
 
 /* `hit` has the numbers, and what is opaque but for micromaps. */
-static void offer_met(struct walk *walk, struct view *view, const struct triangle_record *triangle,
-                      const struct local_hit *local, struct trace_hit *hit)
+static ALWAYS_INLINE void offer_met(struct walk *walk, struct view *view,
+                                    const struct triangle_record *triangle,
+                                    const struct local_hit *local, struct trace_hit *hit)
 {
     hit->u = local->u;
     hit->v = local->v;
