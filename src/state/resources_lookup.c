@@ -273,12 +273,12 @@ void resources_find_all(struct resources *resources, const struct resource_queri
     struct found found;
     unsigned token = resources_begin_reading(resources);
     locate_all(resources, queries, &found);
-    for (unsigned i = 0; i < queries->accel_count; i++)
-        describe_accel(resources, queries->accels[i].handle, found.accels[i],
-                       queries->accels[i].facts);
     for (unsigned i = 0; i < queries->address_count; i++)
         describe_address(resources, queries->addresses[i].address, found.positions[i],
                          queries->addresses[i].facts);
+    for (unsigned i = 0; i < queries->accel_count; i++)
+        describe_accel(resources, queries->accels[i].handle, found.accels[i],
+                       queries->accels[i].facts);
     resources_end_reading(resources, token);
 }
 
