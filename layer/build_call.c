@@ -75,8 +75,10 @@ static struct replay replay_of(struct build_call *call)
 void build_call_settle_journal(struct build_call *call)
 {
     struct command_buffer *command_buffer = call->command_buffer;
-    struct replay replay = replay_of(call);
-    replay_recorded(&replay, command_buffer, &call->mark);
+    if (call->journal->asks) {
+        struct replay replay = replay_of(call);
+        replay_recorded(&replay, command_buffer, &call->mark);
+    }
     if (call->skip)
         journal_take_back(call->journal, &call->mark);
     else

@@ -84,13 +84,15 @@ static struct built describe(const struct build_call *call, const struct build_v
     return built_describe(&description);
 }
 
-static void see_input(void *user, const struct build_view *build, uint32_t geometry,
-                      enum input_role role, const struct address_facts *facts)
+__attribute__((noinline)) static void note_input(const struct build_call *call,
+                                                 const struct build_view *build, uint32_t geometry,
+                                                 enum input_role role,
+                                                 const struct address_facts *facts)
 {
-    struct build_call *call = user;
-    if (facts->status != ADDRESS_IN_BUFFER || journal_noted_lately(call->journal, facts->buffer_id))
+    struct journal_input *input = journal_add_input(call->journal, facts->buffer_id);
+    if (!input)
         return;
-    struct journal_input input = {
+    *input = (struct journal_input){
         .buffer_id = facts->buffer_id,
         .address = facts->address,
         .position = call->origin.build_index + build->index,
@@ -101,7 +103,15 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
         .is_update = is_update(build),
         .geometry_by_pointer = build->geometry_pointers != NULL,
     };
-    journal_add_input(call->journal, &input);
+}
+
+static void see_input(void *user, const struct build_view *build, uint32_t geometry,
+                      enum input_role role, const struct address_facts *facts)
+{
+    const struct build_call *call = user;
+    if (facts->status == ADDRESS_IN_BUFFER &&
+        !journal_noted_lately(call->journal, facts->buffer_id))
+        note_input(call, build, geometry, role, facts);
 }
 
 /* The micromaps that a build with that entry reads. */

@@ -13,14 +13,13 @@
 static struct reader_lock registry_lock = READER_LOCK_INITIALIZER;
 static struct layer_link *instances, *devices;
 
-/* Changes when a device is withdrawn. While it stays, what a thread found last is there: most
- * commands come in long runs for one device, and need no lock. */
-static _Atomic uint64_t devices_epoch = 1;
-static _Thread_local struct found_device {
-    const void *key;
+/* The first few devices again, by dispatch key, for look-ups without a lock. Nobody withdraws the
+ * device that is looked up, so its slot stays as it is, whatever happens to the others. */
+enum { QUICK_DEVICES = 8 };
+static struct quick_device {
+    const void *_Atomic key; /* NULL: unused */
     struct layer_device *device;
-    uint64_t epoch;
-} last_found;
+} quick_devices[QUICK_DEVICES];
 
 /* Handles that the loader made for one instance or device begin with the same pointer. */
 static const void *dispatch_key(const void *dispatchable)
@@ -71,17 +70,20 @@ struct layer_instance *layer_find_instance(const void *dispatchable)
     return find(&instances, dispatch_key(dispatchable));
 }
 
+/* The slot of a key, or NULL. */
+static struct quick_device *quick_device(const void *key)
+{
+    for (unsigned i = 0; i < QUICK_DEVICES; i++)
+        if (atomic_load_explicit(&quick_devices[i].key, memory_order_acquire) == key)
+            return &quick_devices[i];
+    return NULL;
+}
+
 struct layer_device *layer_find_device(const void *dispatchable)
 {
     const void *key = dispatch_key(dispatchable);
-    uint64_t epoch = atomic_load_explicit(&devices_epoch, memory_order_acquire);
-    struct found_device *last = &last_found;
-    if (last->epoch == epoch && last->key == key)
-        return last->device;
-    struct layer_device *device = find(&devices, key);
-    if (device)
-        *last = (struct found_device){.key = key, .device = device, .epoch = epoch};
-    return device;
+    const struct quick_device *quick = key ? quick_device(key) : NULL;
+    return quick ? quick->device : find(&devices, key);
 }
 
 struct layer_device *layer_find_device_safely(const void *dispatchable)
@@ -110,12 +112,21 @@ void layer_remove_instance(struct layer_instance *instance)
 void layer_add_device(struct layer_device *device)
 {
     add(&devices, device->handle, &device->link);
+    reader_lock_write(&registry_lock);
+    struct quick_device *unused = quick_device(NULL);
+    if (unused) {
+        unused->device = device;
+        atomic_store_explicit(&unused->key, device->link.key, memory_order_release);
+    }
+    reader_lock_write_done(&registry_lock);
 }
 
 void layer_remove_device(struct layer_device *device)
 {
+    struct quick_device *quick = quick_device(device->link.key);
+    if (quick)
+        atomic_store_explicit(&quick->key, NULL, memory_order_release);
     take_out(&devices, &device->link);
-    atomic_fetch_add_explicit(&devices_epoch, 1, memory_order_release);
 }
 
 bool layer_other_device_has_operation(const struct layer_device *device,

@@ -156,7 +156,12 @@ static void see_input(void *user, const struct nv_call_view *view, uint32_t geom
                       enum input_role role, const struct buffer_facts *facts)
 {
     struct build_call *call = user;
-    struct journal_input input = {
+    struct journal *journal = call->command_buffer->journal;
+    struct journal_input *input =
+        journal_noted_lately(journal, facts->id) ? NULL : journal_add_input(journal, facts->id);
+    if (!input)
+        return;
+    *input = (struct journal_input){
         .buffer_id = facts->id,
         .buffer = facts->handle,
         .position = call->origin.build_index,
@@ -165,7 +170,6 @@ static void see_input(void *user, const struct nv_call_view *view, uint32_t geom
         .command = COMMAND_NV,
         .is_update = view->update,
     };
-    journal_add_input(call->command_buffer->journal, &input);
 }
 
 static void run_checks(struct build_call *call, struct nv_call_view *view)

@@ -229,7 +229,8 @@ static void walk_pairs(struct executed_call *call)
         collect_dst(call, &call->builds[i]);
     /* The others were asked when the call was recorded. */
     for (int rule = 0; rule < RULE_COUNT; rule++)
-        walk->wants[rule] &= rule_infos[rule].level == LEVEL_CONTENT;
+        if (rule_infos[rule].level != LEVEL_CONTENT)
+            walk_stop_asking(walk, (enum rule)rule);
     pairs_walk(walk, &call->view, call->sweep);
 }
 

@@ -248,16 +248,23 @@ bool input_buffer_is_bound(const struct geometry_view *geometry, struct finding 
                     buffer(input.facts));
 }
 
+static bool lacks_usage(const struct address_facts *facts)
+{
+    return facts->status == ADDRESS_IN_BUFFER &&
+           !(facts->usage & VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+}
+
 /* The rule names the members that it means; those of extensions' structures aren't among them. */
 bool input_buffer_has_build_input_usage(const struct geometry_view *geometry,
                                         struct finding *finding)
 {
-    const VkBufferUsageFlags2 needed =
-        VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
     struct input inputs[INPUTS];
+    if (!lacks_usage(&geometry->vertex) && !lacks_usage(&geometry->index_data) &&
+        !lacks_usage(&geometry->transform) && !lacks_usage(&geometry->data))
+        return true;
     list_inputs(geometry, inputs);
     for (int i = 0; i < INPUTS; i++)
-        if (inputs[i].facts->status == ADDRESS_IN_BUFFER && !(inputs[i].facts->usage & needed))
+        if (lacks_usage(inputs[i].facts))
             return violated(finding, input_field(inputs[i].role),
                             "{} is in {}, created with usage {}, without "
                             "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",

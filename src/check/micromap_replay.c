@@ -72,8 +72,7 @@ static void judge(struct replay *replay, const struct journal *journal,
 {
     struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
     struct check_context context = {.found = hand_on, .user = &judgement};
-    struct walk walk = {.context = &context};
-    memcpy(walk.wants, replay->active[entry->command], sizeof(walk.wants));
+    struct walk walk = {.context = &context, .wants = replay->active[entry->command]};
     const struct used_micromap_view view = {.command = (enum build_command)entry->command,
                                             .handle = entry->src,
                                             .use = &entry->micromap,

@@ -31,13 +31,12 @@ void update_judgement_begin(struct update_judgement *judgement, struct replay *r
         .journal = journal,
         .entry = entry,
         .context = {.found = hand_on, .user = judgement},
-        .walk.context = &judgement->context,
+        .walk = {.context = &judgement->context, .wants = replay->active[command]},
         .location = {.command = command,
                      .subject = command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
                      .build = entry->info,
                      .geometry_by_pointer = entry->geometry_by_pointer},
     };
-    memcpy(judgement->walk.wants, replay->active[command], sizeof(judgement->walk.wants));
 }
 
 void judge_geometries(struct walk *walk, const struct update_view *update,
@@ -210,7 +209,7 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
 {
     struct journal *journal = command_buffer->journal;
     struct journal_cursor cursor = journal_start_after(journal, mark);
-    for (struct journal_entry *entry; journal->asks && (entry = journal_next(&cursor));) {
+    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!command_buffer->knows && journal_asks(entry))
             learn(command_buffer, mark);
         if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)

@@ -37,7 +37,7 @@ struct replay {
 };
 
 /* Judges the entries of a call just recorded, those behind `mark`, as far as the command buffer
- * knows their sources. */
+ * knows their sources: for journals that ask for any (journal_asks). */
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
                      const struct journal_mark *mark);
 

@@ -134,11 +134,11 @@ void replay_judge_contents(struct replay *replay, const struct content_note *not
     now.contents = note->contents;
     struct update_judgement judgement;
     update_judgement_begin(&judgement, replay, note->journal, note->entry);
-    bool *wants = judgement.walk.wants, wants_count = wants[RULE_primitive_count_matches_source];
     for (int rule = 0; rule < RULE_COUNT; rule++)
-        wants[rule] &= rule_infos[rule].level == LEVEL_CONTENT;
-    wants[RULE_primitive_count_matches_source] =
-        wants_count && !(counts_are_known(asked) && counts_are_known(source));
+        if (rule == RULE_primitive_count_matches_source
+                ? counts_are_known(asked) && counts_are_known(source)
+                : rule_infos[rule].level != LEVEL_CONTENT)
+            walk_stop_asking(&judgement.walk, (enum rule)rule);
     const struct update_view update = {.command = judgement.location.command,
                                        .src = note->entry->src,
                                        .asked = &now,

@@ -53,7 +53,7 @@ void *sweep_space(struct sweep *sweep, size_t size)
     return sweep->space;
 }
 
-static bool grow(struct range_list *list)
+__attribute__((noinline)) static bool grow(struct range_list *list)
 {
     uint32_t capacity = list->capacity * 4;
     bool is_inline = list->items == list->inline_items;

@@ -14,7 +14,15 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->instances = NULL;
     walk->contents = NULL;
     walk->turn = context->turn;
-    memcpy(walk->wants, context->active, sizeof(walk->wants));
+    walk->wants = context->active;
+}
+
+void walk_stop_asking(struct walk *walk, enum rule rule)
+{
+    if (walk->wants != walk->fewer)
+        memcpy(walk->fewer, walk->wants, sizeof(walk->fewer));
+    walk->wants = walk->fewer;
+    walk->fewer[rule] = false;
 }
 
 void walk_hand_on(struct walk *walk, enum rule rule, const struct location *location,
@@ -23,7 +31,7 @@ void walk_hand_on(struct walk *walk, enum rule rule, const struct location *loca
     struct check_context *context = walk->context;
     walk->findings++;
     if (!context->found(context->user, rule, location, finding))
-        walk->wants[rule] = false;
+        walk_stop_asking(walk, rule);
 }
 
 __attribute__((cold)) static void hand_on(struct walk *walk, enum rule rule,
@@ -74,13 +82,20 @@ __attribute__((cold)) static void hand_on(struct walk *walk, enum rule rule,
     {                                                                                              \
         return subject##_rows_hold(subject, LEVEL_STATE);                                          \
     }                                                                                              \
+    __attribute__((cold)) static void ask_each_##subject(                                          \
+        struct walk *walk, const struct subject##_view *subject, enum level level)                 \
+    {                                                                                              \
+        if (level == LEVEL_PARAMETERS)                                                             \
+            ask_##subject(walk, subject, LEVEL_PARAMETERS);                                        \
+        else                                                                                       \
+            ask_##subject(walk, subject, LEVEL_STATE);                                             \
+    }                                                                                              \
     void walk_##subject(struct walk *walk, const struct subject##_view *subject, enum level level) \
     {                                                                                              \
-        bool can_hold = (call)->command == COMMAND_DEVICE;                                         \
-        if (level == LEVEL_PARAMETERS && !(can_hold && subject##_parameters_hold(subject)))        \
-            ask_##subject(walk, subject, LEVEL_PARAMETERS);                                        \
-        if (level == LEVEL_STATE && !(can_hold && subject##_state_holds(subject)))                 \
-            ask_##subject(walk, subject, LEVEL_STATE);                                             \
+        if ((call)->command != COMMAND_DEVICE ||                                                   \
+            !(level == LEVEL_PARAMETERS ? subject##_parameters_hold(subject)                       \
+                                        : subject##_state_holds(subject)))                         \
+            ask_each_##subject(walk, subject, level);                                              \
     }
 
 static struct location location_of_call(const struct call_view *call)

@@ -13,7 +13,8 @@ struct instance_uses;
 /* The state of one check. */
 struct walk {
     struct check_context *context;
-    bool wants[RULE_COUNT]; /* the active rules, less those that want no more findings */
+    const bool *wants; /* RULE_COUNT: the active rules, less those that want no more findings */
+    bool fewer[RULE_COUNT]; /* `wants`, where that isn't all of the context's active rules */
     uint32_t findings;
     struct micromap_uses micromaps;      /* of the build in hand, see check_micromap_build */
     struct build_contents *contents;     /* likewise, to be kept; NULL: nothing */
@@ -22,6 +23,8 @@ struct walk {
 };
 
 void walk_start(struct walk *walk, struct check_context *context);
+/* Stops asking a rule. */
+void walk_stop_asking(struct walk *walk, enum rule rule);
 /* Where a geometry, or its build range, is. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
 /* Hands on a finding, and notes whether more of its rule are wanted. */

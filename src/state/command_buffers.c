@@ -3,33 +3,24 @@
 #include "state/command_buffers.h"
 
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "state/handle_table.h"
 #include "state/reader_lock.h"
 
+enum { RECENT_BITS = 6 };
+
 struct command_buffers {
-    struct reader_lock lock; /* guards the tables, the lists of the pools, and incomplete */
+    struct reader_lock lock; /* guards the tables, the lists of the pools, unused, and incomplete */
     struct handle_table pools, buffers;
-    bool incomplete; /* a record was lost for lack of memory */
-    _Atomic uint64_t epoch;
+    struct command_buffer *unused; /* records of command buffers that went */
+    bool incomplete;               /* a record was lost for lack of memory */
+    /* What was found last, by hashes of handles. Commands come in long runs for a few command
+     * buffers, so that most look-ups end here, without a lock. */
+    struct command_buffer *_Atomic recent[1 << RECENT_BITS];
 };
-
-/* An epoch is a time in which no command buffer of its table goes; no two tables ever have the same
- * one. While it lasts, what a thread found last is there: commands come in long runs for one
- * command buffer, and need no lock. */
-static _Atomic uint64_t last_epoch;
-static _Thread_local struct found_command_buffer {
-    uint64_t epoch;
-    VkCommandBuffer handle;
-    struct command_buffer *record;
-} last_found;
-
-static void begin_epoch(struct command_buffers *command_buffers)
-{
-    uint64_t epoch = atomic_fetch_add_explicit(&last_epoch, 1, memory_order_relaxed) + 1;
-    atomic_store_explicit(&command_buffers->epoch, epoch, memory_order_release);
-}
 
 VkResult command_buffers_create(struct command_buffers **command_buffers)
 {
@@ -37,28 +28,45 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
     if (!*command_buffers)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     reader_lock_init(&(*command_buffers)->lock);
-    begin_epoch(*command_buffers);
     return VK_SUCCESS;
 }
 
-static void free_command_buffer(struct command_buffer *command_buffer)
+/* With the lock held for writing, as those below. */
+static void lay_by(struct command_buffers *command_buffers, struct command_buffer *record)
 {
+    record->next = command_buffers->unused;
+    command_buffers->unused = record;
+}
+
+static void retire(struct command_buffers *command_buffers, struct command_buffer *command_buffer)
+{
+    atomic_store_explicit(&command_buffer->handle, VK_NULL_HANDLE, memory_order_release);
     label_stack_clear(&command_buffer->labels);
     dependents_release(&command_buffer->dependents);
     validity_release(command_buffer->validity);
     build_states_release(&command_buffer->known);
     journal_release(command_buffer->journal);
-    free(command_buffer);
+    lay_by(command_buffers, command_buffer);
+}
+
+/* An empty record without a handle; NULL without memory. */
+static struct command_buffer *take_record(struct command_buffers *command_buffers)
+{
+    struct command_buffer *record = command_buffers->unused;
+    if (!record)
+        return calloc(1, sizeof(*record));
+    command_buffers->unused = record->next;
+    memset(&record->pool, 0, sizeof(*record) - offsetof(struct command_buffer, pool));
+    return record;
 }
 
 static void free_pool(void *record, void *context)
 {
     struct command_pool *pool = record;
-    (void)context;
     while (pool->first) {
         struct command_buffer *command_buffer = pool->first;
         pool->first = command_buffer->next;
-        free_command_buffer(command_buffer);
+        retire(context, command_buffer);
     }
     free(pool);
 }
@@ -67,9 +75,14 @@ void command_buffers_destroy(struct command_buffers *command_buffers)
 {
     if (!command_buffers)
         return;
-    handle_table_each(&command_buffers->pools, free_pool, NULL);
+    handle_table_each(&command_buffers->pools, free_pool, command_buffers);
     handle_table_release(&command_buffers->pools);
     handle_table_release(&command_buffers->buffers);
+    while (command_buffers->unused) {
+        struct command_buffer *record = command_buffers->unused;
+        command_buffers->unused = record->next;
+        free(record);
+    }
     reader_lock_destroy(&command_buffers->lock);
     free(command_buffers);
 }
@@ -82,8 +95,6 @@ static struct command_pool *take_out_pool(struct command_buffers *command_buffer
 {
     struct command_pool *pool =
         handle_table_remove(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
-    if (pool && pool->first)
-        begin_epoch(command_buffers);
     for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
         handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)b->handle);
     return pool;
@@ -102,9 +113,9 @@ void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommand
         command_buffers->incomplete = true;
         free(pool);
     }
-    reader_lock_write_done(&command_buffers->lock);
     if (old)
-        free_pool(old, NULL);
+        free_pool(old, command_buffers);
+    reader_lock_write_done(&command_buffers->lock);
 }
 
 void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
@@ -117,7 +128,9 @@ void command_buffers_remove_pool(struct command_buffers *command_buffers, VkComm
         return;
     for (const struct command_buffer *b = pool->first; b; b = b->next)
         gone(user, b->handle);
-    free_pool(pool, NULL);
+    reader_lock_write(&command_buffers->lock);
+    free_pool(pool, command_buffers);
+    reader_lock_write_done(&command_buffers->lock);
 }
 
 void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool handle,
@@ -158,26 +171,26 @@ static void remove_command_buffer(struct command_buffers *command_buffers, VkCom
         handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
     if (!old)
         return;
-    begin_epoch(command_buffers);
     unlink_from_pool(old);
-    free_command_buffer(old);
+    retire(command_buffers, old);
 }
 
 static void add_command_buffer(struct command_buffers *command_buffers, struct command_pool *pool,
                                VkCommandBufferLevel level, VkCommandBuffer handle)
 {
     remove_command_buffer(command_buffers, handle);
-    struct command_buffer *new = pool ? calloc(1, sizeof(*new)) : NULL;
+    struct command_buffer *new = pool ? take_record(command_buffers) : NULL;
     if (!new || !handle_table_set(&command_buffers->buffers, (uint64_t)(uintptr_t)handle, new)) {
         command_buffers->incomplete = true;
-        free(new);
+        if (new)
+            lay_by(command_buffers, new);
         return;
     }
-    new->handle = handle;
     new->level = level;
     new->state = COMMAND_BUFFER_INITIAL;
     dependents_init(&new->dependents);
     link_to_pool(new, pool);
+    atomic_store_explicit(&new->handle, handle, memory_order_release);
 }
 
 void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool pool,
@@ -200,20 +213,34 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
     reader_lock_write_done(&command_buffers->lock);
 }
 
-struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
-                                            VkCommandBuffer handle)
+/* Spread as in state/handle_table.c. */
+static struct command_buffer *_Atomic *recent_slot(struct command_buffers *command_buffers,
+                                                   VkCommandBuffer handle)
 {
-    uint64_t epoch = atomic_load_explicit(&command_buffers->epoch, memory_order_acquire);
-    struct found_command_buffer *last = &last_found;
-    if (last->epoch == epoch && last->handle == handle)
-        return last->record;
+    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    return &command_buffers->recent[hash >> (64 - RECENT_BITS)];
+}
+
+__attribute__((noinline)) static struct command_buffer *
+look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
+{
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
     struct command_buffer *found =
         handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
     reader_lock_leave(&command_buffers->lock, stripe);
     if (found)
-        *last = (struct found_command_buffer){epoch, handle, found};
+        atomic_store_explicit(recent_slot(command_buffers, handle), found, memory_order_release);
     return found;
+}
+
+struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
+                                            VkCommandBuffer handle)
+{
+    struct command_buffer *recent =
+        atomic_load_explicit(recent_slot(command_buffers, handle), memory_order_acquire);
+    bool is_it =
+        recent && handle && atomic_load_explicit(&recent->handle, memory_order_acquire) == handle;
+    return is_it ? recent : look_up(command_buffers, handle);
 }
 
 static enum tristate tristate_of(bool value)

@@ -26,8 +26,11 @@ struct command_pool {
     struct command_buffer *first; /* of its command buffers */
 };
 
+/* Its memory is that of a record for as long as there is the table, since look-ups without a lock
+ * may come upon that of another command buffer, of which they read the handle: null while the
+ * record is unused. */
 struct command_buffer {
-    VkCommandBuffer handle;
+    VkCommandBuffer _Atomic handle; /* first */
     struct command_pool *pool;
     struct command_buffer *previous, *next; /* in the pool */
     VkCommandBufferLevel level;

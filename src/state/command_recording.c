@@ -25,9 +25,10 @@ static void start_over(struct command_buffer *command_buffer, enum command_buffe
     dependents_invalidate(&command_buffer->dependents);
     validity_release(command_buffer->validity);
     command_buffer->validity = NULL;
+    if (command_buffer->knows)
+        build_states_release(&command_buffer->known);
     command_buffer->knows = false;
     command_buffer->work_lost = false;
-    build_states_release(&command_buffer->known);
     renew_journal(command_buffer);
     label_stack_clear(&command_buffer->labels);
 }

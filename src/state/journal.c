@@ -26,12 +26,10 @@ bool journal_is_shared(const struct journal *journal)
     return atomic_load_explicit(&journal->references, memory_order_acquire) > 1;
 }
 
-/* The last chunk of a list, or a new one of `size` bytes, with room for an item; NULL without
- * memory. */
-static struct journal_chunk *room(struct journal_chunks *chunks, size_t size)
+/* Adds a chunk of `size` bytes to a list; NULL without memory. */
+__attribute__((noinline)) static struct journal_chunk *add_chunk(struct journal_chunks *chunks,
+                                                                 size_t size)
 {
-    if (chunks->last && chunks->last->count < JOURNAL_CHUNK)
-        return chunks->last;
     struct journal_chunk *chunk = chunks->spare;
     if (chunk)
         chunks->spare = chunk->next;
@@ -47,6 +45,13 @@ static struct journal_chunk *room(struct journal_chunks *chunks, size_t size)
         chunks->first = chunk;
     chunks->last = chunk;
     return chunk;
+}
+
+/* The last chunk of a list, or a new one, with room for an item; NULL without memory. */
+static inline struct journal_chunk *room(struct journal_chunks *chunks, size_t size)
+{
+    bool has_room = chunks->last && chunks->last->count < JOURNAL_CHUNK;
+    return has_room ? chunks->last : add_chunk(chunks, size);
 }
 
 /* Takes back what comes behind the first `count` items of chunk `last`, or all where that is NULL:
@@ -143,10 +148,8 @@ struct sparse_binding journal_binding(const struct journal_entry *entry)
     };
 }
 
-uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels)
+uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *labels)
 {
-    if (!labels->count)
-        return 0;
     if (journal->label_count && journal->label_changes == labels->changes)
         return journal->label_count;
     if (journal->label_count == journal->label_capacity) {
@@ -172,17 +175,14 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
     return NULL;
 }
 
-/* A lost input is one mistake that goes unseen, nothing more. */
-void journal_add_input(struct journal *journal, const struct journal_input *input)
+struct journal_input *journal_add_input(struct journal *journal, uint64_t buffer_id)
 {
-    if (journal_noted_lately(journal, input->buffer_id))
-        return;
     struct journal_input_chunk *chunk =
         (struct journal_input_chunk *)room(&journal->inputs, sizeof(*chunk));
     if (!chunk)
-        return;
-    journal->recent_inputs[input->buffer_id % JOURNAL_RECENT_INPUTS] = input->buffer_id;
-    chunk->items[chunk->head.count++] = *input;
+        return NULL;
+    journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS] = buffer_id;
+    return &chunk->items[chunk->head.count++];
 }
 
 struct journal_mark journal_mark(const struct journal *journal)

@@ -171,9 +171,14 @@ void journal_add(struct journal *journal, const struct journal_entry *entry);
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
 struct sparse_binding journal_binding(const struct journal_entry *entry);
 
-/* Keeps the labels that are open, unless none are or they were kept lately. Returns what finds them
- * again; 0: none. */
-uint32_t journal_note_labels(struct journal *journal, const struct label_stack *labels);
+/* Keeps the labels that are open, unless they were kept lately. Returns what finds them again; 0:
+ * none. */
+uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *labels);
+static inline uint32_t journal_note_labels(struct journal *journal,
+                                           const struct label_stack *labels)
+{
+    return labels->count ? journal_keep_labels(journal, labels) : 0;
+}
 /* Those of the build at a position; NULL: none. */
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
 
@@ -182,8 +187,9 @@ static inline bool journal_noted_lately(const struct journal *journal, uint64_t 
 {
     return journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS] == buffer_id;
 }
-/* Notes that a build uses a buffer, unless it was noted lately. */
-void journal_add_input(struct journal *journal, const struct journal_input *input);
+/* Notes that a build uses a buffer that wasn't noted lately: the caller fills in the rest. NULL
+ * without memory: that is one mistake that goes unseen, nothing more. */
+struct journal_input *journal_add_input(struct journal *journal, uint64_t buffer_id);
 
 /* A place in a journal: what was added after it can be walked, or taken back. */
 struct journal_mark {

@@ -31,20 +31,26 @@ static uintptr_t known_end(const struct readable_cache *cache, uintptr_t address
     return 0;
 }
 
-/* Adds a page to the known range that it goes on with, or as a new range. */
+/* Adds a page as a new range, joined with those that end or begin where it does. */
 static void add_page(struct readable_cache *cache, uintptr_t begin, uintptr_t end)
 {
-    unsigned range = 0;
-    while (range < cache->count && cache->ranges[range].end != begin)
-        range++;
-    if (range == READABLE_RANGES) {
+    unsigned kept = 0;
+    for (unsigned i = 0; i < cache->count; i++) {
+        if (cache->ranges[i].end == begin)
+            begin = cache->ranges[i].begin;
+        else if (cache->ranges[i].begin == end)
+            end = cache->ranges[i].end;
+        else
+            cache->ranges[kept++] = cache->ranges[i];
+    }
+    unsigned range = kept;
+    if (kept == READABLE_RANGES) {
         range = cache->oldest;
         cache->oldest = (range + 1) % READABLE_RANGES;
-        cache->ranges[range].begin = begin;
-    } else if (range == cache->count) {
-        cache->count++;
-        cache->ranges[range].begin = begin;
+    } else {
+        cache->count = kept + 1;
     }
+    cache->ranges[range].begin = begin;
     cache->ranges[range].end = end;
 }
 

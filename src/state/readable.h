@@ -4,8 +4,8 @@
  * rt_sigprocmask with a `how` that there is not reports a fault as an error instead of a signal,
  * and does nothing else (process_vm_readv on the own process, which is for copies, does so, too).
  * Where the system forbids them every pointer counts as readable. A cache remembers a few ranges
- * that were found readable, which grow page by page, so that arrays that are walked side by side do
- * not drive each other out. */
+ * that were found readable, which grow page by page and together, so that arrays that are walked
+ * side by side do not drive each other out. */
 #ifndef ASSAY_STATE_READABLE_H
 #define ASSAY_STATE_READABLE_H
 

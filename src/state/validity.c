@@ -77,8 +77,11 @@ void dependents_add(struct dependents *dependents, struct validity *validity)
     pthread_mutex_unlock(&dependents->lock);
 }
 
+/* The application lets nobody execute a command buffer that it records anew. */
 void dependents_invalidate(struct dependents *dependents)
 {
+    if (!dependents->count)
+        return;
     pthread_mutex_lock(&dependents->lock);
     while (dependents->count) {
         struct validity *validity = dependents->items[--dependents->count];

@@ -23,9 +23,10 @@ void validity_release(struct validity *validity);
 
 /* The recordings that depend on a command buffer. */
 struct dependents {
-    pthread_mutex_t lock;
+    pthread_mutex_t lock; /* guards the rest, but whether there are any is asked without it */
     struct validity **items;
-    uint32_t count, capacity;
+    atomic_uint count;
+    uint32_t capacity;
 };
 
 void dependents_init(struct dependents *dependents);
