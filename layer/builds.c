@@ -115,8 +115,9 @@ static void see_input(void *user, const struct build_view *build, uint32_t geome
 }
 
 /* The micromaps that a build with that entry reads. */
-static void note_micromaps(const struct build_call *call, const struct build_view *build,
-                           const struct journal_entry *built)
+__attribute__((noinline)) static void note_micromaps(const struct build_call *call,
+                                                     const struct build_view *build,
+                                                     const struct journal_entry *built)
 {
     const struct micromap_uses *uses = build->micromaps;
     bool may_change =
@@ -213,13 +214,12 @@ static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
         check_free_sweep(other);
 }
 
-static void run_checks(struct build_call *call)
+static void run_checks(struct build_call *call, struct readable_cache *readable)
 {
-    struct readable_cache own_cache = {0};
     struct check_context context = {
         .level = call->device->level,
         .active = call->device->active_rules[call->view.command],
-        .readable = call->view.command == COMMAND_HOST ? &own_cache : readable_cache_of_thread(),
+        .readable = readable,
         .resources = call->device->resources,
         .sweep = take_sweep(call),
         .flags = call->turn ? submissions_flags(call->device->submissions) : NULL,
@@ -256,7 +256,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;
-    run_checks(&call);
+    run_checks(&call, readable_cache_of_thread());
     if (call.skip)
         return;
     build_call_count_builds(&call, infoCount);
@@ -278,7 +278,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
     call.view.max_primitive_counts = ppMaxPrimitiveCounts;
     call.view.indirect_addresses = pIndirectDeviceAddresses;
     call.view.indirect_strides = pIndirectStrides;
-    run_checks(&call);
+    run_checks(&call, readable_cache_of_thread());
     if (call.skip)
         return;
     build_call_count_builds(&call, infoCount);
@@ -336,7 +336,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     call.view.build_ranges = ppBuildRangeInfos;
     struct host_work work = host_work_begin(state);
     call.journal = work.journal;
-    run_checks(&call);
+    struct readable_cache readable = {0};
+    run_checks(&call, &readable);
     if (host_work_prepare(&work, call.skip))
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,

@@ -101,7 +101,7 @@ void chain_view(struct check_context *context, const struct device_facts *device
     }
 }
 
-bool chain_is_readable(struct check_context *context, const void *chain)
+bool chain_links_are_readable(struct check_context *context, const void *chain)
 {
     const VkBaseInStructure *s = chain;
     for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)

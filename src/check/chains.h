@@ -12,7 +12,11 @@ void chain_view(struct check_context *context, const struct device_facts *device
                 enum chain_owner owner, const void *chain, struct chain_facts *facts);
 
 /* Whether each structure of a chain can be read, as far as its type tells how long it is. */
-bool chain_is_readable(struct check_context *context, const void *chain);
+bool chain_links_are_readable(struct check_context *context, const void *chain);
+static inline bool chain_is_readable(struct check_context *context, const void *chain)
+{
+    return !chain || chain_links_are_readable(context, chain);
+}
 
 /* The structure of that type in a chain that was viewed; NULL where there is none, or where the
  * chain leaves open which is meant. */

@@ -68,6 +68,19 @@ __attribute__((noinline)) static bool grow(struct range_list *list)
     return true;
 }
 
+/* What becomes of a list with a range behind its last one. */
+static inline void note_order(struct range_list *list, const struct used_range *last,
+                              const struct used_range *range)
+{
+    bool same_memory = last->span.memory == range->span.memory;
+    if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
+        list->sorted_by_bytes = list->apart = false;
+    if (same_memory && last->span.end > range->span.begin)
+        list->apart = false;
+    if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
+        list->ascending_handles = false;
+}
+
 void sweep_add(struct sweep *sweep, const struct used_range *range)
 {
     struct range_list *list = &sweep->roles[range->role];
@@ -75,17 +88,11 @@ void sweep_add(struct sweep *sweep, const struct used_range *range)
         sweep->out_of_memory = true;
         return;
     }
-    if (list->count) {
-        const struct used_range *last = &list->items[list->count - 1];
-        bool same_memory = last->span.memory == range->span.memory;
-        if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
-            list->sorted_by_bytes = list->apart = false;
-        if (same_memory && last->span.end > range->span.begin)
-            list->apart = false;
-        if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
-            list->ascending_handles = false;
-    }
-    list->items[list->count++] = *range;
+    struct used_range *end = &list->items[list->count];
+    if (list->count)
+        note_order(list, end - 1, range);
+    *end = *range;
+    list->count++;
 }
 
 /* Shared memory. */
@@ -256,11 +263,30 @@ static bool role_is_apart(const struct range_list *list, const struct range_queu
     return true;
 }
 
-/* Whether all of a queue comes before all of another; both are apart. */
-static bool is_before(const struct range_queue *a, const struct range_queue *b)
+/* Whether all up to `last` comes before all from `first` on, of roles that are apart. */
+static bool is_before(const struct used_range *last, const struct used_range *first)
 {
-    const struct used_range *last = item_at(a, a->count - 1), *first = item_at(b, 0);
     return range_compare(last, first) < 0 && ends_before(last, first);
+}
+
+static bool queue_is_before(const struct range_queue *a, const struct range_queue *b)
+{
+    return is_before(item_at(a, a->count - 1), item_at(b, 0));
+}
+
+static bool lists_are_apart(const struct range_list *a, const struct range_list *b)
+{
+    return !a->count || !b->count || is_before(&a->items[a->count - 1], b->items) ||
+           is_before(&b->items[b->count - 1], a->items);
+}
+
+/* As all_are_apart, of ranges that came in the order of their bytes. */
+static bool all_came_apart(const struct sweep *sweep)
+{
+    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
+                            *scratch = &sweep->roles[ROLE_SCRATCH];
+    return dst->apart && src->apart && scratch->apart && lists_are_apart(dst, scratch) &&
+           lists_are_apart(dst, src) && lists_are_apart(src, scratch);
 }
 
 /* Whether no two ranges share memory because each role has a place of its own, and they are apart
@@ -273,8 +299,8 @@ static bool all_are_apart(const struct sweep *sweep, const struct range_queue qu
         if (!role_is_apart(&sweep->roles[a], &queues[a]))
             return false;
         for (int b = 0; b < a; b++)
-            if (queues[b].count && !is_before(&queues[a], &queues[b]) &&
-                !is_before(&queues[b], &queues[a]))
+            if (queues[b].count && !queue_is_before(&queues[a], &queues[b]) &&
+                !queue_is_before(&queues[b], &queues[a]))
                 return false;
     }
     return true;
@@ -284,7 +310,8 @@ static bool all_are_apart(const struct sweep *sweep, const struct range_queue qu
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {
     struct range_queue queues[ROLE_COUNT], *queue;
-    if (sweep->out_of_memory || !queue_all(sweep, queues) || all_are_apart(sweep, queues))
+    if (sweep->out_of_memory || all_came_apart(sweep) || !queue_all(sweep, queues) ||
+        all_are_apart(sweep, queues))
         return;
     struct active_sets sets = {0};
     memset(sets.wanted, true, sizeof(sets.wanted));

@@ -77,10 +77,8 @@ void label_stack_pop(struct label_stack *stack)
         drop_innermost(stack);
 }
 
-void label_stack_clear(struct label_stack *stack)
+void label_stack_drop_all(struct label_stack *stack)
 {
-    if (!stack->labels && !stack->lost)
-        return;
     while (stack->count)
         drop_innermost(stack);
     free(stack->labels);

@@ -25,6 +25,11 @@ void label_stack_pop(struct label_stack *stack);
 struct label_stack label_stack_copy(const struct label_stack *stack);
 
 /* Empties it and frees its memory. */
-void label_stack_clear(struct label_stack *stack);
+void label_stack_drop_all(struct label_stack *stack);
+static inline void label_stack_clear(struct label_stack *stack)
+{
+    if (stack->labels || stack->lost)
+        label_stack_drop_all(stack);
+}
 
 #endif

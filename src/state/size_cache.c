@@ -42,8 +42,8 @@ void size_cache_destroy(struct size_cache *cache)
     free(cache);
 }
 
-static bool describe(const VkAccelerationStructureGeometryKHR *geometry, uint32_t primitive_count,
-                     struct shape_geometry *shape)
+static inline bool describe(const VkAccelerationStructureGeometryKHR *geometry,
+                            uint32_t primitive_count, struct shape_geometry *shape)
 {
     *shape = (struct shape_geometry){.type = (uint32_t)geometry->geometryType,
                                      .flags = geometry->flags,
@@ -71,10 +71,10 @@ static bool describe(const VkAccelerationStructureGeometryKHR *geometry, uint32_
 }
 
 /* The build without its geometries behind the first. */
-static bool describe_small(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                           const uint32_t *primitive_counts,
-                           VkAccelerationStructureBuildTypeKHR build_type,
-                           struct small_shape *shape)
+static inline bool describe_small(const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                  const uint32_t *primitive_counts,
+                                  VkAccelerationStructureBuildTypeKHR build_type,
+                                  struct small_shape *shape)
 {
     *shape = (struct small_shape){.build_type = (uint32_t)build_type,
                                   .type = (uint32_t)info->type,
