@@ -57,7 +57,8 @@ typedef struct AssayRay {
 typedef struct AssayHit {
     VkBool32 isHit; /* VK_FALSE: all else is 0 */
     float t;
-    float u, v;                      /* weights of a triangle's second and third vertex */
+    float u, v;                      /* weights of a triangle's second and third vertex, before
+                                        it was displaced */
     uint32_t geometry, primitive;    /* indices within the build */
     uint32_t instance;               /* index among all instances of the build */
     uint32_t customIndex, sbtOffset; /* of the instance, 24 bits each */

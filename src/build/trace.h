@@ -41,7 +41,8 @@ struct trace_ray {
 
 struct trace_hit {
     float t;
-    float u, v; /* weights of the second and third vertex; 0 for AABBs */
+    float u, v; /* weights of the second and third vertex, of the base where it is displaced; 0 for
+                   AABBs */
     uint32_t geometry, primitive;
     uint32_t instance, custom_index, sbt_offset; /* 0 for a BLAS by itself */
     bool is_aabb, front_face, opaque;

@@ -96,9 +96,9 @@ static void build_micromap(const struct micromap *micromap, uint32_t middle, boo
 
 /* ---- triangles in the planes x = 0 and 10; vectors are (1, 0, 0), scales 2, the bias of plane 10
  * is 1. Triangle 0 uses triangle 1 of the micromap, and 1 uses 0; of 1 the edge of vertices 2 and 0
- * is decimated. */
+ * is decimated. Vertices that the range leaves out are zeros. */
 
-enum { FLAGS = 64, BIASES = 1024, VECTORS = 2048 };
+enum { FLAGS = 64, BIASES = 1024, VECTORS = 2048, FIRST_VERTEX = 2 };
 
 struct user {
     struct input_scene scene;
@@ -110,8 +110,9 @@ static void fill_triangles(struct user *user)
     const uint16_t indices[TRIANGLES] = {1, 0};
     const uint8_t flags[TRIANGLES] = {0, 4};
     unsigned char *other = user->scene.radii.bytes;
-    float *to = user->scene.vertices.bytes, *biases = (float *)(void *)(other + BIASES),
-          *vectors = (float *)(void *)(other + VECTORS);
+    float *to = (float *)user->scene.vertices.bytes + 3 * FIRST_VERTEX;
+    float *biases = (float *)(void *)(other + BIASES) + 2 * FIRST_VERTEX;
+    float *vectors = (float *)(void *)(other + VECTORS) + 3 * FIRST_VERTEX;
     for (int i = 0; i < TRIANGLES; i++) {
         const float x = (float)(10 * i), corners[9] = {x, 0, 0, x, 1, 0, x, 0, 1};
         memcpy(to + 9 * i, corners, sizeof(corners));
@@ -158,10 +159,11 @@ static void describe(struct user *user, const struct micromap *micromap, bool by
         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
         .vertexData.deviceAddress = address_of(&scene->vertices, by_host),
         .vertexStride = 12,
-        .maxVertex = 3 * TRIANGLES - 1,
+        .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1,
         .indexType = VK_INDEX_TYPE_NONE_KHR,
     };
     scene->build.range.primitiveCount = TRIANGLES;
+    scene->build.range.firstVertex = FIRST_VERTEX;
 }
 
 static void open_user(struct user *user, const struct micromap *micromap)
