@@ -75,7 +75,8 @@ static void note_data_left(const struct recorder *recorder, struct build_paramet
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
-    struct input_memory memory = {.find = copy, .context = &copied, .is_later = true};
+    struct input_memory memory = {
+        .find = copy, .context = &copied, .is_later = true, .is_for_rules = !recorder->device->cpu};
     struct build_input input;
     if (build->is_indirect) {
         uint64_t count = build->parameters.info.geometryCount;
@@ -176,9 +177,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
                                                   ppBuildRangeInfos);
 }
 
-static bool arrays_are_readable(uint32_t count,
-                                const VkDeviceAddress *addresses, const uint32_t *strides,
-                                const uint32_t *const *counts)
+static bool arrays_are_readable(uint32_t count, const VkDeviceAddress *addresses,
+                                const uint32_t *strides, const uint32_t *const *counts)
 {
     struct readable_cache *cache = readable_cache_of_thread();
     return readable(cache, addresses, count * sizeof(*addresses)) &&
@@ -186,8 +186,7 @@ static bool arrays_are_readable(uint32_t count,
            readable(cache, counts, count * sizeof(*counts));
 }
 
-static bool copy_counts(const uint32_t *counts,
-                        struct recorded_build *build)
+static bool copy_counts(const uint32_t *counts, struct recorded_build *build)
 {
     uint32_t count = build->parameters.info.geometryCount;
     if (!readable(readable_cache_of_thread(), counts, count * sizeof(*counts)))

@@ -17,6 +17,7 @@ struct input_memory {
     /* Nothing can be read yet: what is asked for will be. Where data that can't be read tell how
      * much that is, all is asked for. */
     bool is_later;
+    bool is_for_rules; /* nothing is built from it: what no rule looks at isn't asked for */
 };
 
 /* The host's own memory: addresses are pointers. For one operation: what was found readable is

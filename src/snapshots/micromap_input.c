@@ -87,7 +87,7 @@ static void find_displacement(const struct input_memory *memory,
         .micromap = (uint64_t)from->micromap,
     };
     uint64_t count = range->primitiveCount;
-    if (!count || !to->micromap)
+    if (!count || !to->micromap || memory->is_for_rules)
         return;
     uint64_t last = range->firstVertex +
                     input_vertices(&build->geometries[geometry].geometry.triangles, range) - 1;

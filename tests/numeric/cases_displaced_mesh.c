@@ -70,6 +70,26 @@ static void check_closed(const struct setting *setting, const void *structure)
     }
 }
 
+/* From within an instance, bounds of which are those of what is displaced. */
+static void check_instance(const struct setting *setting, const void *blas)
+{
+    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    struct kit_input input;
+    uint64_t random = 139;
+    for (int axis = 0; axis < 3; axis++)
+        instance.transform.matrix[axis][3] = 10 * (float)axis;
+    kit_input_instances(&input, &instance, 1);
+    void *tlas = case_build(setting, &input, NULL);
+    for (int i = 0; i < 100; i++) {
+        struct trace_ray ray = case_ray(0, 10, 20, 0, 0, 0);
+        struct trace_hit hit = {0};
+        for (int axis = 0; axis < 3; axis++)
+            ray.direction[axis] = kit_uniform(&random, -1, 1);
+        EXPECT(kit_trace(tlas, setting->accuracy, &ray, &hit) && hit.primitive < 48);
+    }
+    free(tlas);
+}
+
 static void closed_mesh(const struct setting *setting)
 {
     struct kit_mesh mesh = kit_sphere(2, 1, (float[3]){0, 0, 0});
@@ -90,6 +110,7 @@ static void closed_mesh(const struct setting *setting)
     input.geometry.triangles.displacement = &displaced.displacement;
     void *structure = case_build(setting, &input, NULL);
     check_closed(setting, structure);
+    check_instance(setting, structure);
     free(structure);
     close_displaced(&displaced);
     kit_mesh_free(&mesh);
