@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/content_micromap.h"
 #include "check/geometry_data.h"
 #include "check/input.h"
 #include "check/predicates.h"
@@ -338,5 +339,7 @@ void check_host_contents(struct walk *walk, const struct range_view *range)
     uint32_t findings = walk->findings;
     if (range->range)
         content_check_geometry(walk, range, &memory, NULL);
+    if ((int)range->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+        check_host_micromap(walk, range->geometry);
     walk->findings = findings;
 }

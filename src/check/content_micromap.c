@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "check/geometry_data.h"
+#include "check/micromap_usages.h"
+#include "check/micromap_views.h"
 #include "state/built.h"
 
 static uint64_t count_triangles(const struct micromap_parameters *micromap)
@@ -15,14 +17,16 @@ static uint64_t count_triangles(const struct micromap_parameters *micromap)
     return count;
 }
 
-static void read_triangles(struct content *content, const struct micromap_parameters *micromap)
+static void read_triangles(struct content *content, VkDeviceOrHostAddressConstKHR triangles,
+                           uint64_t count, uint64_t stride, uint64_t data_left)
 {
     struct micromap_triangle_view view = {.geometry = content->range->geometry,
-                                          .data_left = micromap->data_left};
-    uint64_t count = count_triangles(micromap);
-    const uint8_t *next = content_find(content, micromap->triangles, 0, count, micromap->stride,
-                                       sizeof(view.triangle));
-    for (; next && view.index < count; view.index++, next += micromap->stride) {
+                                          .data_left = data_left};
+    const uint8_t *next = NULL;
+    if (stride >=
+        sizeof(view.triangle)) /* else a parameter is wrong, and there is no end of them */
+        next = content_find(content, triangles, 0, count, stride, sizeof(view.triangle));
+    for (; next && view.index < count; view.index++, next += stride) {
         memcpy(&view.triangle, next, sizeof(view.triangle));
         content_walk_micromap_triangle(content, &view);
     }
@@ -67,9 +71,35 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
     struct content content = {.walk = walk, .range = range, .memory = memory};
     memcpy(content.wants, walk->wants, sizeof(content.wants));
     if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
-        read_triangles(&content, &chained->micromap);
+        read_triangles(&content, chained->micromap.triangles, count_triangles(&chained->micromap),
+                       chained->micromap.stride, chained->micromap.data_left);
     if (triangles_in(geometry) &&
         chained->opacity.sType ==
             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR)
         read_indices(&content, &chained->opacity, used);
+}
+
+/* ---- of the host */
+
+static uint64_t find_mapped(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    const struct check_context *checked = context;
+    *bytes = NULL;
+    size = resources_find_mapped(checked->resources, address, size, bytes);
+    return readable_extent(checked->readable, *bytes, (size_t)size);
+}
+
+void check_host_micromap(struct walk *walk, const struct geometry_view *geometry)
+{
+    const struct input_memory memory = {.find = find_mapped, .context = walk->context};
+    const struct range_view range = {.geometry = geometry};
+    struct content content = {.walk = walk, .range = &range, .memory = &memory};
+    struct micromap_data_view view;
+    if (!view_micromap_data(walk->context, geometry, &view) ||
+        view.usages.count != view.data->usageCountsCount)
+        return;
+    memcpy(content.wants, walk->wants, sizeof(content.wants));
+    read_triangles(&content,
+                   (VkDeviceOrHostAddressConstKHR){.deviceAddress = view.data->triangleArray},
+                   usages_sum(&view.usages), view.data->triangleArrayStride, 0);
 }

@@ -12,4 +12,8 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
                              const struct input_memory *memory, const struct chained_input *chained,
                              const struct built *used);
 
+/* The same of a host build of a micromap: its triangles are at a device address, and can be read
+ * where the host has that mapped. */
+void check_host_micromap(struct walk *walk, const struct geometry_view *geometry);
+
 #endif

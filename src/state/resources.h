@@ -167,6 +167,12 @@ void resources_find_host_pieces(struct resources *resources, const void *pointer
                                 void (*visit)(void *user, const struct memory_span *piece),
                                 void *user);
 
+/* The bytes at a device address where the host has them mapped, as it wrote them: of coherent
+ * memory, and of a buffer that isn't sparse. Returns how many, `size` at most; they stay as long as
+ * the mapping. Takes the lock itself. */
+uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,
+                               const void **bytes);
+
 /* How many records have died so far; while it stays, all that was found alive still is. */
 uint64_t resources_deaths(struct resources *resources);
 

@@ -25,8 +25,10 @@ static const struct setup without_features = {
 static void use_4_state_usages(struct scene *scene)
 {
     scene_build_micromap(scene);
-    for (uint32_t i = 0; i < SCENE_USAGES; i++)
+    for (uint32_t i = 0; i < SCENE_USAGES; i++) {
         scene->micromaps.usages[i].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
+        scene->micromaps.triangles[i].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
+    }
 }
 
 static void give_build_ranges(struct scene *scene)

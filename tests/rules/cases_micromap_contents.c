@@ -77,6 +77,27 @@ TRIANGLE(format_2_state, 2, 0, 4, STATES_2)
 TRIANGLE(level_2_beyond_any, 1, 0, LEVEL_OF_NONE, STATES_2)
 TRIANGLE(level_4_beyond_any, 3, 0, LEVEL_OF_NONE, STATES_4)
 
+/* ---- the same in host builds, which read it by its device address */
+
+#define BUILT_BY_HOST(build, change)                                                               \
+    static void change##_in_##build(struct scene *scene)                                           \
+    {                                                                                              \
+        build(scene);                                                                              \
+        change(scene);                                                                             \
+    }
+
+BUILT_BY_HOST(build_micromap, level_4_beyond_any)
+BUILT_BY_HOST(build_micromap, level_4_at_the_limit)
+BUILT_BY_HOST(build_lossy_micromap, level_4_beyond_any)
+BUILT_BY_HOST(build_lossy_micromap, level_lossy_at_the_limit)
+BUILT_BY_HOST(build_lossy_micromap, format_2_state)
+
+static void unmap_what_is_wrong(struct scene *scene)
+{
+    level_4_beyond_any_in_build_micromap(scene);
+    scene->vk->UnmapMemory(scene->world->device, scene->micromaps.triangle_memory);
+}
+
 /* ---- INDEXED, whose 2 triangles use a micromap of 4 by indices from this offset on ---- */
 
 enum { OPACITY_INDICES = 1024 };
@@ -198,6 +219,12 @@ INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OP
         .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE,                 \
         .refusal = &indirect_takes_no_micromap, .path = (path_)                                    \
     }
+#define HOST_CASE(name_, rule_, mutate_, mutate_twin_, path_)                                      \
+    {                                                                                              \
+        .name = (name_), RULES(RULE_##rule_), .setup = &with_content, .mutate = (mutate_),         \
+        .mutate_twin = (mutate_twin_), .commands = ON_HOST, .is_for_the_call = true,               \
+        .may_fail_on_cpu = true, .path = (path_)                                                   \
+    }
 #define SILENT_CASE(name_, rule_, prepare_, mutate_)                                               \
     {                                                                                              \
         .name = (name_), RULES(RULE_##rule_), .silent = true, .setup = &with_content,              \
@@ -245,6 +272,25 @@ static const struct test_case cases[] = {
     STRUCTURE_CASE(with_content, "lossy_micromap_of_2_states", lossy_triangle_is_4_state,
                    build_lossy_micromap, format_2_state, level_lossy_at_the_limit,
                    LEADS_TO(2) "whose format 1 is not"),
+    HOST_CASE("host_micromap_level_of_4_states", triangle_4_state_level_is_within_limit,
+              level_4_beyond_any_in_build_micromap, level_4_at_the_limit_in_build_micromap,
+              LEADS_TO(3) "which has subdivisionLevel 16 at format 2"),
+    HOST_CASE("lossy_host_micromap_level", lossy_triangle_level_is_within_limit,
+              level_4_beyond_any_in_build_lossy_micromap,
+              level_lossy_at_the_limit_in_build_lossy_micromap,
+              LEADS_TO(3) "which has subdivisionLevel 16"),
+    HOST_CASE("lossy_host_micromap_of_2_states", lossy_triangle_is_4_state,
+              format_2_state_in_build_lossy_micromap,
+              level_lossy_at_the_limit_in_build_lossy_micromap,
+              LEADS_TO(2) "whose format 1 is not"),
+    {.name = "host_micromap_not_mapped",
+     RULES(RULE_triangle_4_state_level_is_within_limit),
+     .silent = true,
+     .setup = &with_content,
+     .mutate = unmap_what_is_wrong,
+     .commands = ON_HOST,
+     .is_for_the_call = true,
+     .may_fail_on_cpu = true},
     SILENT_CASE("lossless_micromap_of_2_states", lossy_triangle_is_4_state, build_micromap,
                 format_2_state),
 

@@ -31,6 +31,13 @@ static const struct setup with_limits = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
 
 /* ---- usages ---- */
 
+static void build_4_state_micromap(struct scene *scene)
+{
+    scene_build_micromap(scene);
+    for (uint32_t i = 0; i < SCENE_USAGES; i++)
+        scene->micromaps.triangles[i].format = STATES_4;
+}
+
 static void use_usage_pointers(struct scene *scene)
 {
     scene_build_micromap(scene);
@@ -114,11 +121,15 @@ static void use_end_of_buffer(struct scene *scene)
 #define USAGE_CASE(name_, rule, edits_, twin_edits_)                                               \
     USAGE_CASE_WITH(with_khr, name_, rule, edits_, twin_edits_)
 #define USAGE_CASE_WITH(setup_, name_, rule, edits_, twin_edits_)                                  \
+    USAGE_CASE_OF(scene_build_micromap, setup_, name_, rule, edits_, twin_edits_)
+#define LOSSY_CASE(setup_, name_, rule, edits_, twin_edits_)                                       \
+    USAGE_CASE_OF(build_4_state_micromap, setup_, name_, rule, edits_, twin_edits_)
+#define USAGE_CASE_OF(build, setup_, name_, rule, edits_, twin_edits_)                             \
     {                                                                                              \
         .name = name_, RULES(rule), .commands = ON_WITH_RANGES,                                    \
         .refusal = &indirect_takes_no_micromap, .may_fail_on_cpu = true, .setup = &setup_,         \
-        .mutate = scene_build_micromap, .edits = edits_, .mutate_twin = scene_build_micromap,      \
-        .twin_edits = twin_edits_, .path = DATA_PATH("pUsageCounts")                               \
+        .mutate = (build), .edits = edits_, .mutate_twin = (build), .twin_edits = twin_edits_,     \
+        .path = DATA_PATH("pUsageCounts")                                                          \
     }
 #define TWO_USAGES SET(micromaps.data.usageCountsCount, 2)
 
@@ -203,7 +214,7 @@ static const struct test_case cases[] = {
      .edits = EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 7)),
      .mutate_twin = use_usage_pointers,
      .path = DATA_PATH("ppUsageCounts")},
-    USAGE_CASE("lossy_usage_of_2_states", RULE_lossy_usage_is_4_state,
+    LOSSY_CASE(with_khr, "lossy_usage_of_2_states", RULE_lossy_usage_is_4_state,
                EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
                      SET(micromaps.usages[0].format, STATES_4)),
                EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
@@ -219,12 +230,11 @@ static const struct test_case cases[] = {
                           SET(micromaps.usages[0].format, STATES_4)),
                     EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
                           SET(micromaps.usages[0].format, STATES_4))),
-    USAGE_CASE_WITH(
-        with_limits, "lossy_usage_too_fine", RULE_lossy_usage_level_is_within_limit,
-        EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
-              SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
-        EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
-              SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
+    LOSSY_CASE(with_limits, "lossy_usage_too_fine", RULE_lossy_usage_level_is_within_limit,
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
+                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
+               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
+                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
     USAGE_CASE_WITH(with_limits, "too_many_triangles", RULE_micromap_triangle_count_is_within_limit,
                     EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES)),
                     EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES - 1))),
@@ -253,7 +263,7 @@ static const struct test_case cases[] = {
                      SET(micromaps.usages[0].format, STATES_4)),
                EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
                      SET(micromaps.usages[0].format, STATES_4))),
-    USAGE_CASE("lossy_usage_finer_than_any", RULE_lossy_usage_level_is_within_limit,
+    LOSSY_CASE(with_khr, "lossy_usage_finer_than_any", RULE_lossy_usage_level_is_within_limit,
                EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
                      SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
                EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),

@@ -54,6 +54,7 @@ static const struct case_list *const lists[] = {
     &cases_instances,
     &cases_content_update,
     &cases_disabling,
+    &cases_micromap_contents,
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 

@@ -13,6 +13,7 @@ struct scene_micromaps {
     /* Of scene_build_micromap. */
     VkAccelerationStructureGeometryMicromapDataKHR data;
     VkMicromapTriangleKHR *triangles; /* what it leads to, as the host writes it */
+    VkDeviceMemory triangle_memory;
     VkMicromapUsageKHR usages[SCENE_USAGES];
     const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
     /* Of the others. */

@@ -108,11 +108,64 @@ static void mappings_end(void **unused)
     resources_destroy(resources);
 }
 
+/* ---- by device addresses */
+
+enum { BUFFER_AT = 0x100000, BUFFER_SIZE = 0x400, OFFSET = 0x200 /* in the memory */ };
+
+static struct resources *make_buffer(VkMemoryPropertyFlags properties)
+{
+    struct resources *resources = make();
+    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                     .size = BUFFER_SIZE,
+                                     .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
+    resources_add_memory(resources, memory(4), 0x1000, properties, false);
+    resources_add_buffer(resources, (VkBuffer)(uintptr_t)1, &info);
+    resources_bind_buffer(resources, (VkBuffer)(uintptr_t)1, memory(4), OFFSET, false);
+    resources_set_address(resources, (VkBuffer)(uintptr_t)1, BUFFER_AT);
+    return resources;
+}
+
+static void expect_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,
+                          uint64_t found, uintptr_t pointer)
+{
+    const void *bytes = NULL;
+    assert_int_equal(resources_find_mapped(resources, address, size, &bytes), found);
+    assert_ptr_equal(bytes, at(pointer));
+}
+
+static void addresses_lead_to_what_is_mapped(void **unused)
+{
+    struct resources *resources =
+        make_buffer(VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+    (void)unused;
+    expect_mapped(resources, BUFFER_AT, 8, 0, 0);
+    resources_map_memory(resources, memory(4), 0, VK_WHOLE_SIZE, at(0x10000));
+    expect_mapped(resources, BUFFER_AT, 8, 8, 0x10000 + OFFSET);
+    expect_mapped(resources, BUFFER_AT + 0x3f8, 16, 8, 0x10000 + OFFSET + 0x3f8);
+    expect_mapped(resources, BUFFER_AT + BUFFER_SIZE, 8, 0, 0);
+    expect_mapped(resources, BUFFER_AT - 8, 8, 0, 0);
+    resources_map_memory(resources, memory(4), 0x300, 0x40, at(0x20000)); /* in the middle */
+    expect_mapped(resources, BUFFER_AT, 8, 0, 0);
+    expect_mapped(resources, BUFFER_AT + 0x120, 0x80, 0x20, 0x20020);
+    expect_mapped(resources, BUFFER_AT + 0x140, 8, 0, 0);
+    resources_unmap_memory(resources, memory(4));
+    expect_mapped(resources, BUFFER_AT + 0x120, 8, 0, 0);
+    resources_destroy(resources);
+
+    resources = make_buffer(VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    resources_map_memory(resources, memory(4), 0, VK_WHOLE_SIZE, at(0x10000));
+    expect_mapped(resources, BUFFER_AT, 8, 0, 0); /* nobody knows what is flushed */
+    resources_remove_memory(resources, memory(4));
+    expect_mapped(resources, BUFFER_AT, 8, 0, 0);
+    resources_destroy(resources);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pieces_end_where_mappings_do),
         cmocka_unit_test(mappings_end),
+        cmocka_unit_test(addresses_lead_to_what_is_mapped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
