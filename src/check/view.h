@@ -16,13 +16,14 @@
 /* One call of a build command. */
 struct call_view {
     enum build_command command;
+    uint32_t info_count;
     const struct device_facts *device;
     struct command_buffer_facts command_buffer; /* not for COMMAND_HOST */
     VkDevice device_argument;                   /* these two: COMMAND_HOST */
     struct deferred_operation_facts deferred;
 
-    /* As the application passed them; readable only if the flag says so. */
-    uint32_t info_count;
+    /* As the application passed them, info_count elements each; readable only if the flag says so.
+     */
     const VkAccelerationStructureBuildGeometryInfoKHR *infos;
     const VkAccelerationStructureBuildRangeInfoKHR *const *build_ranges; /* not INDIRECT */
     const uint32_t *const *max_primitive_counts;                         /* INDIRECT */

@@ -54,33 +54,40 @@ static inline struct journal_chunk *room(struct journal_chunks *chunks, size_t s
     return has_room ? chunks->last : add_chunk(chunks, size);
 }
 
-/* Takes back what comes behind the first `count` items of chunk `last`, or all where that is NULL:
- * the chunks are emptied and laid by. */
-static void cut(struct journal_chunks *chunks, struct journal_chunk *last, uint32_t count)
+static bool is_empty(const struct journal_chunks *chunks)
 {
-    struct journal_chunk *chunk = last ? last->next : chunks->first;
-    while (chunk) {
-        struct journal_chunk *next = chunk->next;
-        chunk->next = chunks->spare;
-        chunks->spare = chunk;
-        chunk = next;
-    }
-    if (last) {
-        last->count = count;
-        last->next = NULL;
-    } else {
-        chunks->first = NULL;
-    }
-    chunks->last = last;
+    return !chunks->first || !chunks->first->count;
 }
 
-static void free_spare(struct journal_chunks *chunks)
+/* Takes back what comes behind the first `count` items of chunk `last`, or all where that is NULL.
+ * The first chunk stays in its place, others are laid by. */
+static void cut(struct journal_chunks *chunks, struct journal_chunk *last, uint32_t count)
 {
-    while (chunks->spare) {
-        struct journal_chunk *next = chunks->spare->next;
-        free(chunks->spare);
-        chunks->spare = next;
+    struct journal_chunk *kept = last ? last : chunks->first;
+    if (!kept)
+        return;
+    if (kept->next) {
+        chunks->last->next = chunks->spare;
+        chunks->spare = kept->next;
+        kept->next = NULL;
     }
+    kept->count = count;
+    chunks->last = kept;
+}
+
+static void free_list(struct journal_chunk *chunk)
+{
+    while (chunk) {
+        struct journal_chunk *next = chunk->next;
+        free(chunk);
+        chunk = next;
+    }
+}
+
+static void free_chunks(struct journal_chunks *chunks)
+{
+    free_list(chunks->first);
+    free_list(chunks->spare);
 }
 
 static void release_entry(struct journal_entry *entry)
@@ -198,7 +205,7 @@ struct journal_mark journal_mark(const struct journal *journal)
 
 void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 {
-    if (!journal->entries.first && !journal->inputs.first)
+    if (is_empty(&journal->entries) && is_empty(&journal->inputs))
         return;
     struct journal_cursor cursor = journal_start_after(journal, mark);
     for (struct journal_entry *entry; journal->holds && (entry = journal_next(&cursor));)
@@ -251,7 +258,7 @@ void journal_release(struct journal *journal)
     journal_clear(journal);
     free(journal->labels);
     free(journal->host);
-    free_spare(&journal->entries);
-    free_spare(&journal->inputs);
+    free_chunks(&journal->entries);
+    free_chunks(&journal->inputs);
     free(journal);
 }
