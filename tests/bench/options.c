@@ -2,10 +2,10 @@
 /* Reading the command line. */
 #include "options.h"
 
-#include <getopt.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "command_line.h"
 
 static const char usage[] =
     "usage: record [OPTION]...\n"
@@ -36,27 +36,11 @@ static const char usage[] =
     "\n"
     "VK_LAYER_PATH names the folder of the layer's manifest, if not this build tree's.\n";
 
+static const struct command_line line;
+
 static _Noreturn void wrong(const char *what, const char *value)
 {
-    fprintf(stderr, "record: %s: %s\n\n%s", what, value, usage);
-    exit(2);
-}
-
-static uint32_t read_number(const char *text, char **end)
-{
-    unsigned long number = strtoul(text, end, 10);
-    if (*end == text || number == 0 || number > 10000000)
-        wrong("not a number from 1 to 10000000", text);
-    return (uint32_t)number;
-}
-
-static uint32_t read_count(const char *text)
-{
-    char *end;
-    uint32_t number = read_number(text, &end);
-    if (*end)
-        wrong("not a number", text);
-    return number;
+    command_line_wrong(&line, what, value);
 }
 
 static int compare(const void *a, const void *b)
@@ -72,7 +56,7 @@ static void read_sizes(struct options *options, const char *list)
     for (const char *next = list;; next = end + 1) {
         if (options->size_count == MOST_SIZES)
             wrong("too many sizes", list);
-        options->sizes[options->size_count++] = read_number(next, &end);
+        options->sizes[options->size_count++] = command_line_number(&line, next, &end);
         if (!*end)
             break;
         if (*end != ',')
@@ -112,8 +96,9 @@ static void be_quick(struct options *options)
     read_sizes(options, "1,10,100,1000");
 }
 
-static void read_option(struct options *options, int option)
+static void read_option(void *read, int option)
 {
+    struct options *options = read;
     switch (option) {
     case 'd':
         options->drivers[0] = read_name(optarg, "null", "lavapipe") ? "lavapipe" : "null";
@@ -123,7 +108,7 @@ static void read_option(struct options *options, int option)
         read_sizes(options, optarg);
         break;
     case 'a':
-        options->alive = read_count(optarg);
+        options->alive = command_line_count(&line, optarg);
         break;
     case 'b':
         choose(options->with_buffers,
@@ -134,7 +119,7 @@ static void read_option(struct options *options, int option)
                read_name(optarg, order_name(ORDER_CREATED), order_name(ORDER_SHUFFLED)));
         break;
     case 'n':
-        options->samples = read_count(optarg);
+        options->samples = command_line_count(&line, optarg);
         break;
     case 'q':
         be_quick(options);
@@ -157,34 +142,34 @@ static void read_option(struct options *options, int option)
         options->profile_with_layer = read_name(optarg, "off", "on");
         break;
     case 't':
-        options->profile_times = read_count(optarg);
+        options->profile_times = command_line_count(&line, optarg);
         break;
-    case 'h':
-        fputs(usage, stdout);
-        exit(0);
-    default: /* getopt has said what is wrong */
-        fprintf(stderr, "\n%s", usage);
-        exit(2);
+    default:
+        break;
     }
 }
 
+static const struct option names[] = {{"alive", required_argument, NULL, 'a'},
+                                      {"driver", required_argument, NULL, 'd'},
+                                      {"sizes", required_argument, NULL, 's'},
+                                      {"buffers", required_argument, NULL, 'b'},
+                                      {"order", required_argument, NULL, 'o'},
+                                      {"samples", required_argument, NULL, 'n'},
+                                      {"quick", no_argument, NULL, 'q'},
+                                      {"level", required_argument, NULL, 'l'},
+                                      {"csv", required_argument, NULL, 'c'},
+                                      {"no-bars", no_argument, NULL, 'B'},
+                                      {"no-time-bars", no_argument, NULL, 'T'},
+                                      {"profile", required_argument, NULL, 'p'},
+                                      {"times", required_argument, NULL, 't'},
+                                      {"help", no_argument, NULL, 'h'},
+                                      {NULL, 0, NULL, 0}};
+
+static const struct command_line line = {
+    .program = "record", .usage = usage, .names = names, .read_option = read_option};
+
 void options_read(struct options *options, int argc, char **argv)
 {
-    static const struct option names[] = {{"alive", required_argument, NULL, 'a'},
-                                          {"driver", required_argument, NULL, 'd'},
-                                          {"sizes", required_argument, NULL, 's'},
-                                          {"buffers", required_argument, NULL, 'b'},
-                                          {"order", required_argument, NULL, 'o'},
-                                          {"samples", required_argument, NULL, 'n'},
-                                          {"quick", no_argument, NULL, 'q'},
-                                          {"level", required_argument, NULL, 'l'},
-                                          {"csv", required_argument, NULL, 'c'},
-                                          {"no-bars", no_argument, NULL, 'B'},
-                                          {"no-time-bars", no_argument, NULL, 'T'},
-                                          {"profile", required_argument, NULL, 'p'},
-                                          {"times", required_argument, NULL, 't'},
-                                          {"help", no_argument, NULL, 'h'},
-                                          {NULL, 0, NULL, 0}};
     *options = (struct options){.drivers = {"null", "lavapipe"},
                                 .driver_count = 2,
                                 .with_buffers = {true, true},
@@ -195,9 +180,5 @@ void options_read(struct options *options, int argc, char **argv)
                                 .memory_bars = true,
                                 .profile_times = 10};
     read_sizes(options, "1,10,100,1000,10000");
-    int option;
-    while ((option = getopt_long(argc, argv, "", names, NULL)) != -1)
-        read_option(options, option);
-    if (optind < argc)
-        wrong("unknown argument", argv[optind]);
+    command_line_read(&line, options, argc, argv);
 }

@@ -2,10 +2,9 @@
 /* Reading the command line of the comparison. */
 #include "peer_options.h"
 
-#include <getopt.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "command_line.h"
 
 static const char usage[] =
     "usage: peer [OPTION]...\n"
@@ -25,23 +24,16 @@ static const char usage[] =
     "  --no-bars        only prints\n"
     "  --help           this text\n";
 
+static const struct command_line line;
+
 static _Noreturn void wrong(const char *what, const char *value)
 {
-    fprintf(stderr, "peer: %s: %s\n\n%s", what, value, usage);
-    exit(2);
+    command_line_wrong(&line, what, value);
 }
 
-static uint32_t read_count(const char *text)
+static void read_option(void *read, int option)
 {
-    char *end;
-    unsigned long number = strtoul(text, &end, 10);
-    if (end == text || *end || number == 0 || number > 10000000)
-        wrong("not a number from 1 to 10000000", text);
-    return (uint32_t)number;
-}
-
-static void read_option(struct peer_options *options, int option)
-{
+    struct peer_options *options = read;
     switch (option) {
     case 'd':
         if (strcmp(optarg, "lavapipe") != 0 && strcmp(optarg, "null") != 0)
@@ -55,10 +47,10 @@ static void read_option(struct peer_options *options, int option)
         options->with_peer = false;
         break;
     case 'm':
-        options->most_builds = read_count(optarg);
+        options->most_builds = command_line_count(&line, optarg);
         break;
     case 'n':
-        options->samples = read_count(optarg);
+        options->samples = command_line_count(&line, optarg);
         break;
     case 'c':
         options->csv = optarg;
@@ -66,34 +58,30 @@ static void read_option(struct peer_options *options, int option)
     case 'B':
         options->bars = false;
         break;
-    case 'h':
-        fputs(usage, stdout);
-        exit(0);
-    default: /* getopt has said what is wrong */
-        fprintf(stderr, "\n%s", usage);
-        exit(2);
+    default:
+        break;
     }
 }
 
+static const struct option names[] = {{"driver", required_argument, NULL, 'd'},
+                                      {"layers", required_argument, NULL, 'l'},
+                                      {"without-peer", no_argument, NULL, 'w'},
+                                      {"most", required_argument, NULL, 'm'},
+                                      {"samples", required_argument, NULL, 'n'},
+                                      {"csv", required_argument, NULL, 'c'},
+                                      {"no-bars", no_argument, NULL, 'B'},
+                                      {"help", no_argument, NULL, 'h'},
+                                      {NULL, 0, NULL, 0}};
+
+static const struct command_line line = {
+    .program = "peer", .usage = usage, .names = names, .read_option = read_option};
+
 void peer_options_read(struct peer_options *options, int argc, char **argv)
 {
-    static const struct option names[] = {{"driver", required_argument, NULL, 'd'},
-                                          {"layers", required_argument, NULL, 'l'},
-                                          {"without-peer", no_argument, NULL, 'w'},
-                                          {"most", required_argument, NULL, 'm'},
-                                          {"samples", required_argument, NULL, 'n'},
-                                          {"csv", required_argument, NULL, 'c'},
-                                          {"no-bars", no_argument, NULL, 'B'},
-                                          {"help", no_argument, NULL, 'h'},
-                                          {NULL, 0, NULL, 0}};
     *options = (struct peer_options){.driver = "lavapipe",
                                      .most_builds = 100000,
                                      .samples = 21,
                                      .with_peer = true,
                                      .bars = true};
-    int option;
-    while ((option = getopt_long(argc, argv, "", names, NULL)) != -1)
-        read_option(options, option);
-    if (optind < argc)
-        wrong("unknown argument", argv[optind]);
+    command_line_read(&line, options, argc, argv);
 }
