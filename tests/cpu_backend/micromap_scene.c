@@ -9,6 +9,9 @@ enum { MICROMAP_TRIANGLES = 3 };
 const VkMicromapUsageEXT micromap_usages[2] = {
     {.count = 2, .subdivisionLevel = 0, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
     {.count = 1, .subdivisionLevel = 1, .format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT}};
+const VkMicromapUsageEXT micromap_displacement_usages[2] = {
+    {1, 1, VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV},
+    {1, 0, VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV}};
 
 static void fill_micromap(unsigned char *bytes)
 {
@@ -21,16 +24,59 @@ static void fill_micromap(unsigned char *bytes)
     bytes[DATA + 7] = 0 | 1 << 2 | 2 << 4 | 3 << 6;
 }
 
-void micromap_open(struct micromap *micromap, bool is_ext)
+static void write_value(unsigned char *block, uint32_t vertex, uint32_t value)
+{
+    for (uint32_t bit = 0; bit < 11; bit++)
+        if (value >> bit & 1)
+            block[(11 * vertex + bit) / 8] |= (unsigned char)(1u << (11 * vertex + bit) % 8);
+}
+
+void micromap_rise(const struct micromap *micromap, uint32_t rise)
+{
+    enum { BLOCK = 64 };
+    const VkMicromapTriangleEXT triangles[2] = {
+        {0, 1, VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV},
+        {BLOCK, 0, VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV}};
+    unsigned char *bytes = micromap->input.bytes;
+    memset(bytes, 0, MICROMAP_SIZE);
+    memcpy(bytes, triangles, sizeof(triangles));
+    for (uint32_t i = 0; i < 3; i++) {
+        write_value(bytes + DATA, 3 + i, rise);
+        write_value(bytes + DATA + BLOCK, i, rise);
+    }
+}
+
+static void open(struct micromap *micromap, VkMicromapTypeEXT type,
+                 const VkMicromapUsageEXT *usages)
 {
     *micromap = (struct micromap){.storage = device_buffer_create(&device, MICROMAP_SIZE),
-                                  .input = device_buffer_create(&device, MICROMAP_SIZE)};
-    const VkMicromapCreateInfoEXT ext = {
+                                  .input = device_buffer_create(&device, MICROMAP_SIZE),
+                                  .type = type,
+                                  .usages = usages};
+}
+
+static void create_ext(struct micromap *micromap)
+{
+    const VkMicromapCreateInfoEXT info = {
         .sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
         .buffer = micromap->storage.handle,
         .size = MICROMAP_SIZE,
-        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+        .type = micromap->type,
     };
+    assert_int_equal(
+        device.stage.vk.CreateMicromapEXT(device.stage.device, &info, NULL, &micromap->ext),
+        VK_SUCCESS);
+}
+
+void micromap_open_displacement(struct micromap *micromap)
+{
+    open(micromap, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, micromap_displacement_usages);
+    create_ext(micromap);
+}
+
+void micromap_open(struct micromap *micromap, bool is_ext)
+{
+    open(micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, micromap_usages);
     const VkAccelerationStructureCreateInfo2KHR khr = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
         .addressRange = {micromap->storage.address, MICROMAP_SIZE},
@@ -38,8 +84,7 @@ void micromap_open(struct micromap *micromap, bool is_ext)
     };
     const struct stage *stage = &device.stage;
     if (is_ext)
-        assert_int_equal(stage->vk.CreateMicromapEXT(stage->device, &ext, NULL, &micromap->ext),
-                         VK_SUCCESS);
+        create_ext(micromap);
     else
         assert_int_equal(
             stage->vk.CreateAccelerationStructure2KHR(stage->device, &khr, NULL, &micromap->khr),
@@ -60,11 +105,11 @@ VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t b
 {
     return (VkMicromapBuildInfoEXT){
         .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+        .type = micromap->type,
         .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT,
         .dstMicromap = micromap->ext,
         .usageCountsCount = 2,
-        .pUsageCounts = micromap_usages,
+        .pUsageCounts = micromap->usages,
         .data.deviceAddress = base + DATA,
         .triangleArray.deviceAddress = base,
         .triangleArrayStride = sizeof(VkMicromapTriangleEXT),

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* An opacity micromap of either extension, on a device stage: triangle 0 is transparent, 1 opaque,
- * and of 2 the quarter at vertex 0 is transparent, the middle opaque, that at vertex 1 unknown
- * transparent, at vertex 2 unknown opaque. */
+/* A micromap on a device stage. One of opacities: triangle 0 is transparent, 1 opaque, and of 2 the
+ * quarter at vertex 0 is transparent, the middle opaque, that at vertex 1 unknown transparent, at
+ * vertex 2 unknown opaque. One of displacements: of triangle 0 the middles of its edges rise, by
+ * `micromap_rise`, and all of triangle 1 does. */
 #ifndef CPU_BACKEND_MICROMAP_SCENE_H
 #define CPU_BACKEND_MICROMAP_SCENE_H
 
@@ -9,15 +10,19 @@
 
 enum { DATA = 256, MICROMAP_SIZE = 4096 };
 
-extern const VkMicromapUsageEXT micromap_usages[2];
+extern const VkMicromapUsageEXT micromap_usages[2], micromap_displacement_usages[2];
 
 struct micromap {
     VkMicromapEXT ext;
     VkAccelerationStructureKHR khr;
     struct device_buffer storage, input;
+    VkMicromapTypeEXT type;
+    const VkMicromapUsageEXT *usages;
 };
 
 void micromap_open(struct micromap *micromap, bool is_ext);
+void micromap_open_displacement(struct micromap *micromap); /* of -EXT; its input is zeros */
+void micromap_rise(const struct micromap *micromap, uint32_t rise); /* fills in the input */
 void micromap_close(struct micromap *micromap);
 
 /* A build of -EXT's from the input at that address. */
