@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <sys/mman.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -206,6 +207,19 @@ static void test_unreadable_pages_are_asked_for_again(void **state)
     unmap_pages(pages);
 }
 
+/* A few milliseconds later the thread's is empty again. */
+static void test_what_a_thread_remembers_does_not_last(void **state)
+{
+    (void)state;
+    const struct timespec while_the_timer_advances = {.tv_nsec = 50 * 1000 * 1000};
+    char *pages = map_pages();
+    assert_true(readable(readable_cache_of_thread(), pages, 1));
+    forbid(pages);
+    nanosleep(&while_the_timer_advances, NULL);
+    assert_false(readable(readable_cache_of_thread(), pages, 1));
+    unmap_pages(pages);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -222,6 +236,7 @@ int main(void)
         cmocka_unit_test(test_the_oldest_range_is_forgotten),
         cmocka_unit_test(test_an_array_is_walked_to_its_end),
         cmocka_unit_test(test_unreadable_pages_are_asked_for_again),
+        cmocka_unit_test(test_what_a_thread_remembers_does_not_last),
     };
     return cmocka_run_group_tests_name("readable", tests, NULL, NULL);
 }
