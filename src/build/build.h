@@ -69,9 +69,8 @@ struct builder_opacity {
  * bit 1 for 1 and 2, bit 2 for 2 and 0: every second vertex of such an edge goes to the next
  * towards the edge's nearer end (displacement.h has the sources). */
 struct builder_displacement {
-    uint32_t
-        usage_count; /* the sizes follow from usages: no more triangles may have these levels */
-    const VkMicromapUsageEXT *usages;
+    uint32_t usage_count;
+    const VkMicromapUsageEXT *usages; /* sizes follow from them: there may be no more triangles */
     VkFormat vector_format, bias_and_scale_format; /* as of vertices */
     VkIndexType index_type; /* VK_INDEX_TYPE_NONE_KHR: the triangle's own number */
     uint32_t base_triangle;

@@ -251,7 +251,9 @@ static bool open_cutting(struct cutting *cutting, const struct source *source,
     cutting->biases = open_array(from->bias_and_scale_format, from->biases_and_scales,
                                  from->biases_and_scales_size, from->bias_and_scale_stride);
     cutting->flags = source_elements_in(from->flags_size, 1, from->flags_stride);
-    if (from->micromap && micromaps->find)
+    if (!from->micromap)
+        return true;
+    if (micromaps->find)
         cutting->micromap = micromaps->find(micromaps->context, from->micromap);
     return source_open_indices(&cutting->indices, from->index_type, from->base_triangle,
                                from->indices, from->indices_size, from->index_stride,
