@@ -33,7 +33,7 @@ void comparer_run(struct comparer *comparer, VkQueue queue);
 
 /* A copy of structures was recorded: from any thread. What it is of is looked up when an instance
  * refers to it. */
-void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *copy);
+void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry);
 static inline void comparer_note_copy(struct comparer *comparer, const struct journal_entry *copy)
 {
     if (comparer)

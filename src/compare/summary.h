@@ -28,6 +28,6 @@ void summary_make_top(const struct top_reference *reference, const struct top_ra
  * isn't 0. */
 enum { SUMMARY_TEXT = 2048 };
 void summary_describe(const struct summary *summary, enum difference difference,
-                      char text[SUMMARY_TEXT]);
+                      char out[SUMMARY_TEXT]);
 
 #endif

@@ -111,7 +111,7 @@ struct execution_order {
     bool busy; /* a thread is in a hook that is not to be called by two at once */
     bool lost, lost_told;
     enum order_loss loss; /* while it is lost */
-    bool has_open; /* any queue has an open batch */
+    bool has_open;        /* any queue has an open batch */
     struct submission *spare;
 };
 

@@ -31,7 +31,8 @@ void soup_fill(void)
 void boxes_fill(VkAabbPositionsKHR boxes[BOXES])
 {
     for (int i = 0; i < BOXES; i++) {
-        float x = 2 * (float)(i % 3), y = 2 * (float)(i / 3 % 3), z = 2 * (float)(i / 9);
+        int layer = i / 9, row = i / 3 % 3, column = i % 3;
+        float x = 2 * (float)column, y = 2 * (float)row, z = 2 * (float)layer;
         boxes[i] = (VkAabbPositionsKHR){x, y, z, x + 1, y + 1, z + 1};
     }
 }

@@ -46,7 +46,7 @@ void micromap_rise(const struct micromap *micromap, uint32_t rise)
     }
 }
 
-static void open(struct micromap *micromap, VkMicromapTypeEXT type,
+static void prepare(struct micromap *micromap, VkMicromapTypeEXT type,
                  const VkMicromapUsageEXT *usages)
 {
     *micromap = (struct micromap){.storage = device_buffer_create(&device, MICROMAP_SIZE),
@@ -70,13 +70,13 @@ static void create_ext(struct micromap *micromap)
 
 void micromap_open_displacement(struct micromap *micromap)
 {
-    open(micromap, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, micromap_displacement_usages);
+    prepare(micromap, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, micromap_displacement_usages);
     create_ext(micromap);
 }
 
 void micromap_open(struct micromap *micromap, bool is_ext)
 {
-    open(micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, micromap_usages);
+    prepare(micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, micromap_usages);
     const VkAccelerationStructureCreateInfo2KHR khr = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
         .addressRange = {micromap->storage.address, MICROMAP_SIZE},
