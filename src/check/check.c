@@ -9,6 +9,7 @@
 
 #include "check/content.h"
 #include "check/extensions.h"
+#include "check/hold.h"
 #include "check/host.h"
 #include "check/indirect.h"
 #include "check/pairs.h"
@@ -45,6 +46,15 @@ static void see_inputs(struct check_context *context, const struct geometry_view
                   &geometry->chained->items[i].facts);
 }
 
+/* The rows of a geometry and, where its count is known, of its range. */
+static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
+                                    bool has_count, enum level level)
+{
+    walk_geometry(walk, range->geometry, level);
+    if (has_count)
+        walk_range(walk, range, level);
+}
+
 /* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
  * geometry. */
 static void check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
@@ -56,17 +66,17 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
     struct chained_inputs chained;
     if (build->call->device->extension.adds_to_inputs)
         check_extended_geometry(walk, geometry, &chained, with_state);
-    walk_geometry(walk, geometry, LEVEL_PARAMETERS);
-    if (build->call->command == COMMAND_HOST)
-        check_host_geometry(walk, &range);
-    if (has_count)
-        walk_range(walk, &range, LEVEL_PARAMETERS);
+    if (with_state)
+        view_geometry_state(walk->context, geometry);
+    if (!geometry_holds(&range, has_count, with_state)) {
+        walk_geometry_and_range(walk, &range, has_count, LEVEL_PARAMETERS);
+        if (build->call->command == COMMAND_HOST)
+            check_host_geometry(walk, &range);
+        if (with_state)
+            walk_geometry_and_range(walk, &range, has_count, LEVEL_STATE);
+    }
     if (!with_state)
         return;
-    view_geometry_state(walk->context, geometry);
-    walk_geometry(walk, geometry, LEVEL_STATE);
-    if (has_count)
-        walk_range(walk, &range, LEVEL_STATE);
     if (walk->context->see_input)
         see_inputs(walk->context, geometry);
     if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
@@ -95,7 +105,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     uint32_t findings_before = walk->findings;
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
-    walk_build(walk, build, LEVEL_PARAMETERS);
+    if (!build_parameters_hold(build))
+        walk_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
         check_indirect(walk, build, with_state);
     if (walk->instances)
@@ -106,7 +117,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     if (with_state) {
         /* The driver is asked for sizes of sound parameters only. */
         view_build_state(context, build, walk->findings == findings_before);
-        walk_build(walk, build, LEVEL_STATE);
+        if (!build_state_holds(build))
+            walk_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)
             check_host_build(walk, build);
     }
@@ -144,8 +156,10 @@ void check_builds(struct check_context *context, struct call_view *call)
     struct walk walk;
     walk_start(&walk, context);
     view_call(context, call);
-    walk_call(&walk, call, LEVEL_PARAMETERS);
-    walk_call(&walk, call, LEVEL_STATE);
+    if (!call_holds(call)) {
+        walk_call(&walk, call, LEVEL_PARAMETERS);
+        walk_call(&walk, call, LEVEL_STATE);
+    }
     if (!call->infos_readable)
         return;
 

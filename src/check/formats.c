@@ -48,20 +48,25 @@ static union format_facts look_up(VkFormat format)
     return facts;
 }
 
-/* Several threads may look up the same. What is remembered is no effect to anybody, so that rules
- * in a row need but one call. */
-__attribute__((const, noinline)) static union format_facts facts_of(VkFormat format)
+/* Several threads may look up the same. Nobody sees what is remembered: rules that follow each
+ * other share one call, and its number, which the compiler knows to be the same. */
+__attribute__((const, noinline)) static uint32_t number_of_facts(VkFormat format)
 {
     static atomic_uint_least32_t remembered[REMEMBERED_FORMATS];
     if ((uint32_t)format >= REMEMBERED_FORMATS)
-        return look_up(format);
+        return look_up(format).number;
     union format_facts facts = {
         .number = atomic_load_explicit(&remembered[format], memory_order_relaxed)};
     if (!facts.looked_up) {
         facts = look_up(format);
         atomic_store_explicit(&remembered[format], facts.number, memory_order_relaxed);
     }
-    return facts;
+    return facts.number;
+}
+
+static union format_facts facts_of(VkFormat format)
+{
+    return (union format_facts){.number = number_of_facts(format)};
 }
 
 bool format_is_known(VkFormat format)

@@ -58,46 +58,6 @@ __attribute__((cold)) static void hand_on(struct walk *walk, enum rule rule,
     }
 #define ASK_ROWS static inline __attribute__((always_inline)) void
 
-/* Nearly all calls keep all rules. Those of the command that is called most are therefore first
- * asked together, without findings to fill and whether they are wanted or not, so that the compiler
- * makes them one chain of comparisons, which tests but once what many of them ask for, such as the
- * type of a geometry. Only where one doesn't hold are they asked one by one.
- *
- * Returns false from such a chain, if a row of the level doesn't hold. */
-#define HOLD(name, row_level, view)                                                                \
-    if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
-        !name(view, NULL))                                                                         \
-        return false;
-#define ROWS_HOLD static inline __attribute__((always_inline)) bool
-
-/* As WALK, after asking whether all hold. */
-#define WALK_UNLESS_HELD(subject, call)                                                            \
-    __attribute__((flatten)) static bool subject##_parameters_hold(                                \
-        const struct subject##_view *subject)                                                      \
-    {                                                                                              \
-        return subject##_rows_hold(subject, LEVEL_PARAMETERS);                                     \
-    }                                                                                              \
-    __attribute__((flatten)) static bool subject##_state_holds(                                    \
-        const struct subject##_view *subject)                                                      \
-    {                                                                                              \
-        return subject##_rows_hold(subject, LEVEL_STATE);                                          \
-    }                                                                                              \
-    __attribute__((cold)) static void ask_each_##subject(                                          \
-        struct walk *walk, const struct subject##_view *subject, enum level level)                 \
-    {                                                                                              \
-        if (level == LEVEL_PARAMETERS)                                                             \
-            ask_##subject(walk, subject, LEVEL_PARAMETERS);                                        \
-        else                                                                                       \
-            ask_##subject(walk, subject, LEVEL_STATE);                                             \
-    }                                                                                              \
-    void walk_##subject(struct walk *walk, const struct subject##_view *subject, enum level level) \
-    {                                                                                              \
-        if ((call)->command != COMMAND_DEVICE ||                                                   \
-            !(level == LEVEL_PARAMETERS ? subject##_parameters_hold(subject)                       \
-                                        : subject##_state_holds(subject)))                         \
-            ask_each_##subject(walk, subject, level);                                              \
-    }
-
 static struct location location_of_call(const struct call_view *call)
 {
     return (struct location){.command = call->command, .subject = SUBJECT_CALL};
@@ -112,17 +72,7 @@ ASK_ROWS ask_call(struct walk *walk, const struct call_view *call, enum level le
     struct finding finding;
 #include "rules.def"
 }
-
-#include "check/ask_nobody.h"
-#undef ASK_call
-#define ASK_call(name, level) HOLD(name, level, call)
-
-ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level)
-{
-#include "rules.def"
-    return true;
-}
-WALK_UNLESS_HELD(call, call)
+WALK(call)
 
 static struct location location_of_build(const struct build_view *build)
 {
@@ -139,17 +89,7 @@ ASK_ROWS ask_build(struct walk *walk, const struct build_view *build, enum level
     struct finding finding;
 #include "rules.def"
 }
-
-#include "check/ask_nobody.h"
-#undef ASK_build
-#define ASK_build(name, level) HOLD(name, level, build)
-
-ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level)
-{
-#include "rules.def"
-    return true;
-}
-WALK_UNLESS_HELD(build, build->call)
+WALK(build)
 
 struct location walk_location(const struct geometry_view *geometry, enum subject subject)
 {
@@ -170,17 +110,7 @@ ASK_ROWS ask_geometry(struct walk *walk, const struct geometry_view *geometry, e
     struct finding finding;
 #include "rules.def"
 }
-
-#include "check/ask_nobody.h"
-#undef ASK_geometry
-#define ASK_geometry(name, level) HOLD(name, level, geometry)
-
-ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level level)
-{
-#include "rules.def"
-    return true;
-}
-WALK_UNLESS_HELD(geometry, geometry->build->call)
+WALK(geometry)
 
 #include "check/ask_nobody.h"
 #undef ASK_range
@@ -192,17 +122,7 @@ ASK_ROWS ask_range(struct walk *walk, const struct range_view *range, enum level
     struct finding finding;
 #include "rules.def"
 }
-
-#include "check/ask_nobody.h"
-#undef ASK_range
-#define ASK_range(name, level) HOLD(name, level, range)
-
-ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level)
-{
-#include "rules.def"
-    return true;
-}
-WALK_UNLESS_HELD(range, range->geometry->build->call)
+WALK(range)
 
 static struct location location_of_element(const struct indirect_view *indirect)
 {

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The rows as chains of comparisons: rules.def is included once a subject. */
+#include "check/hold.h"
+
+#include "check/geometry_data.h"
+#include "check/predicates.h"
+
+/* Leaves a chain where a row of the level and the command doesn't hold. */
+#define HOLD(name, row_level, view)                                                                \
+    if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
+        !name(view, NULL))                                                                         \
+        return false;
+#define ROWS_HOLD static inline __attribute__((always_inline)) bool
+
+#include "check/ask_nobody.h"
+#undef ASK_call
+#define ASK_call(name, level) HOLD(name, level, call)
+
+ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level)
+{
+#include "rules.def"
+    return true;
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_build
+#define ASK_build(name, level) HOLD(name, level, build)
+
+ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level)
+{
+#include "rules.def"
+    return true;
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_geometry
+#define ASK_geometry(name, level) HOLD(name, level, geometry)
+
+ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level level)
+{
+#include "rules.def"
+    return true;
+}
+
+#include "check/ask_nobody.h"
+#undef ASK_range
+#define ASK_range(name, level) HOLD(name, level, range)
+
+ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level)
+{
+#include "rules.def"
+    return true;
+}
+
+static bool is_asked(const struct call_view *call)
+{
+    return call->command == COMMAND_DEVICE;
+}
+
+__attribute__((flatten)) bool call_holds(const struct call_view *call)
+{
+    return is_asked(call) && call_rows_hold(call, LEVEL_PARAMETERS) &&
+           call_rows_hold(call, LEVEL_STATE);
+}
+
+__attribute__((flatten)) bool build_parameters_hold(const struct build_view *build)
+{
+    return is_asked(build->call) && build_rows_hold(build, LEVEL_PARAMETERS);
+}
+
+__attribute__((flatten)) bool build_state_holds(const struct build_view *build)
+{
+    return is_asked(build->call) && build_rows_hold(build, LEVEL_STATE);
+}
+
+ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count, bool with_state)
+{
+    return geometry_rows_hold(range->geometry, LEVEL_PARAMETERS) &&
+           (!has_count || range_rows_hold(range, LEVEL_PARAMETERS)) &&
+           (!with_state || (geometry_rows_hold(range->geometry, LEVEL_STATE) &&
+                            (!has_count || range_rows_hold(range, LEVEL_STATE))));
+}
+
+/* Most geometries are triangles: a chain of their own leaves out what is asked of others. */
+__attribute__((flatten)) bool geometry_holds(const struct range_view *range, bool has_count,
+                                             bool with_state)
+{
+    if (!is_asked(range->geometry->build->call))
+        return false;
+    if (triangles_in(range->geometry->geometry))
+        return geometry_and_range_hold(range, has_count, with_state);
+    return geometry_and_range_hold(range, has_count, with_state);
+}
