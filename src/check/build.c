@@ -41,8 +41,9 @@ bool build_type_is_not_generic(const struct build_view *build, struct finding *f
 bool build_flags_are_valid(const struct build_view *build, struct finding *finding)
 {
     const struct device_facts *device = build->call->device;
-    VkBuildAccelerationStructureFlagsKHR unknown =
-        build->info->flags & ~build_flags_enabled(device);
+    VkBuildAccelerationStructureFlagsKHR unknown = build->info->flags & ~core_build_flags;
+    if (unknown)
+        unknown &= ~build_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
            violated(finding, "flags",
                     "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR of the "

@@ -37,12 +37,7 @@ bool geometry_type_is_enabled(const struct device_facts *device, VkGeometryTypeK
 
 VkBuildAccelerationStructureFlagsKHR build_flags_enabled(const struct device_facts *device)
 {
-    VkBuildAccelerationStructureFlagsKHR flags =
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR |
-        VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR;
+    VkBuildAccelerationStructureFlagsKHR flags = core_build_flags;
     if (device->extension.motion_blur_nv)
         flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     if (device->extension.opacity_micromap_ext || device->extension.opacity_micromap_khr)

@@ -10,8 +10,14 @@
 bool accel_type_is_enabled(const struct device_facts *device, VkAccelerationStructureTypeKHR type);
 bool geometry_type_is_enabled(const struct device_facts *device, VkGeometryTypeKHR type);
 
-/* All bits that there are. */
+/* All bits that there are; and those that there always are. */
 VkBuildAccelerationStructureFlagsKHR build_flags_enabled(const struct device_facts *device);
+static const VkBuildAccelerationStructureFlagsKHR core_build_flags =
+    VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR;
 VkGeometryInstanceFlagsKHR instance_flags_enabled(const struct device_facts *device);
 static const VkGeometryFlagsKHR geometry_flags =
     VK_GEOMETRY_OPAQUE_BIT_KHR | VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR;

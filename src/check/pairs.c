@@ -58,6 +58,14 @@ static void add_structure(struct collection *collection, const struct build_view
     add_accel(collection, accel, size);
 }
 
+/* A structure of which no more than its handle is known, or matters. */
+static void add_handle(struct collection *collection, VkAccelerationStructureKHR handle)
+{
+    const struct memory_span nowhere = {0};
+    collection->range.handle = handle;
+    add_range(collection, &nowhere, 0);
+}
+
 /* A build accesses no more of a micromap than that needs, and all of that begins where the micromap
  * does; how much it is isn't known. */
 static void collect_micromaps(struct collection *collection, const struct micromap_uses *micromaps)
@@ -77,19 +85,22 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
                    const struct build_view *build)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    bool has_state = context->level >= LEVEL_STATE;
     bool is_update = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     struct collection collection = {.sweep = sweep,
                                     .range = {.build = build->index, .is_update = is_update}};
-    struct accel_facts named = {.handle = info->dstAccelerationStructure};
     collection.range.role = ROLE_DST;
-    add_structure(&collection, build, context->level >= LEVEL_STATE ? &build->dst : &named);
+    if (has_state)
+        add_structure(&collection, build, &build->dst);
+    else
+        add_handle(&collection, info->dstAccelerationStructure);
 
     /* A build that is no update reads nothing of its source. */
-    named.handle = info->srcAccelerationStructure;
     collection.range.role = ROLE_SRC;
-    if (named.handle)
-        add_structure(&collection, build,
-                      is_update && context->level >= LEVEL_STATE ? &build->src : &named);
+    if (info->srcAccelerationStructure && is_update && has_state)
+        add_structure(&collection, build, &build->src);
+    else if (info->srcAccelerationStructure)
+        add_handle(&collection, info->srcAccelerationStructure);
 
     if (build->micromaps)
         collect_micromaps(&collection, build->micromaps);
