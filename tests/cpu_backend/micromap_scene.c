@@ -47,7 +47,7 @@ void micromap_rise(const struct micromap *micromap, uint32_t rise)
 }
 
 static void prepare(struct micromap *micromap, VkMicromapTypeEXT type,
-                 const VkMicromapUsageEXT *usages)
+                    const VkMicromapUsageEXT *usages)
 {
     *micromap = (struct micromap){.storage = device_buffer_create(&device, MICROMAP_SIZE),
                                   .input = device_buffer_create(&device, MICROMAP_SIZE),
