@@ -69,6 +69,7 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
     if (with_state)
         view_geometry_state(walk->context, geometry);
     if (!geometry_holds(&range, has_count, with_state)) {
+        walk->holds = false;
         walk_geometry_and_range(walk, &range, has_count, LEVEL_PARAMETERS);
         if (build->call->command == COMMAND_HOST)
             check_host_geometry(walk, &range);
@@ -105,7 +106,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     uint32_t findings_before = walk->findings;
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
-    if (!build_parameters_hold(build))
+    walk->holds = build_parameters_hold(build);
+    if (!walk->holds)
         walk_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
         check_indirect(walk, build, with_state);
@@ -116,7 +118,7 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
         build->micromaps = found_micromaps(walk);
     if (with_state) {
         /* The driver is asked for sizes of sound parameters only. */
-        view_build_state(context, build, walk->findings == findings_before);
+        view_build_state(context, build, walk->findings == findings_before, walk->holds);
         if (!build_state_holds(build))
             walk_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)

@@ -190,12 +190,21 @@ static bool is_within_limits(const struct build_view *build)
            build->triangle_count <= limits->maxPrimitiveCount;
 }
 
+/* Whether the rules of parameters say all that is_sound asks: they do where there are no structures
+ * to chain, and nothing that the registry doesn't know. */
+static bool rules_tell_all(const struct device_facts *device)
+{
+    return !device->extension.adds_to_inputs && !device->newer_than_registry;
+}
+
 /* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
-static bool is_sound(struct check_context *context, const struct build_view *build)
+static bool is_sound(struct check_context *context, const struct build_view *build, bool holds)
 {
     VkAccelerationStructureTypeKHR type = build->info->type;
     if (!is_within_limits(build))
         return false;
+    if (holds && rules_tell_all(build->call->device))
+        return true;
     if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
          type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
          !is_micromap_build_for_device(build)) ||
@@ -246,11 +255,12 @@ static void look_elsewhere(struct check_context *context, struct accel_facts *ac
                                                               (uint64_t)(uintptr_t)accel->handle);
 }
 
-void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes)
+void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes,
+                      bool holds)
 {
     look_elsewhere(context, &build->dst);
     look_elsewhere(context, &build->src);
-    if (with_sizes && is_sound(context, build))
+    if (with_sizes && is_sound(context, build, holds))
         find_sizes(context, build);
 }
 

@@ -25,8 +25,10 @@ void view_builds_found(struct check_context *context, struct build_view *builds,
                        struct geometry_view *first_geometries, unsigned count);
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry);
 
-/* Adds the rest. Sizes are asked for by `with_sizes` only. */
-void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes);
+/* Adds the rest. Sizes are asked for by `with_sizes` only. `holds`: the rules of the parameters of
+ * a build and its geometries are known to hold. */
+void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes,
+                      bool holds);
 void view_geometry_state(struct check_context *context, struct geometry_view *geometry);
 
 #endif
