@@ -2,6 +2,8 @@
 /* Which extensions have something to check. */
 #include "check/extensions.h"
 
+#include "check/geometry_data.h"
+
 bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
 {
     switch ((int)geometry->geometryType) {
@@ -35,10 +37,24 @@ void check_extended_build(struct walk *walk, struct build_view *build, bool with
         check_dense_build(walk, build);
 }
 
+/* Whether no extension has anything to say of a geometry: that is so of most, also where extensions
+ * are enabled. All that they add is chained, or has a type of theirs. */
+static bool is_plain(const struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryKHR *data = geometry->geometry;
+    if (data->pNext ||
+        geometry->build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        return false;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(data);
+    return triangles ? !triangles->pNext : aabbs_in(data) || instances_in(data);
+}
+
 void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
                              struct chained_inputs *chained, bool with_state)
 {
     const struct device_facts *device = geometry->build->call->device;
+    if (is_plain(geometry))
+        return;
     chained->count = 0;
     geometry->chained = chained;
     if (device->extension.motion_blur_nv)

@@ -118,12 +118,25 @@ static void note_data(struct walk *walk, const struct micromap_data_view *view)
     walk->micromaps.built_triangle_count = (uint32_t)sum;
 }
 
+/* Whether a build says anything of micromaps itself. */
+static bool is_about_micromaps(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    const VkBuildAccelerationStructureFlagsKHR flags =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT |
+        VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR;
+    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR || info->flags & flags;
+}
+
 void check_micromap_build(struct walk *walk, const struct build_view *build, bool with_state)
 {
     const struct micromap_build_view view = {.build = build};
     walk->micromaps.count = 0;
     walk->micromaps.incomplete = false;
     walk->micromaps.built_count_known = false;
+    if (!is_about_micromaps(build->info))
+        return;
     walk_micromap_build(walk, &view, LEVEL_PARAMETERS);
     if (with_state)
         walk_micromap_build(walk, &view, LEVEL_STATE);
