@@ -281,7 +281,8 @@ bool displaced_cut(struct source *source, const struct builder_displacement *dis
         parts += 1u << 2 * level;
         points += count;
         room->points += count;
-        room->motion_points += room->motion_points ? count : 0;
+        if (room->motion_points)
+            room->motion_points += count;
         room->left.parts -= 1u << 2 * level;
         room->left.points -= count;
     }
