@@ -44,23 +44,11 @@ static void close_stage(void)
     stage_close(&stage);
 }
 
-static void barrier(VkCommandBuffer commands)
-{
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
-    };
-    stage.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &memory, 0, NULL, 0,
-                                NULL);
-}
-
 static void build(VkCommandBuffer commands, uint32_t count)
 {
     stage_build_boxes(&stage, commands, blas, boxes.address, count,
                       (scratch.address + 255) & ~(VkDeviceAddress)255);
-    barrier(commands);
+    stage_barrier(&stage, commands);
 }
 
 static uint64_t bytes_copied(void)
@@ -96,7 +84,7 @@ static void test_only_builds_cost(void **state)
     (void)state;
     open_stage(&(struct stage_setup){.has_layer = true});
     VkCommandBuffer commands = stage_begin(&stage, 0);
-    barrier(commands);
+    stage_barrier(&stage, commands);
     stage_finish(&stage, commands);
     assert_int_equal(bytes_copied(), 0);
     commands = stage_begin(&stage, 0);
@@ -145,51 +133,20 @@ static void test_waits_for_budget(void **state)
     close_stage();
 }
 
-static void submit_waiting(VkCommandBuffer commands, VkSemaphore semaphore, uint64_t value)
-{
-    static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = 1,
-        .pWaitSemaphoreValues = &value,
-    };
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .pNext = &values,
-        .waitSemaphoreCount = 1,
-        .pWaitSemaphores = &semaphore,
-        .pWaitDstStageMask = &stages,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands,
-    };
-    GET(stage.vk.QueueSubmit(stage.queue, 1, &info, VK_NULL_HANDLE));
-}
-
-static VkSemaphore create_timeline(void)
-{
-    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = &type};
-    VkSemaphore semaphore;
-    GET(stage.vk.CreateSemaphore(stage.device, &info, NULL, &semaphore));
-    return semaphore;
-}
-
 /* A command buffer that may be pending twice, and waits for the host: to wait for its first
  * execution would be for ever. */
 static void test_submits_again_while_pending(void **state)
 {
     (void)state;
     open_stage(&(struct stage_setup){.has_layer = true});
-    VkSemaphore semaphore = create_timeline();
+    VkSemaphore semaphore = stage_timeline(&stage);
     VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     spoil_box(0);
     build(commands, 1);
     GET(stage.vk.EndCommandBuffer(commands));
-    submit_waiting(commands, semaphore, 1);
+    stage_submit_waiting(&stage, commands, semaphore, VK_NULL_HANDLE);
     stage_expect_silence(&stage);
-    submit_waiting(commands, semaphore, 1);
+    stage_submit_waiting(&stage, commands, semaphore, VK_NULL_HANDLE);
     expect_told("1 of command buffers that are submitted again before they are complete");
     const VkSemaphoreSignalInfo signal = {
         .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = semaphore, .value = 1};

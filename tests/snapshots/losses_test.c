@@ -16,19 +16,10 @@ static struct platform platform;
 static struct stage stage;
 static struct stage_buffer boxes, structures, scratch;
 static VkAccelerationStructureKHR blas;
-static VkSemaphore timeline;
+static VkSemaphore timeline; /* nobody signals it */
 static VkFence fence;
 
 /* ---- the stage */
-
-static void create_timeline(void)
-{
-    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = &type};
-    GET(stage.vk.CreateSemaphore(stage.device, &info, NULL, &timeline));
-}
 
 static void open_stage(void)
 {
@@ -40,7 +31,7 @@ static void open_stage(void)
     scratch = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     blas = stage_structure(&stage, &structures, 0, BUFFER_SIZE,
                            VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    create_timeline();
+    timeline = stage_timeline(&stage);
     fence = stage_fence(&stage);
     ((VkAabbPositionsKHR *)boxes.bytes)[0] = (VkAabbPositionsKHR){.minX = 1, .maxX = -1};
 }
@@ -71,28 +62,6 @@ static VkCommandBuffer record(void)
     return commands;
 }
 
-/* For a value of the timeline that nobody signals. */
-static void submit_waiting(VkCommandBuffer commands)
-{
-    static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const uint64_t value = 1;
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = 1,
-        .pWaitSemaphoreValues = &value,
-    };
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .pNext = &values,
-        .waitSemaphoreCount = 1,
-        .pWaitSemaphores = &timeline,
-        .pWaitDstStageMask = &stages,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands,
-    };
-    GET(stage.vk.QueueSubmit(stage.queue, 1, &info, fence));
-}
-
 static VkResult wait(void)
 {
     return stage.vk.WaitForFences(stage.device, 1, &fence, VK_TRUE, UINT64_MAX);
@@ -115,7 +84,7 @@ static void test_complete_for_no_known_reason(void **state)
     (void)state;
     open_stage();
     VkCommandBuffer first = record(), second = record();
-    submit_waiting(first);
+    stage_submit_waiting(&stage, first, timeline, fence);
     stage_expect_silence(&stage);
     GET(wait());
     expect_told(LEFT_OUT
@@ -135,7 +104,7 @@ static void test_nothing_left_out_until_later(void **state)
     open_stage();
     VkCommandBuffer nothing = stage_begin(&stage, 0), commands = record();
     GET(stage.vk.EndCommandBuffer(nothing));
-    submit_waiting(nothing);
+    stage_submit_waiting(&stage, nothing, timeline, fence);
     GET(wait());
     stage_expect_silence(&stage);
     GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
@@ -162,7 +131,7 @@ static void test_held_to_the_end(void **state)
 {
     (void)state;
     open_stage();
-    submit_waiting(record());
+    stage_submit_waiting(&stage, record(), timeline, fence);
     stage_expect_silence(&stage);
     close_rest();
     expect_told(LEFT_OUT "1 behind waits for signals that weren't submitted.");

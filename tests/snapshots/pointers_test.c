@@ -41,18 +41,6 @@ static void write_instance(const struct stage_buffer *buffer, bool is_valid)
     memcpy(pointers.bytes, &buffer->address, sizeof(buffer->address));
 }
 
-static void barrier(VkCommandBuffer commands)
-{
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
-    };
-    stage.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &memory, 0, NULL, 0,
-                                NULL);
-}
-
 static void build_top(VkCommandBuffer commands)
 {
     const VkAccelerationStructureGeometryKHR geometry = {
@@ -150,7 +138,7 @@ static void test_counts_nothing(void **state)
     VkCommandBuffer commands = stage_begin(&stage, 0);
     stage.vk.CmdResetQueryPool(commands, queries, 0, 1);
     stage.vk.CmdBeginQuery(commands, queries, 0, 0);
-    barrier(commands);
+    stage_barrier(&stage, commands);
     build_top(commands);
     stage.vk.CmdEndQuery(commands, queries, 0);
     stage_finish(&stage, commands);

@@ -236,6 +236,51 @@ void stage_finish(struct stage *stage, VkCommandBuffer commands)
     stage->vk.FreeCommandBuffers(stage->device, stage->pool, 1, &commands);
 }
 
+VkSemaphore stage_timeline(struct stage *stage)
+{
+    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
+    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                        .pNext = &type};
+    VkSemaphore timeline;
+    GET(stage->vk.CreateSemaphore(stage->device, &info, NULL, &timeline));
+    return timeline;
+}
+
+void stage_submit_waiting(struct stage *stage, VkCommandBuffer commands, VkSemaphore timeline,
+                          VkFence fence)
+{
+    static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const uint64_t value = 1;
+    const VkTimelineSemaphoreSubmitInfo values = {
+        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
+        .waitSemaphoreValueCount = 1,
+        .pWaitSemaphoreValues = &value,
+    };
+    const VkSubmitInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+        .pNext = &values,
+        .waitSemaphoreCount = 1,
+        .pWaitSemaphores = &timeline,
+        .pWaitDstStageMask = &stages,
+        .commandBufferCount = 1,
+        .pCommandBuffers = &commands,
+    };
+    GET(stage->vk.QueueSubmit(stage->queue, 1, &info, fence));
+}
+
+void stage_barrier(struct stage *stage, VkCommandBuffer commands)
+{
+    const VkMemoryBarrier memory = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
+    };
+    stage->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                                 VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &memory, 0, NULL, 0,
+                                 NULL);
+}
+
 void stage_build_boxes(struct stage *stage, VkCommandBuffer commands,
                        VkAccelerationStructureKHR dst, VkDeviceAddress boxes, uint32_t count,
                        VkDeviceAddress scratch)

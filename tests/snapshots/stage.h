@@ -61,6 +61,13 @@ VkCommandBuffer stage_begin(struct stage *stage, VkCommandBufferUsageFlags flags
 void stage_finish(struct stage *stage, VkCommandBuffer commands);
 VkResult stage_submit(struct stage *stage, VkCommandBuffer commands, VkFence fence);
 VkFence stage_fence(struct stage *stage);
+/* A timeline semaphore, and a submission that waits for its value 1; `fence` may be null. */
+VkSemaphore stage_timeline(struct stage *stage);
+void stage_submit_waiting(struct stage *stage, VkCommandBuffer commands, VkSemaphore timeline,
+                          VkFence fence);
+
+/* All that was written before is seen by all that comes behind. */
+void stage_barrier(struct stage *stage, VkCommandBuffer commands);
 
 /* A build of `count` AABBs, with scratch memory. */
 void stage_build_boxes(struct stage *stage, VkCommandBuffer commands,
