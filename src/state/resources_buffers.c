@@ -40,6 +40,7 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
         return;
     if (buffer->where.address)
         address_map_remove(&resources->addresses, &buffer->where);
+    buffer->where.address = 0; /* who still refers to the record has nothing to update there */
     resources_note_death(resources);
     buffer->alive = false;
     resources_refresh(resources, buffer);
