@@ -4,27 +4,40 @@
 
 #include "check/replay.h"
 
-struct build_call build_call_start(struct layer_device *device, enum build_command command)
+void build_call_start(struct build_call *call, struct layer_device *device,
+                      enum build_command command)
 {
-    return (struct build_call){
-        .device = device,
-        .origin = {.device = device->handle, .names = device->names},
-        .view = {.command = command, .device = &device->facts},
-    };
+    *call = (struct build_call){
+        .device = device, .view.command = command, .view.device = &device->facts};
 }
 
-void build_call_set_command_buffer(struct build_call *call, VkCommandBuffer handle)
+void build_call_start_recorded(struct build_call *call, struct layer_device *device,
+                               enum build_command command, VkCommandBuffer handle)
 {
-    struct layer_device *device = call->device;
-    call->command_buffer = command_buffers_find(device->command_buffers, handle);
-    call->view.command_buffer =
-        command_buffers_facts(device->command_buffers, call->command_buffer, handle);
-    call->origin.command_buffer = handle;
-    call->origin.build_index = call->view.command_buffer.build_index;
-    call->origin.labels = call->command_buffer ? &call->command_buffer->labels : NULL;
-    call->recent_sizes = call->command_buffer ? &call->command_buffer->sizes : NULL;
-    if (call->command_buffer && device->level >= LEVEL_EXECUTION)
-        call->journal = call->command_buffer->journal;
+    struct command_buffers *all = device->command_buffers;
+    struct command_buffer *command_buffer = command_buffers_find(all, handle);
+    build_call_start(call, device, command);
+    call->view.command_buffer = command_buffers_facts(all, command_buffer, handle);
+    if (!command_buffer)
+        return;
+    call->command_buffer = command_buffer;
+    call->recent_sizes = &command_buffer->sizes;
+    if (!command_buffer->journal || device->level < LEVEL_EXECUTION)
+        return;
+    call->journal = command_buffer->journal;
+    call->mark = journal_mark(call->journal);
+}
+
+static struct call_origin origin_of(const struct build_call *call)
+{
+    const struct command_buffer_facts *facts = &call->view.command_buffer;
+    return (struct call_origin){
+        .device = call->device->handle,
+        .command_buffer = facts->handle,
+        .build_index = facts->build_index,
+        .names = call->device->names,
+        .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
+    };
 }
 
 bool build_call_found(void *user, enum rule rule, const struct location *location,
@@ -32,7 +45,8 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
 {
     struct build_call *call = user;
     struct reporter *reporter = call->device->instance->reporter;
-    if (reporter_send(reporter, rule, location, &call->origin, finding))
+    const struct call_origin origin = origin_of(call);
+    if (reporter_send(reporter, rule, location, &origin, finding))
         call->skip = true;
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
@@ -44,21 +58,13 @@ bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t 
 
 /* ---- the journal */
 
-bool build_call_begin_journal(struct build_call *call)
-{
-    if (!call->command_buffer || !call->journal)
-        return false;
-    call->mark = journal_mark(call->journal);
-    return true;
-}
-
+/* All of the call's builds are of one place. */
 static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
 {
-    struct build_call *call = user;
+    (void)user;
     (void)journal;
     (void)position;
     (void)info;
-    call->origin.build_index = call->view.command_buffer.build_index;
 }
 
 static struct replay replay_of(struct build_call *call)
@@ -72,17 +78,25 @@ static struct replay replay_of(struct build_call *call)
     };
 }
 
-void build_call_settle_journal(struct build_call *call)
+__attribute__((cold)) static void settle(struct build_call *call)
 {
-    struct command_buffer *command_buffer = call->command_buffer;
     if (call->journal->asks) {
         struct replay replay = replay_of(call);
-        replay_recorded(&replay, command_buffer, &call->mark);
+        replay_recorded(&replay, call->command_buffer, &call->mark);
     }
     if (call->skip)
         journal_take_back(call->journal, &call->mark);
     else
-        replay_keep(command_buffer, &call->mark);
+        replay_keep(call->command_buffer, &call->mark);
+}
+
+/* Most journals have nothing to judge. */
+void build_call_settle_journal(struct build_call *call)
+{
+    const struct command_buffer *command_buffer = call->command_buffer;
+    if (command_buffer && call->journal &&
+        (call->journal->asks || call->skip || command_buffer->knows))
+        settle(call);
 }
 
 void build_call_count_builds(struct build_call *call, uint32_t count)

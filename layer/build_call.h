@@ -9,12 +9,11 @@
 struct build_call {
     struct layer_device *device;
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
-    struct call_origin origin;
     struct call_view view;
     struct journal *journal;             /* that the call's builds are noted in, or NULL */
     struct recent_sizes *recent_sizes;   /* or NULL */
     const struct built_flags_turn *turn; /* of the host's, see struct check_context */
-    struct journal_mark mark;            /* before the call's entries */
+    struct journal_mark mark;            /* before its entries, of one that is recorded */
     bool skip;                           /* a callback asked to skip the call */
 };
 
@@ -24,19 +23,19 @@ void build_call_find_sizes(struct layer_device *device,
                            const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
                            struct size_facts *sizes);
 
-struct build_call build_call_start(struct layer_device *device, enum build_command command);
-void build_call_set_command_buffer(struct build_call *call, VkCommandBuffer handle);
+void build_call_start(struct build_call *call, struct layer_device *device,
+                      enum build_command command);
+/* The same of a call that is recorded in a command buffer, whatever the handle is. */
+void build_call_start_recorded(struct build_call *call, struct layer_device *device,
+                               enum build_command command, VkCommandBuffer handle);
 
-/* For struct check_context; `user` is the call. */
+/* For struct check_hooks; `user` is the call. */
 bool build_call_found(void *user, enum rule rule, const struct location *location,
                       const struct finding *finding);
 bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle);
 
-/* Whether what the call records is noted; if so, its entries come behind `mark`. */
-bool build_call_begin_journal(struct build_call *call);
-
-/* Judges updates whose sources the command buffer has built itself, and keeps the call's entries,
- * or takes them back if the call will be skipped. */
+/* Of what is recorded: judges updates whose sources the command buffer has built itself, and keeps
+ * the call's entries, or takes them back if the call will be skipped. */
 void build_call_settle_journal(struct build_call *call);
 
 void build_call_count_builds(struct build_call *call, uint32_t count);

@@ -119,6 +119,9 @@ static bool of_another_device(void *user, enum resource_kind kind, uint64_t hand
     return layer_other_device_has(call->reading->ran->device, kind, handle);
 }
 
+static const struct check_hooks hooks = {
+    .found = found, .find_sizes = find_sizes, .of_another_device = of_another_device};
+
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
                                     const struct recorded_place *place)
 {
@@ -131,15 +134,13 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
     call->first = place->position - place->info;
     call->command = place->command;
     call->context = (struct check_context){
+        .hooks = &hooks,
+        .user = call,
         .level = device->level,
         .active = device->active_rules[place->command],
         .resources = device->resources,
         .deaths = reading->ran->execution->deaths,
         .flags = submissions_flags(device->submissions),
-        .found = found,
-        .find_sizes = find_sizes,
-        .of_another_device = of_another_device,
-        .user = call,
     };
     call->executed = executed_call_begin(&call->context, &device->facts, place->command);
     if (call->executed)

@@ -114,7 +114,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetAccelerationStructureHandleNV(
 
 static struct built describe(const struct build_call *call, const struct nv_call_view *view)
 {
-    uint32_t position = call->origin.build_index;
+    uint32_t position = call->view.command_buffer.build_index;
     if (!view->info)
         return (struct built){.state = BUILT_UNKNOWN, .position = position};
     /* Updates are measured by their data alone. */
@@ -124,7 +124,7 @@ static struct built describe(const struct build_call *call, const struct nv_call
     if (call->device->level >= LEVEL_CONTENT && may_be_asked && !view->geometries_unreadable)
         shapes = built_nv_shapes(view->info);
     return (struct built){.state = BUILT_BEFORE,
-                          .command_buffer = call->origin.command_buffer,
+                          .command_buffer = call->view.command_buffer.handle,
                           .position = position,
                           .flags = view->info->flags,
                           .type = view->info->type,
@@ -135,7 +135,7 @@ static struct built describe(const struct build_call *call, const struct nv_call
 static void see_build(void *user, const struct nv_call_view *view)
 {
     struct build_call *call = user;
-    struct journal *journal = call->command_buffer->journal;
+    struct journal *journal = call->journal;
     if (!view->dst_facts.id)
         return;
     struct journal_entry entry = {
@@ -156,40 +156,37 @@ static void see_input(void *user, const struct nv_call_view *view, uint32_t geom
                       enum input_role role, const struct buffer_facts *facts)
 {
     struct build_call *call = user;
-    struct journal *journal = call->command_buffer->journal;
-    struct journal_input *input =
-        journal_noted_lately(journal, facts->id) ? NULL : journal_add_input(journal, facts->id);
-    if (!input)
+    if (journal_noted_lately(call->journal, facts->id))
         return;
-    *input = (struct journal_input){
+    const struct journal_input input = {
         .buffer_id = facts->id,
         .buffer = facts->handle,
-        .position = call->origin.build_index,
+        .position = call->view.command_buffer.build_index,
         .geometry = geometry,
         .role = (unsigned char)role,
         .command = COMMAND_NV,
         .is_update = view->update,
     };
+    journal_add_input(call->journal, &input);
 }
 
 static void run_checks(struct build_call *call, struct nv_call_view *view)
 {
+    static const struct check_hooks hooks = {.found = build_call_found,
+                                             .of_another_device = build_call_of_another_device};
+    static const struct check_witness witness = {.see_nv_build = see_build,
+                                                 .see_nv_input = see_input};
     struct check_context context = {
+        .hooks = &hooks,
+        .witness = call->journal ? &witness : NULL,
+        .user = call,
         .level = call->device->level,
         .active = call->device->active_rules[COMMAND_NV],
         .readable = readable_cache_of_thread(),
         .resources = call->device->resources,
-        .found = build_call_found,
-        .of_another_device = build_call_of_another_device,
-        .user = call,
     };
-    if (build_call_begin_journal(call)) {
-        context.see_nv_build = see_build;
-        context.see_nv_input = see_input;
-    }
     check_nv_build(&context, view);
-    if (context.see_nv_build)
-        build_call_settle_journal(call);
+    build_call_settle_journal(call);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
@@ -199,8 +196,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
     VkDeviceSize scratchOffset)
 {
     struct layer_device *device = layer_find_device(commandBuffer);
-    struct build_call call = build_call_start(device, COMMAND_NV);
-    build_call_set_command_buffer(&call, commandBuffer);
+    struct build_call call;
+    build_call_start_recorded(&call, device, COMMAND_NV, commandBuffer);
     struct nv_call_view view = {
         .call = &call.view,
         .info_argument = pInfo,

@@ -26,26 +26,6 @@ void check_select(enum build_command command, enum level level, const bool muted
     }
 }
 
-static void see_input(struct check_context *context, const struct geometry_view *geometry,
-                      enum input_role role, const struct address_facts *facts)
-{
-    if (facts->status == ADDRESS_IN_BUFFER)
-        context->see_input(context->user, geometry->build, geometry->index, role, facts);
-}
-
-static void see_inputs(struct check_context *context, const struct geometry_view *geometry)
-{
-    VkGeometryTypeKHR type = geometry->geometry->geometryType;
-    enum input_role data_role = type == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS : INPUT_INSTANCES;
-    see_input(context, geometry, INPUT_VERTEX, &geometry->vertex);
-    see_input(context, geometry, INPUT_INDEX, &geometry->index_data);
-    see_input(context, geometry, INPUT_TRANSFORM, &geometry->transform);
-    see_input(context, geometry, data_role, &geometry->data);
-    for (uint32_t i = 0; geometry->chained && i < geometry->chained->count; i++)
-        see_input(context, geometry, geometry->chained->items[i].role,
-                  &geometry->chained->items[i].facts);
-}
-
 /* The rows of a geometry and, where its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
                                     bool has_count, enum level level)
@@ -78,8 +58,8 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
     }
     if (!with_state)
         return;
-    if (walk->context->see_input)
-        see_inputs(walk->context, geometry);
+    if (walk->context->witness)
+        walk->context->witness->see_geometry(walk->context->user, geometry);
     if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
         check_host_contents(walk, &range);
 }
@@ -129,8 +109,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
         pairs_collect_instances(sweep, build, walk->instances);
     build->contents = walk->contents;
     build_contents_tell(walk->contents);
-    if (context->see_build)
-        context->see_build(context->user, build);
+    if (context->witness)
+        context->witness->see_build(context->user, build);
     if (walk->contents)
         content_forget_kept(walk);
 }
@@ -174,8 +154,8 @@ void check_builds(struct check_context *context, struct call_view *call)
         check_some_builds(&walk, sweep, call, i,
                           call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
     pairs_walk(&walk, call, sweep);
-    if (context->see_ranges && sweep->noted_count)
-        context->see_ranges(context->user, sweep_all_ranges(sweep));
+    if (sweep->noted_count && context->witness)
+        context->witness->see_ranges(context->user, sweep_all_ranges(sweep));
     if (sweep == &own)
         sweep_release(&own);
     free(walk.micromaps.items);

@@ -16,18 +16,9 @@
 struct built_flags;
 struct sweep;
 
-/* What a check needs of its surroundings. The functions may call down; none is called while a lock
- * is held. */
-struct check_context {
-    enum level level;
-    const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
-    struct readable_cache *readable;
-    struct resources *resources;
-    struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
-    struct built_flags *flags; /* of structures that builds have found; or NULL */
-    const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */
-    uint64_t deaths; /* resources_deaths when what is checked after it executed was submitted */
-
+/* The functions that a check calls, with the context's `user`. They may call down; none is called
+ * while a lock is held. */
+struct check_hooks {
     /* Takes a finding. Returns false if it wants no more of this rule. */
     bool (*found)(void *user, enum rule rule, const struct location *location,
                   const struct finding *finding);
@@ -38,19 +29,36 @@ struct check_context {
     enum tristate (*radius_format_supported)(void *user, VkFormat format);
     /* Whether another device of the process has such a thing of that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
-    /* Sees each build after its rules, and each address that it uses, for the journal. NULL below
-     * level EXECUTION. */
+};
+
+/* The functions that see what a call builds, for its journal; likewise. */
+struct check_witness {
+    /* Each build after its rules, and before it its geometries, and where COMMAND_INDIRECT reads
+     * its ranges. */
     void (*see_build)(void *user, const struct build_view *build);
-    void (*see_input)(void *user, const struct build_view *build, uint32_t geometry,
-                      enum input_role role, const struct address_facts *facts);
-    /* Sees all ranges of a call that uses sparse buffers, and takes them over; NULL without memory.
-     * NULL below level EXECUTION. */
+    void (*see_geometry)(void *user, const struct geometry_view *geometry);
+    void (*see_indirect)(void *user, const struct indirect_view *indirect);
+    /* All ranges of a call that uses sparse buffers; takes them over. NULL without memory. */
     void (*see_ranges)(void *user, struct noted_ranges *ranges);
-    /* The same as see_build and see_input for COMMAND_NV. */
+    /* The same for COMMAND_NV. */
     void (*see_nv_build)(void *user, const struct nv_call_view *call);
     void (*see_nv_input)(void *user, const struct nv_call_view *call, uint32_t geometry,
                          enum input_role role, const struct buffer_facts *facts);
+};
+
+/* What a check needs of its surroundings. */
+struct check_context {
+    const struct check_hooks *hooks;
+    const struct check_witness *witness; /* or NULL */
     void *user;
+    enum level level;
+    const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
+    struct readable_cache *readable;
+    struct resources *resources;
+    struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
+    struct built_flags *flags; /* of structures that builds have found; or NULL */
+    const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */
+    uint64_t deaths; /* resources_deaths when what is checked after it executed was submitted */
 };
 
 /* Which rules there are to walk for a command at a level: fills active[RULE_COUNT]. */

@@ -22,8 +22,8 @@ void check_indirect(struct walk *walk, const struct build_view *build, bool with
         return;
     resources_ask_address(context->resources, *indirect.address, &indirect.facts);
     walk_indirect(walk, &indirect, LEVEL_STATE);
-    if (context->see_input)
-        context->see_input(context->user, build, 0, INPUT_INDIRECT, &indirect.facts);
+    if (context->witness)
+        context->witness->see_indirect(context->user, &indirect);
 }
 
 bool indirect_address_is_aligned(const struct indirect_view *indirect, struct finding *finding)

@@ -5,7 +5,7 @@
 
 #include "check/walk.h"
 
-/* Asks the rules about one build of COMMAND_INDIRECT, and shows its address to see_input. */
+/* Asks the rules about one build of COMMAND_INDIRECT, and shows its address to the witness. */
 void check_indirect(struct walk *walk, const struct build_view *build, bool with_state);
 
 #endif

@@ -71,7 +71,8 @@ static void judge(struct replay *replay, const struct journal *journal,
                   const struct built *source)
 {
     struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
-    struct check_context context = {.found = hand_on, .user = &judgement};
+    static const struct check_hooks hooks = {.found = hand_on};
+    struct check_context context = {.hooks = &hooks, .user = &judgement};
     struct walk walk = {.context = &context, .wants = replay->active[entry->command]};
     const struct used_micromap_view view = {.command = (enum build_command)entry->command,
                                             .handle = entry->src,

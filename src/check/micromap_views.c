@@ -182,7 +182,7 @@ void view_opacity_state(struct check_context *context, struct geometry_view *geo
     const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
     resources_ask_accel(context->resources, opacity->micromap, &view->micromap);
     if (view->micromap.alive == NO)
-        view->micromap.of_another_device = context->of_another_device(
+        view->micromap.of_another_device = context->hooks->of_another_device(
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)view->micromap.handle);
     if (index_type_size(opacity->indexType))
         view->indices = chained_input(context, geometry, INPUT_OPACITY_INDEX, opacity->indexBuffer);
@@ -193,8 +193,8 @@ static void find_micromap(struct check_context *context, VkMicromapEXT handle,
 {
     resources_find_micromap(context->resources, handle, facts);
     if (facts->alive == NO)
-        facts->of_another_device = context->of_another_device(context->user, RESOURCE_MICROMAP,
-                                                              (uint64_t)(uintptr_t)handle);
+        facts->of_another_device = context->hooks->of_another_device(
+            context->user, RESOURCE_MICROMAP, (uint64_t)(uintptr_t)handle);
 }
 
 void view_opacity_ext_state(struct check_context *context, struct geometry_view *geometry,

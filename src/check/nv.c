@@ -67,7 +67,7 @@ static struct nv_geometry_view view_geometry(const struct nv_call_view *call, ui
 static bool is_elsewhere(struct check_context *context, enum resource_kind kind, uint64_t handle,
                          enum tristate alive)
 {
-    return handle && alive == NO && context->of_another_device(context->user, kind, handle);
+    return handle && alive == NO && context->hooks->of_another_device(context->user, kind, handle);
 }
 
 static void find_accel(struct check_context *context, VkAccelerationStructureNV handle,
@@ -114,7 +114,7 @@ static void see_input(struct check_context *context, const struct nv_call_view *
                       uint32_t geometry, enum input_role role, const struct buffer_facts *facts)
 {
     if (facts->id)
-        context->see_nv_input(context->user, call, geometry, role, facts);
+        context->witness->see_nv_input(context->user, call, geometry, role, facts);
 }
 
 static void see_geometry(struct check_context *context, const struct nv_geometry_view *geometry)
@@ -128,7 +128,7 @@ static void see_geometry(struct check_context *context, const struct nv_geometry
 
 static void see_call(struct check_context *context, const struct nv_call_view *call)
 {
-    context->see_nv_build(context->user, call);
+    context->witness->see_nv_build(context->user, call);
     see_input(context, call, 0, INPUT_SCRATCH, &call->scratch_facts);
     see_input(context, call, 0, INPUT_INSTANCES, &call->instance_facts);
 }
@@ -145,7 +145,7 @@ static void check_geometries(struct walk *walk, const struct nv_call_view *call,
             continue;
         find_geometry(context, &geometry);
         walk_nv_geometry(walk, &geometry, LEVEL_STATE);
-        if (context->see_nv_input)
+        if (context->witness)
             see_geometry(context, &geometry);
     }
 }
@@ -172,7 +172,7 @@ void check_nv_build(struct check_context *context, struct nv_call_view *call)
             walk_nv_info(&walk, &info, LEVEL_STATE);
         check_geometries(&walk, call, with_state);
     }
-    if (context->see_nv_build)
+    if (context->witness)
         see_call(context, call);
     nv_shape_release(call->dst_facts.created);
     nv_shape_release(call->src_facts.created);

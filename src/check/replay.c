@@ -22,6 +22,8 @@ static bool hand_on(void *user, enum rule rule, const struct location *location,
     return replay->found(replay->user, rule, location, finding);
 }
 
+static const struct check_hooks hooks = {.found = hand_on};
+
 void update_judgement_begin(struct update_judgement *judgement, struct replay *replay,
                             const struct journal *journal, const struct journal_entry *entry)
 {
@@ -30,7 +32,7 @@ void update_judgement_begin(struct update_judgement *judgement, struct replay *r
         .replay = replay,
         .journal = journal,
         .entry = entry,
-        .context = {.found = hand_on, .user = judgement},
+        .context = {.hooks = &hooks, .user = judgement},
         .walk = {.context = &judgement->context, .wants = replay->active[command]},
         .location = {.command = command,
                      .subject = command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
@@ -112,7 +114,7 @@ static void judge_size(struct walk *walk, const struct journal_entry *entry,
             "{} was created with size {}, less than accelerationStructureSize ({}), and its "
             "source is not compacted",
             dst, number(asked->dst_size), number(asked->needed_size));
-    walk->context->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
+    walk->context->hooks->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
 }
 
 static void judge(struct replay *replay, const struct journal *journal,

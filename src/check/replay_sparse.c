@@ -112,9 +112,10 @@ void replay_ranges(struct replay *replay, const struct journal *journal,
         journal->deaths != resources_deaths(replay->resources))
         return;
     struct range_judgement judgement = {replay, journal, entry->ranges->position};
-    struct check_context context = {.level = LEVEL_EXECUTION,
+    static const struct check_hooks hooks = {.found = hand_on};
+    struct check_context context = {.hooks = &hooks,
+                                    .level = LEVEL_EXECUTION,
                                     .active = replay->active[entry->command],
-                                    .found = hand_on,
                                     .user = &judgement};
     const struct call_view call = {.command = (enum build_command)entry->command};
     struct range_search search;

@@ -54,9 +54,9 @@ static void view_addresses(struct check_context *context, struct geometry_view *
 static void view_formats(struct check_context *context, struct sphere_data *data)
 {
     data->vertex_format_supported =
-        context->vertex_format_supported(context->user, data->vertex_format);
+        context->hooks->vertex_format_supported(context->user, data->vertex_format);
     data->radius_format_supported =
-        context->radius_format_supported(context->user, data->radius_format);
+        context->hooks->radius_format_supported(context->user, data->radius_format);
 }
 
 void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view)

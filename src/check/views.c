@@ -242,7 +242,7 @@ static void find_sizes(struct check_context *context, struct build_view *build)
                 dense_triangle_count(build_geometry(build->info, i), &counts[i]) ||
                 needs_no_count(build, &counts[i]);
     if (known)
-        context->find_sizes(context->user, build->info, counts, &build->sizes);
+        context->hooks->find_sizes(context->user, build->info, counts, &build->sizes);
     if (counts != inline_counts)
         free(counts);
 }
@@ -251,8 +251,8 @@ static void find_sizes(struct check_context *context, struct build_view *build)
 static void look_elsewhere(struct check_context *context, struct accel_facts *accel)
 {
     if (accel->handle && accel->alive == NO)
-        accel->of_another_device = context->of_another_device(context->user, RESOURCE_ACCEL,
-                                                              (uint64_t)(uintptr_t)accel->handle);
+        accel->of_another_device = context->hooks->of_another_device(
+            context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
 }
 
 void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes,
@@ -270,7 +270,7 @@ void view_geometry_state(struct check_context *context, struct geometry_view *ge
         triangles_in(geometry->geometry);
     if (triangles)
         geometry->vertex_format_supported =
-            context->vertex_format_supported(context->user, triangles->vertexFormat);
+            context->hooks->vertex_format_supported(context->user, triangles->vertexFormat);
 }
 
 /* Look-ups. */

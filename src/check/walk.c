@@ -30,7 +30,7 @@ void walk_hand_on(struct walk *walk, enum rule rule, const struct location *loca
 {
     struct check_context *context = walk->context;
     walk->findings++;
-    if (!context->found(context->user, rule, location, finding))
+    if (!context->hooks->found(context->user, rule, location, finding))
         walk_stop_asking(walk, rule);
 }
 

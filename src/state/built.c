@@ -220,25 +220,18 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
     return shapes;
 }
 
-struct built built_describe(const struct build_description *description)
+void built_forget(struct built *built)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR *info = description->info;
-    struct built built = {.state = BUILT_BEFORE,
-                          .flags = info->flags,
-                          .type = info->type,
-                          .geometry_count = info->geometryCount,
-                          .command_buffer = description->command_buffer,
-                          .position = description->position};
-    bool may_be_asked = (info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
-                        info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ||
-                        is_micromap(info);
-    if (!may_be_asked)
-        return built;
-    built.shapes = describe_geometries(description);
-    if (!built.shapes)
-        return (struct built){.state = BUILT_UNKNOWN};
-    built.contents = build_contents_share(description->contents);
-    return built;
+    *built = (struct built){.state = BUILT_UNKNOWN, .position = built->position};
+}
+
+void built_add_shapes(struct built *built, const struct build_description *description)
+{
+    built->shapes = describe_geometries(description);
+    if (built->shapes)
+        built->contents = build_contents_share(description->contents);
+    else
+        built_forget(built);
 }
 
 /* ---- VK_NV_ray_tracing */

@@ -118,13 +118,38 @@ struct micromap_uses {
     uint32_t built_triangle_count;
 };
 
-/* Describes a build as the application gave it. The geometries of `info`, and `ranges` where counts
- * are known, are readable. Out of memory: BUILT_UNKNOWN. */
+/* Describes a build as the application gave it, all but its shapes: most builds keep none. */
+static inline void built_describe(struct built *built,
+                                  const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                  VkCommandBuffer command_buffer, uint32_t position)
+{
+    built->command_buffer = command_buffer;
+    built->position = position;
+    built->flags = info->flags;
+    built->type = info->type;
+    built->geometry_count = info->geometryCount;
+    built->shapes = NULL;
+    built->contents = NULL;
+    built->state = BUILT_BEFORE;
+    built->compacted = built->sole = false;
+    built->compacted_size = NULL;
+}
+
+/* Nothing is known of it but where it is. */
+void built_forget(struct built *built);
+
+static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    return (info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
+           info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ||
+           info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
+/* For builds that have them. The geometries of `info`, and `ranges` where counts are known, are
+ * readable. Without memory what was described is forgotten. */
 struct build_description {
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
-    VkCommandBuffer command_buffer;
-    uint32_t position;
     VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
     bool dense_readable;                   /* the chains of dense geometries, with their data */
     const struct micromap_uses *micromaps; /* NULL: none */
@@ -137,6 +162,6 @@ struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *inf
 /* As many triangles or boxes as a geometry has. */
 uint32_t nv_primitive_count(const VkGeometryNV *geometry);
 
-struct built built_describe(const struct build_description *description);
+void built_add_shapes(struct built *built, const struct build_description *description);
 
 #endif

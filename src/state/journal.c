@@ -26,9 +26,7 @@ bool journal_is_shared(const struct journal *journal)
     return atomic_load_explicit(&journal->references, memory_order_acquire) > 1;
 }
 
-/* Adds a chunk of `size` bytes to a list; NULL without memory. */
-__attribute__((noinline)) static struct journal_chunk *add_chunk(struct journal_chunks *chunks,
-                                                                 size_t size)
+struct journal_chunk *journal_add_chunk(struct journal_chunks *chunks, size_t size)
 {
     struct journal_chunk *chunk = chunks->spare;
     if (chunk)
@@ -45,13 +43,6 @@ __attribute__((noinline)) static struct journal_chunk *add_chunk(struct journal_
         chunks->first = chunk;
     chunks->last = chunk;
     return chunk;
-}
-
-/* The last chunk of a list, or a new one, with room for an item; NULL without memory. */
-static inline struct journal_chunk *room(struct journal_chunks *chunks, size_t size)
-{
-    bool has_room = chunks->last && chunks->last->count < JOURNAL_CHUNK;
-    return has_room ? chunks->last : add_chunk(chunks, size);
 }
 
 static bool is_empty(const struct journal_chunks *chunks)
@@ -100,32 +91,16 @@ static void release_entry(struct journal_entry *entry)
         free(entry->ranges);
 }
 
-bool journal_asks(const struct journal_entry *entry)
-{
-    return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
-           entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
-}
-
-static bool holds_something(const struct journal_entry *entry)
-{
-    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
-        return entry->built.shapes || entry->built.compacted_size;
-    return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
-}
-
 void journal_add(struct journal *journal, const struct journal_entry *entry)
 {
-    struct journal_entry_chunk *chunk =
-        (struct journal_entry_chunk *)room(&journal->entries, sizeof(*chunk));
-    if (!chunk) {
+    struct journal_entry *place = journal_begin_entry(journal);
+    if (!place) {
         struct journal_entry lost = *entry;
         release_entry(&lost);
-        journal->incomplete = true;
         return;
     }
-    journal->holds |= holds_something(entry);
-    journal->asks |= journal_asks(entry);
-    chunk->items[chunk->head.count++] = *entry;
+    *place = *entry;
+    journal_end_entry(journal, place);
 }
 
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding)
@@ -180,16 +155,6 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
             entry->built.position == position)
             return entry->labels ? &journal->labels[entry->labels - 1] : NULL;
     return NULL;
-}
-
-struct journal_input *journal_add_input(struct journal *journal, uint64_t buffer_id)
-{
-    struct journal_input_chunk *chunk =
-        (struct journal_input_chunk *)room(&journal->inputs, sizeof(*chunk));
-    if (!chunk)
-        return NULL;
-    journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS] = buffer_id;
-    return &chunk->items[chunk->head.count++];
 }
 
 struct journal_mark journal_mark(const struct journal *journal)

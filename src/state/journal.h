@@ -165,7 +165,51 @@ struct journal *journal_share(struct journal *journal);
 void journal_release(struct journal *journal);
 bool journal_is_shared(const struct journal *journal);
 
-/* Takes over the references of `entry->built`, or of `entry->secondary`, or `entry->ranges`. */
+/* Whether what an entry means depends on what its source was built with. */
+static inline bool journal_asks(const struct journal_entry *entry)
+{
+    return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
+           entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
+}
+
+static inline bool journal_holds(const struct journal_entry *entry)
+{
+    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
+        return entry->built.shapes || entry->built.compacted_size;
+    return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
+}
+
+/* Adds a chunk of `size` bytes to a list; NULL without memory. */
+struct journal_chunk *journal_add_chunk(struct journal_chunks *chunks, size_t size);
+
+/* The last chunk of a list, or a new one, with room for an item; NULL without memory. */
+static inline struct journal_chunk *journal_room(struct journal_chunks *chunks, size_t size)
+{
+    struct journal_chunk *last = chunks->last;
+    return last && last->count < JOURNAL_CHUNK ? last : journal_add_chunk(chunks, size);
+}
+
+/* The place of one more entry, to be filled by the caller, who hands it to journal_end_entry then;
+ * NULL without memory, and the journal is incomplete. The entry takes over the references of
+ * `built`, or of `secondary`, or `ranges`. */
+static inline struct journal_entry *journal_begin_entry(struct journal *journal)
+{
+    struct journal_chunk *chunk =
+        journal_room(&journal->entries, sizeof(struct journal_entry_chunk));
+    if (!chunk) {
+        journal->incomplete = true;
+        return NULL;
+    }
+    return &((struct journal_entry_chunk *)chunk)->items[chunk->count++];
+}
+
+static inline void journal_end_entry(struct journal *journal, const struct journal_entry *entry)
+{
+    journal->holds |= journal_holds(entry);
+    journal->asks |= journal_asks(entry);
+}
+
+/* The same for an entry that is made elsewhere: without memory its references are released. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
 
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
@@ -187,9 +231,17 @@ static inline bool journal_noted_lately(const struct journal *journal, uint64_t 
 {
     return journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS] == buffer_id;
 }
-/* Notes that a build uses a buffer that wasn't noted lately: the caller fills in the rest. NULL
- * without memory: that is one mistake that goes unseen, nothing more. */
-struct journal_input *journal_add_input(struct journal *journal, uint64_t buffer_id);
+/* Notes that a build uses a buffer that wasn't noted lately. Without memory that is one mistake
+ * that goes unseen, nothing more. */
+static inline void journal_add_input(struct journal *journal, const struct journal_input *input)
+{
+    struct journal_chunk *chunk =
+        journal_room(&journal->inputs, sizeof(struct journal_input_chunk));
+    if (!chunk)
+        return;
+    journal->recent_inputs[input->buffer_id % JOURNAL_RECENT_INPUTS] = input->buffer_id;
+    ((struct journal_input_chunk *)chunk)->items[chunk->count++] = *input;
+}
 
 /* A place in a journal: what was added after it can be walked, or taken back. */
 struct journal_mark {
@@ -199,9 +251,6 @@ struct journal_mark {
 
 struct journal_mark journal_mark(const struct journal *journal);
 void journal_take_back(struct journal *journal, const struct journal_mark *mark);
-
-/* Whether what an entry means depends on what its source was built with. */
-bool journal_asks(const struct journal_entry *entry);
 
 /* The entry after one, or the first for an empty cursor; NULL at the end. */
 struct journal_cursor {

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds and what they use, as entries and inputs of a journal, which are made in their place: each
+ * build that is recorded is noted. */
+#include "build_notes.h"
+
+#include "state/built_flags.h"
+
+static bool is_update(const struct build_view *build)
+{
+    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+}
+
+static uint32_t position_of(const struct build_call *call, const struct build_view *build)
+{
+    return call->view.command_buffer.build_index + build->index;
+}
+
+/* ---- inputs */
+
+/* An input of a build, but for what its address says. */
+static struct journal_input input_of(const struct build_call *call, const struct build_view *build,
+                                     uint32_t geometry)
+{
+    return (struct journal_input){.position = position_of(call, build),
+                                  .info = build->index,
+                                  .geometry = geometry,
+                                  .command = (unsigned char)call->view.command,
+                                  .is_update = is_update(build),
+                                  .geometry_by_pointer = build->geometry_pointers != NULL};
+}
+
+static inline void note(struct journal *journal, struct journal_input *input, enum input_role role,
+                        const struct address_facts *facts)
+{
+    if (facts->status != ADDRESS_IN_BUFFER || journal_noted_lately(journal, facts->buffer_id))
+        return;
+    input->buffer_id = facts->buffer_id;
+    input->address = facts->address;
+    input->role = (unsigned char)role;
+    journal_add_input(journal, input);
+}
+
+void build_notes_see_geometry(void *user, const struct geometry_view *geometry)
+{
+    const struct build_call *call = user;
+    struct journal *journal = call->journal;
+    struct journal_input input = input_of(call, geometry->build, geometry->index);
+    bool is_boxes = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+    note(journal, &input, INPUT_VERTEX, &geometry->vertex);
+    note(journal, &input, INPUT_INDEX, &geometry->index_data);
+    note(journal, &input, INPUT_TRANSFORM, &geometry->transform);
+    note(journal, &input, is_boxes ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data);
+    for (uint32_t i = 0; geometry->chained && i < geometry->chained->count; i++)
+        note(journal, &input, geometry->chained->items[i].role, &geometry->chained->items[i].facts);
+}
+
+void build_notes_see_indirect(void *user, const struct indirect_view *indirect)
+{
+    const struct build_call *call = user;
+    struct journal_input input = input_of(call, indirect->build, 0);
+    note(call->journal, &input, INPUT_INDIRECT, &indirect->facts);
+}
+
+/* ---- builds */
+
+/* The micromaps that a build reads. */
+__attribute__((cold)) static void note_micromaps(const struct build_call *call,
+                                                 const struct build_view *build)
+{
+    const struct micromap_uses *uses = build->micromaps;
+    bool may_change =
+        build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR;
+    bool updates = is_update(build);
+    for (uint32_t i = 0; i < uses->count; i++) {
+        const struct micromap_use *use = &uses->items[i];
+        struct journal_entry entry = {
+            .kind = JOURNAL_USE_MICROMAP,
+            .command = (unsigned char)call->view.command,
+            .info = build->index,
+            .geometry_by_pointer = build->geometry_pointers != NULL,
+            .src = use->handle,
+            .src_id = use->id,
+            .micromap = {.updated = updates ? (uint64_t)(uintptr_t)build->src.handle : 0,
+                         .updated_id = updates ? build->src.id : 0,
+                         .position = position_of(call, build),
+                         .geometry = use->geometry,
+                         .first = use->first,
+                         .triangle_count = use->triangle_count,
+                         .is_ext = use->is_ext,
+                         .is_unindexed = use->is_unindexed,
+                         .must_stay = updates && !may_change},
+        };
+        if (use->id)
+            journal_add(call->journal, &entry);
+    }
+}
+
+static bool is_backed(const struct accel_facts *accel)
+{
+    return accel->backed == YES || accel->in_pieces;
+}
+
+/* Only updates read src. */
+static inline void note_src(struct journal_entry *entry, const struct build_view *build)
+{
+    if (!is_update(build)) {
+        entry->src = entry->src_id = 0;
+        entry->src_backed = entry->src_in_pieces = false;
+        return;
+    }
+    entry->src = (uint64_t)(uintptr_t)build->src.handle;
+    entry->src_id = build->src.id;
+    entry->src_backed = is_backed(&build->src);
+    entry->src_in_pieces = build->src.in_pieces;
+}
+
+/* What is known of geometries that could not be read is nothing. */
+static inline void describe(const struct build_call *call, const struct build_view *build,
+                            struct built *built)
+{
+    built_describe(built, build->info, call->view.command_buffer.handle, position_of(call, build));
+    if (build->geometry_count != build->info->geometryCount) {
+        built_forget(built);
+    } else if (built_has_shapes(build->info)) {
+        const struct build_description description = {
+            .info = build->info,
+            .ranges = build->ranges,
+            .dst_size = build->dst.size,
+            .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
+            .dense_readable = build->dense_readable,
+            .micromaps = build->micromaps,
+            .contents = build->contents,
+        };
+        built_add_shapes(built, &description);
+    }
+}
+
+static inline void note_build(const struct build_call *call, const struct build_view *build,
+                              uint32_t labels)
+{
+    struct journal_entry *entry = journal_begin_entry(call->journal);
+    if (!entry)
+        return;
+    entry->kind = is_update(build) ? JOURNAL_UPDATE : JOURNAL_BUILD;
+    entry->command = (unsigned char)call->view.command;
+    entry->judged = false;
+    entry->info = build->index;
+    entry->labels = labels;
+    entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
+    entry->dst_id = build->dst.id;
+    entry->dst_backed = is_backed(&build->dst);
+    entry->dst_in_pieces = build->dst.in_pieces;
+    entry->geometry_by_pointer = build->geometry_pointers != NULL;
+    note_src(entry, build);
+    describe(call, build, &entry->built);
+    journal_end_entry(call->journal, entry);
+}
+
+void build_notes_see_build(void *user, const struct build_view *build)
+{
+    struct build_call *call = user;
+    const struct command_buffer *command_buffer = call->command_buffer;
+    if (!build->dst.id)
+        return;
+    if (!command_buffer) {
+        note_build(call, build, 0);
+        return;
+    }
+    if (build->micromaps)
+        note_micromaps(call, build);
+    note_build(call, build, journal_note_labels(call->journal, &command_buffer->labels));
+    if (build->sizes.known) {
+        struct journal_input scratch = input_of(call, build, 0);
+        note(call->journal, &scratch, INPUT_SCRATCH, &build->scratch);
+    }
+}
+
+/* Where the ranges can't be kept nothing is said of them. */
+void build_notes_see_ranges(void *user, struct noted_ranges *ranges)
+{
+    const struct build_call *call = user;
+    if (!ranges)
+        return;
+    ranges->position = call->view.command_buffer.build_index;
+    journal_add(call->journal, &(struct journal_entry){
+                                   .kind = JOURNAL_RANGES,
+                                   .command = (unsigned char)call->view.command,
+                                   .ranges = ranges,
+                               });
+}
