@@ -36,18 +36,10 @@ void build_call_find_sizes(struct layer_device *device,
 }
 
 static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *counts, struct size_facts *sizes)
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes)
 {
-    struct build_call *call = user;
-    VkAccelerationStructureBuildTypeKHR build_type =
-        call->view.command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
-                                           : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
-    struct recent_sizes *recent = call->recent_sizes;
-    if (recent && recent_sizes_find(recent, info, counts, build_type, sizes))
-        return;
-    build_call_find_sizes(call->device, info, counts, build_type, sizes);
-    if (recent)
-        recent_sizes_set(recent, info, counts, build_type, sizes);
+    build_call_find_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
 }
 
 static enum tristate vertex_format_supported(void *user, VkFormat format)
@@ -111,6 +103,7 @@ static void run_checks(struct build_call *call, struct readable_cache *readable)
         .user = call,
         .level = device->level,
         .active = device->active_rules[call->view.command],
+        .recent_sizes = call->recent_sizes,
         .readable = readable,
         .resources = device->resources,
         .sweep = take_sweep(call),

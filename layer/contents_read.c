@@ -106,11 +106,11 @@ static void tell_findings(struct reading *reading)
 /* ---- calls */
 
 static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *counts, struct size_facts *sizes)
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes)
 {
     const struct read_call *call = user;
-    build_call_find_sizes(call->reading->ran->device, info, counts,
-                          VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, sizes);
+    build_call_find_sizes(call->reading->ran->device, info, counts, build_type, sizes);
 }
 
 static bool of_another_device(void *user, enum resource_kind kind, uint64_t handle)

@@ -43,15 +43,15 @@ static enum tristate find(const struct layer_device *device, VkFormat format,
                           _Atomic unsigned char *cache,
                           enum tristate (*ask)(const struct layer_device *, VkFormat))
 {
-    if (!format_is_known(format))
-        return UNKNOWN;
-    if ((uint32_t)format >= FORMAT_CACHE_SIZE)
-        return ask(device, format);
-    enum tristate known = (enum tristate)atomic_load_explicit(&cache[format], memory_order_relaxed);
-    if (known == UNKNOWN) {
-        known = ask(device, format);
+    bool is_cached = (uint32_t)format < FORMAT_CACHE_SIZE;
+    enum tristate known = UNKNOWN;
+    if (is_cached)
+        known = (enum tristate)atomic_load_explicit(&cache[format], memory_order_relaxed);
+    if (known != UNKNOWN || !format_is_known(format))
+        return known;
+    known = ask(device, format);
+    if (is_cached)
         atomic_store_explicit(&cache[format], (unsigned char)known, memory_order_relaxed);
-    }
     return known;
 }
 

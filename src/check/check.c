@@ -35,6 +35,19 @@ static void walk_geometry_and_range(struct walk *walk, const struct range_view *
         walk_range(walk, range, level);
 }
 
+/* Those of both levels, to be asked one by one. */
+__attribute__((noinline)) static void walk_all_of_geometry(struct walk *walk,
+                                                           const struct range_view *range,
+                                                           bool has_count, bool with_state)
+{
+    walk->holds = false;
+    walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
+    if (range->geometry->build->call->command == COMMAND_HOST)
+        check_host_geometry(walk, range);
+    if (with_state)
+        walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
+}
+
 /* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
  * geometry. */
 static void check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
@@ -48,14 +61,8 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
         check_extended_geometry(walk, geometry, &chained, with_state);
     if (with_state)
         view_geometry_state(walk->context, geometry);
-    if (!geometry_holds(&range, has_count, with_state)) {
-        walk->holds = false;
-        walk_geometry_and_range(walk, &range, has_count, LEVEL_PARAMETERS);
-        if (build->call->command == COMMAND_HOST)
-            check_host_geometry(walk, &range);
-        if (with_state)
-            walk_geometry_and_range(walk, &range, has_count, LEVEL_STATE);
-    }
+    if (!geometry_holds(&range, has_count, with_state))
+        walk_all_of_geometry(walk, &range, has_count, with_state);
     if (!with_state)
         return;
     if (walk->context->witness)

@@ -14,6 +14,7 @@
 #include "state/resources.h"
 
 struct built_flags;
+struct recent_sizes;
 struct sweep;
 
 /* The functions that a check calls, with the context's `user`. They may call down; none is called
@@ -24,7 +25,8 @@ struct check_hooks {
                   const struct finding *finding);
     /* What the next layer says of build sizes; `counts` are the primitive counts. */
     void (*find_sizes)(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *counts, struct size_facts *sizes);
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes);
     enum tristate (*vertex_format_supported)(void *user, VkFormat format);
     enum tristate (*radius_format_supported)(void *user, VkFormat format);
     /* Whether another device of the process has such a thing of that handle. */
@@ -55,6 +57,7 @@ struct check_context {
     const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
     struct readable_cache *readable;
     struct resources *resources;
+    struct recent_sizes *recent_sizes; /* what find_sizes said last, kept between calls; or NULL */
     struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
     struct built_flags *flags; /* of structures that builds have found; or NULL */
     const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */

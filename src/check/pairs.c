@@ -7,138 +7,180 @@ static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
     return a < b ? a : b;
 }
 
-/* The ranges of a call, and what takes them apart. */
-struct collection {
-    struct sweep *sweep;
-    struct used_range range; /* the one being added */
-};
+/* Room for a range of a build, of which all but the bytes is filled in; NULL without memory. */
+static inline struct used_range *begin_range(struct sweep *sweep, const struct build_view *build,
+                                             enum range_role role,
+                                             VkAccelerationStructureKHR handle)
+{
+    struct used_range *range = sweep_room(sweep, role);
+    if (range)
+        *range = (struct used_range){
+            .role = role,
+            .build = build->index,
+            .is_update = build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR,
+            .handle = handle,
+        };
+    return range;
+}
 
-/* Adds `size` bytes at the beginning of `span`. */
-static inline void add_range(struct collection *collection, const struct memory_span *span,
+/* It is `size` bytes at the beginning of `span`. */
+static inline void set_bytes(struct used_range *range, const struct memory_span *span,
                              VkDeviceSize size)
 {
-    collection->range.span = *span;
-    collection->range.span.end = smaller_of(span->end, span->begin + size);
-    sweep_add(collection->sweep, &collection->range);
+    range->span = *span;
+    range->span.end = smaller_of(span->end, span->begin + size);
 }
 
-static void add_piece(void *user, const struct memory_span *piece)
+/* Notes bytes of a sparse buffer, to be found when the build executes. */
+static void note_sparse(struct sweep *sweep, const struct used_range *range,
+                        const struct sparse_bytes *bytes)
 {
-    add_range(user, piece, piece->end - piece->begin);
-}
-
-/* Adds bytes of a sparse buffer, to be found when the build executes. */
-static void add_sparse(struct collection *collection, VkBuffer buffer, uint64_t buffer_id,
-                       VkDeviceSize offset, VkDeviceSize size)
-{
-    struct noted_range noted = {.range = collection->range,
-                                .bytes = {buffer, buffer_id, offset, offset + size}};
+    struct noted_range noted = {.range = *range, .bytes = *bytes};
     noted.range.in_pieces = true;
-    sweep_note(collection->sweep, &noted);
+    sweep_note(sweep, &noted);
 }
 
-/* A structure is added in any case, for its handle. */
-static void add_accel(struct collection *collection, const struct accel_facts *accel,
-                      VkDeviceSize size)
+__attribute__((noinline)) static void note_sparse_accel(struct sweep *sweep,
+                                                        const struct used_range *range,
+                                                        const struct accel_facts *accel,
+                                                        VkDeviceSize size)
 {
-    add_range(collection, &accel->span, size);
+    const struct sparse_bytes bytes = {accel->buffer, accel->buffer_id, accel->offset,
+                                       accel->offset + size};
+    note_sparse(sweep, range, &bytes);
+}
+
+/* A range at the beginning of a structure. It is kept in any case, for its handle. */
+static inline void keep_in_accel(struct sweep *sweep, struct used_range *range,
+                                 const struct accel_facts *accel, VkDeviceSize size)
+{
+    set_bytes(range, &accel->span, size);
+    sweep_keep(sweep, range);
     if (accel->in_pieces)
-        add_sparse(collection, accel->buffer, accel->buffer_id, accel->offset, size);
+        note_sparse_accel(sweep, range, accel, size);
 }
 
 /* A build accesses no more of a structure than its size needs, whatever the structure was created
  * with; where that isn't known nothing is said of its bytes. */
-static void add_structure(struct collection *collection, const struct build_view *build,
-                          const struct accel_facts *accel)
+__attribute__((always_inline)) static inline void add_structure(struct sweep *sweep,
+                                                                const struct build_view *build,
+                                                                enum range_role role,
+                                                                const struct accel_facts *accel)
 {
+    struct used_range *range = begin_range(sweep, build, role, accel->handle);
     VkDeviceSize size = 0;
     if (build->sizes.known)
         size = smaller_of(accel->size, build->sizes.acceleration_structure);
-    collection->range.handle = accel->handle;
-    add_accel(collection, accel, size);
+    if (range)
+        keep_in_accel(sweep, range, accel, size);
 }
 
 /* A structure of which no more than its handle is known, or matters. */
-static void add_handle(struct collection *collection, VkAccelerationStructureKHR handle)
+static void add_handle(struct sweep *sweep, const struct build_view *build, enum range_role role,
+                       VkAccelerationStructureKHR handle)
 {
-    const struct memory_span nowhere = {0};
-    collection->range.handle = handle;
-    add_range(collection, &nowhere, 0);
+    struct used_range *range = begin_range(sweep, build, role, handle);
+    if (range)
+        sweep_keep(sweep, range);
 }
 
 /* A build accesses no more of a micromap than that needs, and all of that begins where the micromap
  * does; how much it is isn't known. */
-static void collect_micromaps(struct collection *collection, const struct micromap_uses *micromaps)
+static void collect_micromaps(struct sweep *sweep, const struct build_view *build)
 {
-    collection->range.role = ROLE_SRC;
-    collection->range.is_micromap = true;
+    const struct micromap_uses *micromaps = build->micromaps;
     for (uint32_t i = 0; i < micromaps->count; i++) {
         const struct micromap_use *use = &micromaps->items[i];
         if (use->is_ext || !use->handle || (i && use->handle == use[-1].handle))
             continue;
-        collection->range.handle = (VkAccelerationStructureKHR)(uintptr_t)use->handle;
-        add_accel(collection, &use->accel, 1);
+        struct used_range *range =
+            begin_range(sweep, build, ROLE_SRC, (VkAccelerationStructureKHR)(uintptr_t)use->handle);
+        if (!range)
+            return;
+        range->is_micromap = true;
+        keep_in_accel(sweep, range, &use->accel, 1);
     }
+}
+
+/* Where the pieces of a host scratch go. */
+struct host_scratch {
+    struct sweep *sweep;
+    const struct build_view *build;
+};
+
+static void add_host_piece(void *user, const struct memory_span *piece)
+{
+    const struct host_scratch *scratch = user;
+    struct used_range *range =
+        begin_range(scratch->sweep, scratch->build, ROLE_SCRATCH, VK_NULL_HANDLE);
+    if (!range)
+        return;
+    range->span = *piece;
+    sweep_keep(scratch->sweep, range);
+}
+
+static inline void collect_scratch(struct sweep *sweep, const struct build_view *build,
+                                   VkDeviceSize size)
+{
+    const struct address_facts *scratch = &build->scratch;
+    struct used_range *range = begin_range(sweep, build, ROLE_SCRATCH, VK_NULL_HANDLE);
+    if (!range)
+        return;
+    set_bytes(range, &scratch->span, size);
+    if (scratch->in_pieces)
+        note_sparse(sweep, range,
+                    &(struct sparse_bytes){scratch->buffer, scratch->buffer_id,
+                                           scratch->buffer_offset, scratch->buffer_offset + size});
+    else
+        sweep_keep(sweep, range);
 }
 
 void pairs_collect(const struct check_context *context, struct sweep *sweep,
                    const struct build_view *build)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    VkAccelerationStructureKHR src = build->info->srcAccelerationStructure;
     bool has_state = context->level >= LEVEL_STATE;
-    bool is_update = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-    struct collection collection = {.sweep = sweep,
-                                    .range = {.build = build->index, .is_update = is_update}};
-    collection.range.role = ROLE_DST;
+    bool is_update = build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     if (has_state)
-        add_structure(&collection, build, &build->dst);
+        add_structure(sweep, build, ROLE_DST, &build->dst);
     else
-        add_handle(&collection, info->dstAccelerationStructure);
+        add_handle(sweep, build, ROLE_DST, build->info->dstAccelerationStructure);
 
     /* A build that is no update reads nothing of its source. */
-    collection.range.role = ROLE_SRC;
-    if (info->srcAccelerationStructure && is_update && has_state)
-        add_structure(&collection, build, &build->src);
-    else if (info->srcAccelerationStructure)
-        add_handle(&collection, info->srcAccelerationStructure);
-
+    if (src && is_update && has_state)
+        add_structure(sweep, build, ROLE_SRC, &build->src);
+    else if (src)
+        add_handle(sweep, build, ROLE_SRC, src);
     if (build->micromaps)
-        collect_micromaps(&collection, build->micromaps);
-
-    const struct address_facts *scratch = &build->scratch;
-    collection.range.role = ROLE_SCRATCH;
-    collection.range.is_micromap = false;
-    collection.range.handle = VK_NULL_HANDLE;
+        collect_micromaps(sweep, build);
     if (!build->sizes.known)
         return;
-    VkDeviceSize size = is_update ? build->sizes.update_scratch : build->sizes.build_scratch;
-    if (build->call->command == COMMAND_HOST)
-        resources_find_host_pieces(context->resources, info->scratchData.hostAddress, size,
-                                   add_piece, &collection);
-    if (scratch->status != ADDRESS_IN_BUFFER)
-        return;
-    if (scratch->in_pieces)
-        add_sparse(&collection, scratch->buffer, scratch->buffer_id, scratch->buffer_offset, size);
-    else
-        add_range(&collection, &scratch->span, size);
+    VkDeviceSize scratch_size =
+        is_update ? build->sizes.update_scratch : build->sizes.build_scratch;
+    if (build->scratch.status == ADDRESS_IN_BUFFER)
+        collect_scratch(sweep, build, scratch_size);
+    else if (build->call->command == COMMAND_HOST)
+        resources_find_host_pieces(context->resources, build->info->scratchData.hostAddress,
+                                   scratch_size, add_host_piece,
+                                   &(struct host_scratch){sweep, build});
 }
 
 void pairs_collect_dst(struct sweep *sweep, const struct build_view *build)
 {
-    struct collection collection = {.sweep = sweep,
-                                    .range = {.build = build->index, .role = ROLE_DST}};
-    add_structure(&collection, build, &build->dst);
+    add_structure(sweep, build, ROLE_DST, &build->dst);
 }
 
 /* How much is accessed of these isn't known, either. */
 void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
                              const struct instance_uses *instances)
 {
-    struct collection collection = {
-        .sweep = sweep, .range = {.build = build->index, .role = ROLE_SRC, .is_instance = true}};
     for (uint32_t i = 0; i < instances->count; i++) {
-        collection.range.handle = instances->items[i].handle;
-        add_accel(&collection, &instances->items[i], 1);
+        const struct accel_facts *accel = &instances->items[i];
+        struct used_range *range = begin_range(sweep, build, ROLE_SRC, accel->handle);
+        if (!range)
+            return;
+        range->is_instance = true;
+        keep_in_accel(sweep, range, accel, 1);
     }
 }
 

@@ -53,7 +53,7 @@ void *sweep_space(struct sweep *sweep, size_t size)
     return sweep->space;
 }
 
-__attribute__((noinline)) static bool grow(struct range_list *list)
+bool sweep_grow(struct range_list *list)
 {
     uint32_t capacity = list->capacity * 4;
     bool is_inline = list->items == list->inline_items;
@@ -68,31 +68,13 @@ __attribute__((noinline)) static bool grow(struct range_list *list)
     return true;
 }
 
-/* What becomes of a list with a range behind its last one. */
-static inline void note_order(struct range_list *list, const struct used_range *last,
-                              const struct used_range *range)
-{
-    bool same_memory = last->span.memory == range->span.memory;
-    if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
-        list->sorted_by_bytes = list->apart = false;
-    if (same_memory && last->span.end > range->span.begin)
-        list->apart = false;
-    if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
-        list->ascending_handles = false;
-}
-
 void sweep_add(struct sweep *sweep, const struct used_range *range)
 {
-    struct range_list *list = &sweep->roles[range->role];
-    if (list->count == list->capacity && !grow(list)) {
-        sweep->out_of_memory = true;
+    struct used_range *added = sweep_room(sweep, range->role);
+    if (!added)
         return;
-    }
-    struct used_range *end = &list->items[list->count];
-    if (list->count)
-        note_order(list, end - 1, range);
-    *end = *range;
-    list->count++;
+    *added = *range;
+    sweep_keep(sweep, added);
 }
 
 /* Shared memory. */

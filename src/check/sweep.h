@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "check/range_order.h"
 #include "check/view.h"
 
 enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
@@ -35,6 +36,41 @@ void sweep_release(struct sweep *sweep);
 
 /* Room for what a search needs, of whatever content; NULL without memory. */
 void *sweep_space(struct sweep *sweep, size_t size);
+
+/* Makes room in a list; false without memory. */
+bool sweep_grow(struct range_list *list);
+
+/* What becomes of a list with a range behind its last one. */
+static inline void sweep_note_order(struct range_list *list, const struct used_range *last,
+                                    const struct used_range *range)
+{
+    bool same_memory = last->span.memory == range->span.memory;
+    if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
+        list->sorted_by_bytes = list->apart = false;
+    if (same_memory && last->span.end > range->span.begin)
+        list->apart = false;
+    if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
+        list->ascending_handles = false;
+}
+
+/* Room for a range of a role, to be filled and then kept; NULL without memory. Of each build there
+ * are two or three: they are made where they are to lie. */
+static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role role)
+{
+    struct range_list *list = &sweep->roles[role];
+    if (list->count == list->capacity && !sweep_grow(list)) {
+        sweep->out_of_memory = true;
+        return NULL;
+    }
+    return &list->items[list->count];
+}
+
+static inline void sweep_keep(struct sweep *sweep, const struct used_range *range)
+{
+    struct range_list *list = &sweep->roles[range->role];
+    if (list->count++)
+        sweep_note_order(list, range - 1, range);
+}
 
 void sweep_add(struct sweep *sweep, const struct used_range *range);
 void sweep_note(struct sweep *sweep, const struct noted_range *noted);

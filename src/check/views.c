@@ -11,6 +11,7 @@
 #include "check/formats.h"
 #include "check/geometry_data.h"
 #include "state/build_info.h"
+#include "state/size_cache.h"
 
 enum { INLINE_COUNTS = 16 };
 
@@ -53,37 +54,24 @@ static void view_geometry_arrays(struct check_context *context, struct build_vie
     struct readable_cache *cache = context->readable;
     if (!info->geometryCount)
         return;
-    build->geometries_unreadable =
+    bool unreadable =
         info->pGeometries && !readable(cache, info->pGeometries,
                                        (size_t)info->geometryCount * sizeof(*info->pGeometries));
-    build->geometry_pointers_unreadable = info->ppGeometries && !pointers_are_readable(cache, info);
-    if (!info->pGeometries == !info->ppGeometries || build->geometries_unreadable ||
-        build->geometry_pointers_unreadable)
+    bool pointers_unreadable = info->ppGeometries && !pointers_are_readable(cache, info);
+    build->geometries_unreadable = unreadable;
+    build->geometry_pointers_unreadable = pointers_unreadable;
+    if (!info->pGeometries == !info->ppGeometries || unreadable || pointers_unreadable)
         return;
     build->geometries = info->pGeometries;
     build->geometry_pointers = info->ppGeometries;
     build->geometry_count = info->geometryCount;
 }
 
-/* These take no build ranges: their counts are in the structures of their types. */
-static bool takes_build_ranges(const struct build_view *build)
-{
-    if (build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
-        return false;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
-        int type = (int)build_geometry(build->info, i)->geometryType;
-        if (type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX ||
-            type == VK_GEOMETRY_TYPE_MICROMAP_KHR)
-            return false;
-    }
-    return true;
-}
-
 static void view_counts(struct check_context *context, struct build_view *build)
 {
     const struct call_view *call = build->call;
     size_t count = build->info->geometryCount;
-    if (!count || !takes_build_ranges(build))
+    if (!count)
         return;
     if (call->build_ranges_readable) {
         const VkAccelerationStructureBuildRangeInfoKHR *ranges = call->build_ranges[build->index];
@@ -109,21 +97,44 @@ bool view_primitive_count(const struct build_view *build, uint32_t geometry, uin
     return true;
 }
 
+/* These take no build ranges: their counts are in the structures of their types. */
+static bool takes_build_ranges(VkGeometryTypeKHR type)
+{
+    return (int)type != VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX &&
+           (int)type != VK_GEOMETRY_TYPE_MICROMAP_KHR;
+}
+
+static void forget_counts(struct build_view *build)
+{
+    build->build_ranges_unreadable = false;
+    build->ranges = NULL;
+    build->max_primitive_counts = NULL;
+    build->triangle_count = build->aabb_count = 0;
+}
+
 /* The indirect command's maximum counts bound the sums but are not them. */
 static void sum_primitives(struct build_view *build)
 {
-    build->first_other_type = build->geometry_count;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
+    bool takes_ranges = build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    uint32_t geometry_count = build->geometry_count, first_other_type = geometry_count;
+    VkGeometryTypeKHR first_type = VK_GEOMETRY_TYPE_MAX_ENUM_KHR;
+    for (uint32_t i = 0; i < geometry_count; i++) {
         VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
         uint32_t count = build->ranges ? build->ranges[i].primitiveCount : 0;
         if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
             build->triangle_count += count;
-        if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
+        else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
             build->aabb_count += count;
-        if (build->first_other_type == build->geometry_count &&
-            type != build_geometry(build->info, 0)->geometryType)
-            build->first_other_type = i;
+        else
+            takes_ranges &= takes_build_ranges(type);
+        if (i == 0)
+            first_type = type;
+        else if (type != first_type && first_other_type == geometry_count)
+            first_other_type = i;
     }
+    build->first_other_type = first_other_type;
+    if (!takes_ranges)
+        forget_counts(build);
 }
 
 /* Facts are most of a view, and are overwritten as a whole: they begin as no more than unknown. */
@@ -228,12 +239,18 @@ static bool needs_no_count(const struct build_view *build, uint32_t *count)
     return is_micromap_build_for_device(build);
 }
 
-static void find_sizes(struct check_context *context, struct build_view *build)
+static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view *build)
 {
-    uint32_t inline_counts[INLINE_COUNTS], *counts = inline_counts;
+    return build->call->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                                : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+}
+
+/* Asks the next layer for all geometries of a build. */
+__attribute__((noinline)) static void ask_for_sizes(struct check_context *context,
+                                                    struct build_view *build)
+{
+    uint32_t inline_counts[INLINE_COUNTS] = {0}, *counts = inline_counts;
     uint32_t count = build->geometry_count;
-    if (count != build->info->geometryCount)
-        return;
     if (count > INLINE_COUNTS)
         counts = malloc(count * sizeof(*counts));
     bool known = counts != NULL;
@@ -242,9 +259,25 @@ static void find_sizes(struct check_context *context, struct build_view *build)
                 dense_triangle_count(build_geometry(build->info, i), &counts[i]) ||
                 needs_no_count(build, &counts[i]);
     if (known)
-        context->hooks->find_sizes(context->user, build->info, counts, &build->sizes);
+        context->hooks->find_sizes(context->user, build->info, counts, build_type_of(build),
+                                   &build->sizes);
+    if (known && count == 1 && context->recent_sizes)
+        recent_sizes_set(context->recent_sizes, build->info, counts[0], build_type_of(build),
+                         &build->sizes);
     if (counts != inline_counts)
         free(counts);
+}
+
+static void find_sizes(struct check_context *context, struct build_view *build)
+{
+    uint32_t primitive_count;
+    if (build->geometry_count != build->info->geometryCount)
+        return;
+    if (build->geometry_count != 1 || !context->recent_sizes ||
+        !view_primitive_count(build, 0, &primitive_count) ||
+        !recent_sizes_find(context->recent_sizes, build->info, primitive_count,
+                           build_type_of(build), &build->sizes))
+        ask_for_sizes(context, build);
 }
 
 /* Looks on other devices only where this one does not know the handle. */

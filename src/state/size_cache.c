@@ -4,7 +4,6 @@
 
 #include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "state/build_info.h"
 
@@ -114,15 +113,27 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
     return true;
 }
 
+/* Member by member, so that a shape that is only compared need not be written. */
+static inline bool is_same_shape(const struct small_shape *a, const struct small_shape *b)
+{
+    const struct shape_geometry *x = &a->first, *y = &b->first;
+    uint32_t different =
+        (a->build_type ^ b->build_type) | (a->type ^ b->type) | (a->flags ^ b->flags) |
+        (a->geometry_count ^ b->geometry_count) | (x->type ^ y->type) | (x->flags ^ y->flags) |
+        (x->primitive_count ^ y->primitive_count) | (x->vertex_format ^ y->vertex_format) |
+        (x->max_vertex ^ y->max_vertex) | (x->index_type ^ y->index_type) |
+        (x->has_transform ^ y->has_transform) | (x->array_of_pointers ^ y->array_of_pointers);
+    return !different && x->stride == y->stride;
+}
+
 bool recent_sizes_find(const struct recent_sizes *recent,
                        const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *primitive_counts,
-                       VkAccelerationStructureBuildTypeKHR build_type, struct size_facts *sizes)
+                       uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes)
 {
     struct small_shape shape;
-    if (!recent->sizes.known || info->geometryCount > 1 ||
-        !describe_small(info, primitive_counts, build_type, &shape) ||
-        memcmp(&shape, &recent->shape, sizeof(shape)) != 0)
+    if (!recent->sizes.known || !describe_small(info, &primitive_count, build_type, &shape) ||
+        !is_same_shape(&shape, &recent->shape))
         return false;
     *sizes = recent->sizes;
     return true;
@@ -130,13 +141,11 @@ bool recent_sizes_find(const struct recent_sizes *recent,
 
 void recent_sizes_set(struct recent_sizes *recent,
                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                      const uint32_t *primitive_counts,
-                      VkAccelerationStructureBuildTypeKHR build_type,
+                      uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
                       const struct size_facts *sizes)
 {
     recent->sizes = *sizes;
-    if (info->geometryCount > 1 ||
-        !describe_small(info, primitive_counts, build_type, &recent->shape))
+    if (!describe_small(info, &primitive_count, build_type, &recent->shape))
         recent->sizes.known = false;
 }
 

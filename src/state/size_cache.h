@@ -47,15 +47,15 @@ struct recent_sizes {
     struct size_facts sizes;
 };
 
+/* These two are for builds of one geometry. */
 bool recent_sizes_find(const struct recent_sizes *recent,
                        const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *primitive_counts,
-                       VkAccelerationStructureBuildTypeKHR build_type, struct size_facts *sizes);
+                       uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes);
 /* Forgets the one before also where it can't keep this one. */
 void recent_sizes_set(struct recent_sizes *recent,
                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                      const uint32_t *primitive_counts,
-                      VkAccelerationStructureBuildTypeKHR build_type,
+                      uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
                       const struct size_facts *sizes);
 
 bool size_cache_find(struct size_cache *cache, const struct build_shape *shape,
