@@ -115,13 +115,16 @@ void recorder_end(const struct recorder *recorder)
 
 bool recorder_find(const struct recorder *recorder, uint64_t address, struct buffer_target *target)
 {
-    struct address_facts facts = {0};
+    struct address_facts facts;
+    struct buffer_facts buffer;
     if (recorder->addresses)
         return recorder->addresses->find(recorder->addresses->context, address, target);
     unsigned token = resources_begin_reading(recorder->device->resources);
     resources_find_address(recorder->device->resources, address, &facts);
+    resources_find_buffer(recorder->device->resources, facts.buffer, &buffer);
     resources_end_reading(recorder->device->resources, token);
-    *target = (struct buffer_target){facts.buffer, facts.buffer_offset, facts.bytes_left};
+    *target =
+        (struct buffer_target){facts.buffer, buffer.size - facts.bytes_left, facts.bytes_left};
     return facts.status == ADDRESS_IN_BUFFER;
 }
 

@@ -23,14 +23,6 @@ static inline struct used_range *begin_range(struct sweep *sweep, const struct b
     return range;
 }
 
-/* It is `size` bytes at the beginning of `span`. */
-static inline void set_bytes(struct used_range *range, const struct memory_span *span,
-                             VkDeviceSize size)
-{
-    range->span = *span;
-    range->span.end = smaller_of(span->end, span->begin + size);
-}
-
 /* Notes bytes of a sparse buffer, to be found when the build executes. */
 static void note_sparse(struct sweep *sweep, const struct used_range *range,
                         const struct sparse_bytes *bytes)
@@ -45,16 +37,17 @@ __attribute__((noinline)) static void note_sparse_accel(struct sweep *sweep,
                                                         const struct accel_facts *accel,
                                                         VkDeviceSize size)
 {
-    const struct sparse_bytes bytes = {accel->buffer, accel->buffer_id, accel->offset,
-                                       accel->offset + size};
+    const struct sparse_bytes bytes = {accel->buffer, accel->buffer_id, accel->begin,
+                                       accel->begin + size};
     note_sparse(sweep, range, &bytes);
 }
 
-/* A range at the beginning of a structure. It is kept in any case, for its handle. */
+/* A range at the beginning of a structure, no longer than that. It is kept in any case, for its
+ * handle. */
 static inline void keep_in_accel(struct sweep *sweep, struct used_range *range,
                                  const struct accel_facts *accel, VkDeviceSize size)
 {
-    set_bytes(range, &accel->span, size);
+    range->span = memory_span_of(accel->memory, accel->begin, size);
     sweep_keep(sweep, range);
     if (accel->in_pieces)
         note_sparse_accel(sweep, range, accel, size);
@@ -98,7 +91,7 @@ static void collect_micromaps(struct sweep *sweep, const struct build_view *buil
         if (!range)
             return;
         range->is_micromap = true;
-        keep_in_accel(sweep, range, &use->accel, 1);
+        keep_in_accel(sweep, range, &use->accel, smaller_of(use->accel.size, 1));
     }
 }
 
@@ -126,11 +119,12 @@ static inline void collect_scratch(struct sweep *sweep, const struct build_view 
     struct used_range *range = begin_range(sweep, build, ROLE_SCRATCH, VK_NULL_HANDLE);
     if (!range)
         return;
-    set_bytes(range, &scratch->span, size);
+    range->span =
+        memory_span_of(scratch->memory, scratch->begin, smaller_of(scratch->bytes_left, size));
     if (scratch->in_pieces)
         note_sparse(sweep, range,
-                    &(struct sparse_bytes){scratch->buffer, scratch->buffer_id,
-                                           scratch->buffer_offset, scratch->buffer_offset + size});
+                    &(struct sparse_bytes){scratch->buffer, scratch->buffer_id, scratch->begin,
+                                           scratch->begin + size});
     else
         sweep_keep(sweep, range);
 }
@@ -180,7 +174,7 @@ void pairs_collect_instances(struct sweep *sweep, const struct build_view *build
         if (!range)
             return;
         range->is_instance = true;
-        keep_in_accel(sweep, range, accel, 1);
+        keep_in_accel(sweep, range, accel, smaller_of(accel->size, 1));
     }
 }
 

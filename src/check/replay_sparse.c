@@ -40,8 +40,8 @@ static void check_structure(struct replay *replay, const struct journal *journal
     resources_end_reading(replay->resources, token);
     if (facts.id != id || !facts.in_pieces || !replay->active[entry->command][rule])
         return;
-    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.offset,
-                                       facts.offset + facts.size};
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + facts.size};
     struct sparse_bytes missing;
     if (resources_sparse_backing(replay->resources, &bytes, replay->follows, &missing) == NO)
         report_missing(replay, journal, entry, handle, rule, &missing);

@@ -2,46 +2,38 @@
 /* The ordered set of the places of buffers. */
 #include "state/address_map.h"
 
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_PLACES = 12, FIRST_CHUNKS = 8, CACHE_LINE = 64 };
-/* Addresses of a grain share a guess, which is good if it is not far before what is sought. */
-enum { GRAIN_SHIFT = 11, GUESSES_PER_CHUNK_SHIFT = 4, FAR = 4 };
+enum { CHUNK_PLACES = 16, FIRST_CHUNKS = 8, FIRST_PLACES = 64, CACHE_LINE = 64 };
+/* Twice as many guesses as places. */
+enum { GUESSES_PER_PLACE_SHIFT = 1 };
 
-/* A search reads the first line, and one of the others for what it finds. */
+_Static_assert(sizeof(struct address_facts) == CACHE_LINE, "a look-up reads one line");
+
+/* Places in order. */
 struct address_chunk {
-    uint64_t first;                 /* address of its first place */
-    uint32_t offsets[CHUNK_PLACES]; /* of the addresses of all, from there; then UINT32_MAX */
-    unsigned char count;            /* never 0 between calls */
-    bool is_apart; /* no two places share an address, nor does one of an earlier chunk reach here */
-    _Alignas(CACHE_LINE) struct buffer_place places[CHUNK_PLACES];
+    uint64_t begins[CHUNK_PLACES];
+    uint32_t slots[CHUNK_PLACES];
+    size_t count; /* never 0 between calls */
 };
-_Static_assert(sizeof(struct buffer_place) == CACHE_LINE &&
-                   offsetof(struct address_chunk, places) == CACHE_LINE,
-               "a look-up reads two lines");
 
-static uint64_t end_of(const struct buffer_place *place)
+static uint64_t end_of(const struct address_facts *place)
 {
-    return place->address + place->size;
+    return place->address + place->bytes_left;
 }
 
-/* The number of places of a chunk that begin at or before `address`. Without branches, which no
- * processor could predict; compilers make it a few instructions. */
+/* The number of places of a chunk that begin at or before `address`. */
 static size_t count_up_to(const struct address_chunk *chunk, uint64_t address)
 {
-    if (address < chunk->first)
-        return 0;
-    uint64_t distance = address - chunk->first;
-    uint32_t limit = distance < UINT32_MAX ? (uint32_t)distance : UINT32_MAX;
     size_t count = 0;
-    for (size_t i = 0; i < CHUNK_PLACES; i++)
-        count += chunk->offsets[i] <= limit;
-    return count < chunk->count ? count : chunk->count;
+    for (size_t i = 0; i < chunk->count; i++)
+        count += chunk->begins[i] <= address;
+    return count;
 }
 
-/* The last chunk that begins at or before `address`; chunk 0 if none does. */
+/* The last chunk that begins at or before `address`; chunk 0 if none does. Without branches, which
+ * no processor could predict. */
 static size_t chunk_of(const struct address_map *map, uint64_t address)
 {
     size_t low = 0, count = map->chunk_count;
@@ -53,76 +45,90 @@ static size_t chunk_of(const struct address_map *map, uint64_t address)
     return low;
 }
 
-/* ---- guesses */
-
-static _Atomic uint32_t *guess_at(const struct address_map *map, uint64_t address)
-{
-    return &map->guesses[(address >> GRAIN_SHIFT) * 0x9E3779B97F4A7C15u >> (64 - map->guess_bits)];
-}
-
-/* The same as chunk_of, without a search where an address nearby was sought before. */
-static size_t guess_chunk(const struct address_map *map, uint64_t address)
-{
-    _Atomic uint32_t *guess = guess_at(map, address);
-    size_t c = atomic_load_explicit(guess, memory_order_relaxed);
-    if (c < map->chunk_count && map->firsts[c] <= address)
-        for (size_t last = c + FAR; c < last; c++)
-            if (c + 1 == map->chunk_count || address < map->firsts[c + 1])
-                return c;
-    c = chunk_of(map, address);
-    atomic_store_explicit(guess, (uint32_t)c, memory_order_relaxed);
-    return c;
-}
-
-static bool reserve_guesses(struct address_map *map, size_t chunks)
-{
-    unsigned bits = GUESSES_PER_CHUNK_SHIFT + (unsigned)__builtin_ctzll(chunks);
-    _Atomic uint32_t *guesses = calloc((size_t)1 << bits, sizeof(*guesses));
-    if (!guesses)
-        return false;
-    free(map->guesses);
-    map->guesses = guesses;
-    map->guess_bits = bits;
-    return true;
-}
-
-/* ---- what chunks know */
+/* ---- what is known of places together */
 
 static uint64_t larger_of(uint64_t a, uint64_t b)
 {
     return a > b ? a : b;
 }
 
+/* The beginning of the place behind place `i` of chunk `c`. */
+static uint64_t begin_of_next(const struct address_map *map, size_t c, size_t i)
+{
+    if (i + 1 < map->chunks[c]->count)
+        return map->chunks[c]->begins[i + 1];
+    return c + 1 < map->chunk_count ? map->chunks[c + 1]->begins[0] : UINT64_MAX;
+}
+
 /* Restores what a chunk and the map know of its places; `reach` is that of the chunks before it.
  * Returns how far it reaches with them. */
-static uint64_t settle_chunk(struct address_chunk *chunk, uint64_t reach)
+static uint64_t settle_chunk(struct address_map *map, size_t c, uint64_t reach)
 {
-    chunk->first = chunk->places[0].address;
-    chunk->is_apart = true;
-    for (size_t i = 0; i < CHUNK_PLACES; i++) {
-        const struct buffer_place *place = &chunk->places[i];
-        if (i >= chunk->count) {
-            chunk->offsets[i] = UINT32_MAX;
-            continue;
-        }
-        chunk->offsets[i] = (uint32_t)(place->address - chunk->first);
-        chunk->is_apart = chunk->is_apart && reach <= place->address;
-        reach = larger_of(reach, end_of(place));
+    const struct address_chunk *chunk = map->chunks[c];
+    for (size_t i = 0; i < chunk->count; i++) {
+        struct address_facts *place = &map->guesses.places[chunk->slots[i]];
+        uint64_t end = end_of(place);
+        place->is_shared = reach > place->address || end > begin_of_next(map, c, i);
+        reach = larger_of(reach, end);
     }
     return reach;
 }
 
-/* Restores what is known of chunk `c`, which has changed, and of those behind it as far as it
- * reaches otherwise than before. */
-static void settle(struct address_map *map, size_t c)
+/* Restores what is known of chunk `c`, which has changed, of the one before it, whose last place
+ * has another behind it now, and of those behind it as far as it reaches otherwise than before. */
+static void settle(struct address_map *map, size_t changed)
 {
     bool reaches_otherwise = true;
-    for (; reaches_otherwise && c < map->chunk_count; c++) {
-        uint64_t reach = settle_chunk(map->chunks[c], c ? map->reaches[c - 1] : 0);
+    for (size_t c = changed ? changed - 1 : 0;
+         c < map->chunk_count && (c <= changed || reaches_otherwise); c++) {
+        uint64_t reach = settle_chunk(map, c, c ? map->reaches[c - 1] : 0);
         reaches_otherwise = map->reaches[c] != reach;
         map->reaches[c] = reach;
-        map->firsts[c] = map->chunks[c]->first;
+        map->firsts[c] = map->chunks[c]->begins[0];
     }
+}
+
+/* ---- slots */
+
+/* Makes sure that there is an unused slot. */
+static bool reserve_slot(struct address_map *map)
+{
+    if (map->unused || map->place_count < map->place_capacity)
+        return true;
+    uint32_t capacity = map->place_capacity ? map->place_capacity * 2 : FIRST_PLACES;
+    unsigned bits = (unsigned)__builtin_ctz(capacity) + GUESSES_PER_PLACE_SHIFT;
+    struct address_facts *places = aligned_alloc(CACHE_LINE, capacity * sizeof(*places));
+    _Atomic uint32_t *items = calloc(((size_t)1 << bits) + ADDRESS_GUESSES - 1, sizeof(*items));
+    if (!places || !items) {
+        free(places);
+        free((void *)items);
+        return false;
+    }
+    if (map->place_count)
+        memcpy(places, map->guesses.places, map->place_count * sizeof(*places));
+    else
+        places[map->place_count++] = (struct address_facts){0};
+    free(map->guesses.places);
+    free((void *)map->guesses.items);
+    map->place_capacity = capacity;
+    map->guesses = (struct address_guesses){
+        .items = items, .places = places, .slot_mask = capacity - 1, .shift = 64 - bits};
+    return true;
+}
+
+static uint32_t take_slot(struct address_map *map)
+{
+    uint32_t slot = map->unused;
+    if (!slot)
+        return map->place_count++;
+    map->unused = (uint32_t)map->guesses.places[slot].address;
+    return slot;
+}
+
+static void give_slot_back(struct address_map *map, uint32_t slot)
+{
+    map->guesses.places[slot] = (struct address_facts){.address = map->unused};
+    map->unused = slot;
 }
 
 /* ---- chunks */
@@ -142,8 +148,7 @@ static bool reserve_chunks(struct address_map *map)
     size_t capacity = map->chunk_capacity ? map->chunk_capacity * 2 : FIRST_CHUNKS;
     if (!reserve_items(&map->chunks, capacity * sizeof(*map->chunks)) ||
         !reserve_items(&map->firsts, capacity * sizeof(*map->firsts)) ||
-        !reserve_items(&map->reaches, capacity * sizeof(*map->reaches)) ||
-        !reserve_guesses(map, capacity))
+        !reserve_items(&map->reaches, capacity * sizeof(*map->reaches)))
         return false;
     map->chunk_capacity = capacity;
     return true;
@@ -163,7 +168,7 @@ static struct address_chunk *insert_chunk(struct address_map *map, size_t c)
 {
     if (!reserve_chunks(map))
         return NULL;
-    struct address_chunk *chunk = aligned_alloc(CACHE_LINE, sizeof(*chunk));
+    struct address_chunk *chunk = malloc(sizeof(*chunk));
     if (!chunk)
         return NULL;
     chunk->count = 0;
@@ -185,7 +190,8 @@ static void remove_chunk(struct address_map *map, size_t c)
 static void move_places(struct address_chunk *target, size_t to, const struct address_chunk *source,
                         size_t from, size_t count)
 {
-    memmove(&target->places[to], &source->places[from], count * sizeof(source->places[0]));
+    memmove(&target->begins[to], &source->begins[from], count * sizeof(source->begins[0]));
+    memmove(&target->slots[to], &source->slots[from], count * sizeof(source->slots[0]));
 }
 
 /* Moves the places of a full chunk from `from` on into a new one behind it. */
@@ -195,8 +201,8 @@ static bool split_chunk(struct address_map *map, size_t c, size_t from)
     if (!upper)
         return false;
     struct address_chunk *lower = map->chunks[c];
-    upper->count = (unsigned char)(lower->count - from);
-    lower->count = (unsigned char)from;
+    upper->count = lower->count - from;
+    lower->count = from;
     move_places(upper, 0, lower, from, upper->count);
     settle(map, c);
     settle(map, c + 1);
@@ -205,54 +211,91 @@ static bool split_chunk(struct address_map *map, size_t c, size_t from)
 
 /* ---- changes */
 
-/* Whether a chunk can tell how far `address` is from all its others. */
-static bool spans(const struct address_chunk *chunk, uint64_t address)
-{
-    uint64_t last = chunk->places[chunk->count - 1].address;
-    return address < chunk->first ? last - address < UINT32_MAX
-                                  : address - chunk->first < UINT32_MAX;
-}
-
 /* The index of a chunk for a place at `address`, with room for it; chunk_count without memory. */
 static size_t make_room(struct address_map *map, uint64_t address)
 {
-    size_t c = map->chunk_count ? chunk_of(map, address) : 0;
-    if (!map->chunk_count || !spans(map->chunks[c], address)) {
-        if (map->chunk_count && map->firsts[c] <= address)
-            c++;
-        return insert_chunk(map, c) ? c : map->chunk_count;
-    }
+    if (!map->chunk_count)
+        return insert_chunk(map, 0) ? 0 : map->chunk_count;
+    size_t c = chunk_of(map, address);
     const struct address_chunk *chunk = map->chunks[c];
     if (chunk->count < CHUNK_PLACES)
         return c;
     /* What comes in ascending order fills chunks. */
-    if (address >= chunk->places[CHUNK_PLACES - 1].address)
+    if (address >= chunk->begins[CHUNK_PLACES - 1])
         return insert_chunk(map, c + 1) ? c + 1 : map->chunk_count;
     if (!split_chunk(map, c, CHUNK_PLACES / 2))
         return map->chunk_count;
     return chunk_of(map, address);
 }
 
-bool address_map_add(struct address_map *map, const struct buffer_place *place)
+bool address_map_add(struct address_map *map, const struct address_facts *place)
 {
     uint64_t begin = place->address, end = end_of(place);
-    if (!place->size || end <= begin)
+    if (!place->bytes_left || end <= begin || !reserve_slot(map))
         return false;
     size_t c = make_room(map, begin);
     if (c == map->chunk_count)
         return false;
+    uint32_t slot = take_slot(map);
+    map->guesses.places[slot] = *place;
     struct address_chunk *chunk = map->chunks[c];
-    size_t at = chunk->count ? count_up_to(chunk, begin) : 0;
+    size_t at = count_up_to(chunk, begin);
     move_places(chunk, at + 1, chunk, at, chunk->count - at);
-    chunk->places[at] = *place;
+    chunk->begins[at] = begin;
+    chunk->slots[at] = slot;
     chunk->count++;
     settle(map, c);
     return true;
 }
 
-static void remove_place(struct address_map *map, size_t c, size_t at)
+/* Where a place is in the order. */
+struct position {
+    size_t chunk, entry;
+};
+
+static struct address_facts *place_at(const struct address_map *map, struct position position)
 {
+    return &map->guesses.places[map->chunks[position.chunk]->slots[position.entry]];
+}
+
+/* Finds the place of that address and buffer. Equal addresses may lie in several chunks, so look
+ * back from the last of them. */
+static bool find_place(const struct address_map *map, const struct address_facts *place,
+                       struct position *position)
+{
+    if (!map->chunk_count)
+        return false;
+    for (size_t c = chunk_of(map, place->address) + 1; c-- > 0;) {
+        for (size_t i = count_up_to(map->chunks[c], place->address); i-- > 0;) {
+            *position = (struct position){c, i};
+            if (map->chunks[c]->begins[i] != place->address)
+                return false;
+            if (place_at(map, *position)->buffer_id == place->buffer_id)
+                return true;
+        }
+    }
+    return false;
+}
+
+void address_map_update(struct address_map *map, const struct address_facts *place)
+{
+    struct position position;
+    if (!find_place(map, place, &position))
+        return;
+    struct address_facts *kept = place_at(map, position);
+    bool is_shared = kept->is_shared;
+    *kept = *place;
+    kept->is_shared = is_shared;
+}
+
+void address_map_remove(struct address_map *map, const struct address_facts *place)
+{
+    struct position position;
+    if (!find_place(map, place, &position))
+        return;
+    size_t c = position.chunk, at = position.entry;
     struct address_chunk *chunk = map->chunks[c];
+    give_slot_back(map, chunk->slots[at]);
     chunk->count--;
     move_places(chunk, at, chunk, at + 1, chunk->count - at);
     if (!chunk->count)
@@ -260,102 +303,58 @@ static void remove_place(struct address_map *map, size_t c, size_t at)
     settle(map, c);
 }
 
-/* Finds the place of that address and id. Equal addresses may lie in several chunks, so look back
- * from the last of them. */
-static bool find_place(const struct address_map *map, const struct buffer_place *place,
-                       struct address_position *position)
-{
-    if (!map->chunk_count)
-        return false;
-    for (size_t c = chunk_of(map, place->address) + 1; c-- > 0;) {
-        const struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = count_up_to(chunk, place->address); i-- > 0;) {
-            if (chunk->places[i].address != place->address)
-                return false;
-            if (chunk->places[i].id == place->id) {
-                *position = (struct address_position){c, i};
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
-void address_map_update(struct address_map *map, const struct buffer_place *place)
-{
-    struct address_position position;
-    if (find_place(map, place, &position))
-        map->chunks[position.chunk]->places[position.entry] = *place;
-}
-
-void address_map_remove(struct address_map *map, const struct buffer_place *place)
-{
-    struct address_position position;
-    if (find_place(map, place, &position))
-        remove_place(map, position.chunk, position.entry);
-}
-
 /* ---- look-ups */
 
-struct address_position address_map_find_chunk(const struct address_map *map, uint64_t address)
+struct address_guesses address_map_guesses(const struct address_map *map)
 {
-    if (!map->chunk_count)
-        return (struct address_position){0};
-    size_t c = guess_chunk(map, address);
-    __builtin_prefetch(map->chunks[c]);
-    return (struct address_position){.chunk = c};
+    static _Atomic uint32_t no_items[ADDRESS_GUESSES + 1];
+    static struct address_facts nobody;
+    if (map && map->place_capacity)
+        return map->guesses;
+    return (struct address_guesses){.items = no_items, .places = &nobody, .shift = 63};
 }
 
-void address_map_find_entry(const struct address_map *map, uint64_t address,
-                            struct address_position *position)
+/* Instead of an older guess for the same addresses, or of none, or of any. */
+static void remember(struct address_guesses guesses, uint64_t address, uint32_t slot)
 {
-    if (!map->chunk_count)
-        return;
-    const struct address_chunk *chunk = map->chunks[position->chunk];
-    position->entry = count_up_to(chunk, address);
-    if (position->entry)
-        __builtin_prefetch(&chunk->places[position->entry - 1]);
-}
-
-const struct buffer_place *address_map_only(const struct address_map *map,
-                                            struct address_position position, uint64_t address)
-{
-    if (!position.entry)
-        return NULL;
-    const struct address_chunk *chunk = map->chunks[position.chunk];
-    const struct buffer_place *place = &chunk->places[position.entry - 1];
-    return chunk->is_apart && address < end_of(place) ? place : NULL;
+    uint64_t hash = address_hash(address);
+    _Atomic uint32_t *items = &guesses.items[hash >> guesses.shift];
+    size_t chosen = slot % ADDRESS_GUESSES;
+    for (size_t i = ADDRESS_GUESSES; i-- > 0;) {
+        uint32_t guess = atomic_load_explicit(&items[i], memory_order_relaxed);
+        if (!guess || address_is_guess_of(guesses, guess, hash))
+            chosen = i;
+    }
+    atomic_store_explicit(&items[chosen], ((uint32_t)hash & ~guesses.slot_mask) | slot,
+                          memory_order_relaxed);
 }
 
 /* In the chunks before its own every place begins before the address. */
-void address_map_visit(const struct address_map *map, struct address_position position,
-                       uint64_t address, place_visitor visit, void *context)
-{
-    if (!map->chunk_count)
-        return;
-    for (size_t c = position.chunk, end = position.entry;; end = map->chunks[--c]->count) {
-        const struct address_chunk *chunk = map->chunks[c];
-        for (size_t i = end; i-- > 0;)
-            if (address < end_of(&chunk->places[i]))
-                visit(&chunk->places[i], context);
-        if (c == 0 || map->reaches[c - 1] <= address)
-            return;
-    }
-}
-
 void address_map_find(const struct address_map *map, uint64_t address, place_visitor visit,
                       void *context)
 {
-    struct address_position position = address_map_find_chunk(map, address);
-    address_map_find_entry(map, address, &position);
-    address_map_visit(map, position, address, visit, context);
+    if (!map->chunk_count)
+        return;
+    size_t c = chunk_of(map, address);
+    for (size_t end = count_up_to(map->chunks[c], address);; end = map->chunks[--c]->count) {
+        const struct address_chunk *chunk = map->chunks[c];
+        for (size_t i = end; i-- > 0;) {
+            const struct address_facts *place = &map->guesses.places[chunk->slots[i]];
+            if (!place_holds(place, address))
+                continue;
+            remember(map->guesses, address, chunk->slots[i]);
+            visit(place, context);
+        }
+        if (c == 0 || map->reaches[c - 1] <= address)
+            return;
+    }
 }
 
 void address_map_each(const struct address_map *map, place_visitor visit, void *context)
 {
     for (size_t c = 0; c < map->chunk_count; c++)
         for (size_t i = 0; i < map->chunks[c]->count; i++)
-            visit(&map->chunks[c]->places[i], context);
+            visit(&map->guesses.places[map->chunks[c]->slots[i]], context);
 }
 
 void address_map_release(struct address_map *map)
@@ -365,6 +364,7 @@ void address_map_release(struct address_map *map)
     free(map->chunks);
     free(map->firsts);
     free(map->reaches);
-    free(map->guesses);
+    free(map->guesses.places);
+    free((void *)map->guesses.items);
     *map = (struct address_map){0};
 }

@@ -8,14 +8,21 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-/* An answer that may not be known; a rule stays silent on UNKNOWN. */
-enum tristate { UNKNOWN, NO, YES };
+/* An answer that may not be known; a rule stays silent on UNKNOWN. A byte, so that facts that are
+ * copied for every build stay small. */
+enum __attribute__((packed)) tristate { UNKNOWN, NO, YES };
 
 /* Bytes [begin, end) of one VkDeviceMemory; memory VK_NULL_HANDLE: none, or not known. */
 struct memory_span {
     VkDeviceMemory memory;
     VkDeviceSize begin, end;
 };
+
+static inline struct memory_span memory_span_of(VkDeviceMemory memory, VkDeviceSize begin,
+                                                VkDeviceSize size)
+{
+    return memory ? (struct memory_span){memory, begin, begin + size} : (struct memory_span){0};
+}
 
 /* Bytes [begin, end) of a sparse buffer: where they lie depends on when. */
 struct sparse_bytes {
@@ -38,25 +45,25 @@ static inline VkDeviceMemory memory_of_host(void)
     return (VkDeviceMemory)(uintptr_t)UINT64_MAX;
 }
 
-/* An acceleration structure. */
+/* An acceleration structure. All but the handle are what its record says, one cache line. */
 struct accel_facts {
-    VkAccelerationStructureKHR handle;
-    uint64_t id;            /* never reused, as handles are; 0 unless alive */
-    enum tristate alive;    /* a structure of this device */
-    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    enum tristate backed;   /* its buffer range lies in live memory */
-    bool details_known;     /* type, create_flags, size and buffer are meaningful */
-    VkAccelerationStructureTypeKHR type;
-    VkAccelerationStructureCreateFlagsKHR create_flags;
+    uint64_t id;       /* never reused, as handles are; 0 unless alive */
     VkDeviceSize size; /* bytes, VkAccelerationStructureCreateInfoKHR::size */
     VkBuffer buffer;
-    VkDeviceSize offset;     /* of the structure in the buffer, bytes */
-    struct memory_span span; /* where the structure lies, if in one piece; else */
-    bool in_pieces;          /* it is in a sparse buffer, see resources_find_pieces, */
-    uint64_t buffer_id;      /* and its id */
+    uint64_t buffer_id;    /* in_pieces: of that buffer */
+    VkDeviceMemory memory; /* where the structure lies, if in one piece; else null */
+    VkDeviceSize begin;    /* of its bytes there, or in a sparse buffer */
+    VkAccelerationStructureTypeKHR type;
+    VkAccelerationStructureCreateFlagsKHR create_flags;
+    enum tristate alive;    /* a structure of this device */
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    bool details_known;     /* type, create_flags, size and buffer are meaningful */
+    enum tristate backed;   /* its buffer range lies in live memory */
+    bool in_pieces;         /* it is in a sparse buffer, see resources_find_pieces */
     /* Of its memory, unless that is sparse: host-visible; of several instances. */
     enum tristate host_visible, multi_instance;
     bool by_address; /* created by vkCreateAccelerationStructure2KHR */
+    VkAccelerationStructureKHR handle;
 };
 
 /* A VkDeferredOperationKHR. */
@@ -67,7 +74,7 @@ struct deferred_operation_facts {
     enum tristate complete; /* what was deferred to it before */
 };
 
-enum address_status {
+enum __attribute__((packed)) address_status {
     ADDRESS_UNKNOWN,   /* not looked up, or the state cannot tell */
     ADDRESS_NULL,      /* 0 */
     ADDRESS_NOWHERE,   /* in no buffer whose address was retrieved */
@@ -79,14 +86,15 @@ enum address_status {
  * the one that reaches furthest leaves from the address to its end. */
 struct address_facts {
     VkDeviceAddress address;
-    enum address_status status;
-    VkBuffer buffer;    /* the one that reaches furthest */
-    uint64_t buffer_id; /* of that one; never reused */
-    VkBufferUsageFlags2 usage;
     VkDeviceSize bytes_left;
-    struct memory_span span;    /* from the address to the end of `buffer`; memory null and */
-    bool in_pieces;             /* where that is sparse */
-    VkDeviceSize buffer_offset; /* of the address in `buffer`, bytes */
+    VkBufferUsageFlags2 usage;
+    VkBuffer buffer;       /* the one that reaches furthest */
+    uint64_t buffer_id;    /* of that one; never reused */
+    VkDeviceMemory memory; /* of that one; null: none, not known, or in pieces */
+    VkDeviceSize begin;    /* of the address in that memory, or in a sparse buffer */
+    enum address_status status;
+    bool in_pieces; /* `buffer` is sparse */
+    bool is_shared; /* bytes of `buffer` are also those of others */
 };
 
 /* A buffer, by its handle. */

@@ -6,36 +6,25 @@
 
 enum { FIRST_SLOTS = 64 };
 
-/* Handles are pointers, or counters in any of their bits: multiply by 2^64 / phi and keep the
- * highest bits, so that neighbours spread (Knuth, The Art of Computer Programming, 6.4). */
-static size_t home_slot(const struct handle_table *table, uint64_t handle)
-{
-    return (size_t)((handle * 0x9e3779b97f4a7c15u) >> __builtin_clzll(table->mask));
-}
-
 static struct handle_slot *find_slot(const struct handle_table *table, uint64_t handle)
 {
-    size_t i = home_slot(table, handle);
+    size_t i = handle_table_home(table, handle);
     while (table->slots[i].handle && table->slots[i].handle != handle)
         i = (i + 1) & table->mask;
     return &table->slots[i];
 }
 
-void handle_table_prefetch(const struct handle_table *table, uint64_t handle)
+void *handle_table_search(const struct handle_table *table, uint64_t handle)
 {
-    if (table->slots)
-        __builtin_prefetch(&table->slots[home_slot(table, handle)]);
-}
-
-void *handle_table_find(const struct handle_table *table, uint64_t handle)
-{
-    return table->slots && handle ? find_slot(table, handle)->record : NULL;
+    return find_slot(table, handle)->record;
 }
 
 static bool grow(struct handle_table *table)
 {
     size_t size = table->slots ? (table->mask + 1) * 2 : FIRST_SLOTS;
-    struct handle_table larger = {.slots = calloc(size, sizeof(*larger.slots)), .mask = size - 1};
+    struct handle_table larger = {.slots = calloc(size, sizeof(*larger.slots)),
+                                  .mask = size - 1,
+                                  .shift = 64 - (unsigned)__builtin_ctzll(size)};
     if (!larger.slots)
         return false;
 
@@ -75,7 +64,7 @@ void *handle_table_remove(struct handle_table *table, uint64_t handle)
     /* Close the gap: move up each later slot of the run that may not stand behind it. */
     size_t gap = (size_t)(slot - table->slots);
     for (size_t i = (gap + 1) & table->mask; table->slots[i].handle; i = (i + 1) & table->mask) {
-        size_t home = home_slot(table, table->slots[i].handle);
+        size_t home = handle_table_home(table, table->slots[i].handle);
         if (((i - home) & table->mask) >= ((i - gap) & table->mask)) {
             table->slots[gap] = table->slots[i];
             gap = i;

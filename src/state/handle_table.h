@@ -16,13 +16,28 @@ struct handle_table {
         void *record;
     } * slots;
     size_t count, mask; /* mask + 1 slots; slots is NULL while empty */
+    unsigned shift;     /* see handle_table_home */
 };
 
-/* NULL where the handle isn't known. */
-/* Fetches the slot where a look-up will begin into the processor's cache. */
-void handle_table_prefetch(const struct handle_table *table, uint64_t handle);
+/* Where the search for a handle begins. Handles are pointers, or counters in any of their bits:
+ * multiply by 2^64 / phi and keep the highest bits, so that neighbours spread (Knuth, The Art of
+ * Computer Programming, 6.4). */
+static inline size_t handle_table_home(const struct handle_table *table, uint64_t handle)
+{
+    return (size_t)(handle * 0x9e3779b97f4a7c15u >> table->shift);
+}
 
-void *handle_table_find(const struct handle_table *table, uint64_t handle);
+/* The rest of the search, which is seldom. */
+void *handle_table_search(const struct handle_table *table, uint64_t handle);
+
+/* NULL where the handle isn't known. */
+static inline void *handle_table_find(const struct handle_table *table, uint64_t handle)
+{
+    if (!table->slots)
+        return NULL;
+    const struct handle_slot *slot = &table->slots[handle_table_home(table, handle)];
+    return slot->handle == handle ? slot->record : handle_table_search(table, handle);
+}
 
 /* False without memory; then the table is as before. An existing record is replaced. */
 bool handle_table_set(struct handle_table *table, uint64_t handle, void *record);

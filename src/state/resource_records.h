@@ -38,7 +38,10 @@ struct sparse_range {
 };
 
 struct buffer_record {
-    struct buffer_place where; /* follows from the rest, see resources_refresh */
+    /* Its place: what there is to say of its first byte, whether it has an address or not (0: not
+     * retrieved). Follows from the rest, see resources_refresh. */
+    struct address_facts where;
+    enum tristate backed; /* likewise; not of a sparse buffer */
 
     uint32_t references; /* of acceleration structures, and one of the table while alive */
     bool alive;
@@ -59,29 +62,24 @@ struct buffer_record {
     struct accel_record *accels; /* that lie in it */
 };
 
-/* Look-ups read the first members, one cache line; where a structure lies follows from its buffer,
- * see resources_refresh. */
+enum { CACHE_LINE = 64 };
+
+/* Allocated by aligned_alloc, for look-ups read one cache line of it. Where the structure lies
+ * follows from its buffer, see resources_refresh. */
 struct accel_record {
-    VkDeviceMemory memory; /* null as in struct buffer_place */
-    VkDeviceSize memory_begin;
-    VkDeviceSize offset, size;
-    uint64_t id;
-    VkAccelerationStructureTypeKHR type;
-    VkAccelerationStructureCreateFlagsKHR flags;
-    VkBuffer buffer_handle;
-    unsigned char backed; /* these three: enum tristate */
-    unsigned char host_visible, multi_instance;
-    bool in_pieces, by_address;
+    _Alignas(CACHE_LINE) struct accel_facts facts;
 
     struct buffer_record *buffer;         /* NULL: not known */
+    VkDeviceSize offset;                  /* in it */
     struct accel_record *previous, *next; /* in the same buffer */
 
     /* Where the address that instances refer to it by is known; else 0. */
     VkDeviceAddress address;
     bool address_is_unknown; /* it is 0, and counted as such */
-    VkAccelerationStructureKHR handle;
     struct accel_record *same_address;
 };
+_Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
+               "all that a look-up doesn't know yet is one line");
 
 /* A VkMicromapEXT. */
 struct micromap_record {

@@ -30,7 +30,7 @@ static uint64_t remove_accel(struct resources *resources, VkAccelerationStructur
         handle_table_remove(&resources->accels, (uint64_t)(uintptr_t)handle);
     if (!accel)
         return 0;
-    uint64_t id = accel->id;
+    uint64_t id = accel->facts.id;
     resources_note_death(resources);
     accel_record_forget_address(resources, accel);
     accel_record_free(accel);
@@ -48,12 +48,28 @@ static void put_into_buffer(struct accel_record *accel, struct buffer_record *bu
     resources_refresh_accel(accel);
 }
 
+/* Without a buffer; NULL without memory. */
+static struct accel_record *make_accel(VkAccelerationStructureKHR handle, VkDeviceSize size,
+                                       VkAccelerationStructureTypeKHR type,
+                                       VkAccelerationStructureCreateFlagsKHR flags)
+{
+    struct accel_record *accel = aligned_alloc(CACHE_LINE, sizeof(*accel));
+    if (accel)
+        *accel = (struct accel_record){.facts = {.handle = handle,
+                                                 .alive = YES,
+                                                 .details_known = true,
+                                                 .size = size,
+                                                 .type = type,
+                                                 .create_flags = flags}};
+    return accel;
+}
+
 static void add_accel(struct resources *resources, struct accel_record *accel,
                       VkAccelerationStructureKHR handle, struct buffer_record *buffer)
 {
     remove_accel(resources, handle);
     if (accel)
-        accel->id = ++resources->last_id;
+        accel->facts.id = ++resources->last_id;
     bool kept =
         resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel);
     if (accel && kept && buffer)
@@ -63,12 +79,10 @@ static void add_accel(struct resources *resources, struct accel_record *accel,
 void resources_add_accel(struct resources *resources, VkAccelerationStructureKHR handle,
                          const VkAccelerationStructureCreateInfoKHR *create_info)
 {
-    struct accel_record *accel = malloc(sizeof(*accel));
+    struct accel_record *accel =
+        make_accel(handle, create_info->size, create_info->type, create_info->createFlags);
     if (accel)
-        *accel = (struct accel_record){.offset = create_info->offset,
-                                       .size = create_info->size,
-                                       .type = create_info->type,
-                                       .flags = create_info->createFlags};
+        accel->offset = create_info->offset;
     reader_lock_write(&resources->lock);
     add_accel(resources, accel, handle, resources_buffer(resources, create_info->buffer));
     reader_lock_write_done(&resources->lock);
@@ -81,12 +95,12 @@ struct buffer_search {
     uint32_t matches;
 };
 
-static void note_containing_buffer(const struct buffer_place *place, void *context)
+static void note_containing_buffer(const struct address_facts *place, void *context)
 {
     struct buffer_search *search = context;
-    if (place->size - (search->begin - place->address) < search->size)
+    if (place->bytes_left - (search->begin - place->address) < search->size)
         return;
-    search->found = place->handle;
+    search->found = place->buffer;
     search->matches++;
 }
 
@@ -95,12 +109,10 @@ static void note_containing_buffer(const struct buffer_place *place, void *conte
 void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
                             const VkAccelerationStructureCreateInfo2KHR *create_info)
 {
-    struct accel_record *accel = malloc(sizeof(*accel));
+    struct accel_record *accel = make_accel(handle, create_info->addressRange.size,
+                                            create_info->type, create_info->createFlags);
     if (accel)
-        *accel = (struct accel_record){.size = create_info->addressRange.size,
-                                       .by_address = true,
-                                       .type = create_info->type,
-                                       .flags = create_info->createFlags};
+        accel->facts.by_address = true;
     reader_lock_write(&resources->lock);
     struct buffer_search search = {.begin = create_info->addressRange.address,
                                    .size = create_info->addressRange.size};

@@ -72,8 +72,8 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
     if (buffer) {
         buffer->references = 1;
         buffer->alive = true;
-        buffer->where.handle = handle;
-        buffer->where.size = create_info->size;
+        buffer->where.buffer = handle;
+        buffer->where.bytes_left = create_info->size;
         buffer->where.usage = usage_of(create_info);
         buffer->flags = create_info->flags;
         buffer->bound = NO;
@@ -84,7 +84,7 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
     if (replays_address(create_info))
         resources->replays_addresses = true;
     if (buffer)
-        buffer->where.id = ++resources->last_id;
+        buffer->where.buffer_id = ++resources->last_id;
     resources_publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
     reader_lock_write_done(&resources->lock);
 }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the records say: facts about structures and addresses. */
+#include <string.h>
+
 #include "state/resource_records.h"
 
 unsigned resources_begin_reading(struct resources *resources)
@@ -23,9 +25,9 @@ static enum tristate backing(const struct buffer_record *buffer)
 
 static enum address_status status_of(const struct buffer_record *buffer)
 {
-    if (buffer->where.is_sparse)
+    if (buffer->where.in_pieces)
         return ADDRESS_IN_BUFFER;
-    switch ((enum tristate)buffer->where.backed) {
+    switch (buffer->backed) {
     case YES:
         return ADDRESS_IN_BUFFER;
     case NO:
@@ -37,73 +39,53 @@ static enum address_status status_of(const struct buffer_record *buffer)
 }
 
 /* enum tristate of what is asked of something, if that is known. */
-static unsigned char is_true(const void *something, bool answer)
+static enum tristate is_true(const void *something, bool answer)
 {
-    return (unsigned char)(!something ? UNKNOWN : answer ? YES : NO);
+    return !something ? UNKNOWN : answer ? YES : NO;
 }
 
 void resources_refresh_accel(struct accel_record *accel)
 {
     const struct buffer_record *buffer = accel->buffer;
-    bool is_sparse = buffer->where.is_sparse && buffer->alive;
-    accel->buffer_handle = buffer->where.handle;
-    accel->memory = buffer->where.memory;
-    accel->memory_begin = buffer->where.memory_offset + accel->offset;
-    accel->in_pieces = is_sparse;
+    struct accel_facts *facts = &accel->facts;
+    facts->buffer = buffer->where.buffer;
+    facts->buffer_id = buffer->where.buffer_id;
+    facts->memory = buffer->where.memory;
+    facts->begin = buffer->where.begin + accel->offset;
+    facts->in_pieces = buffer->where.in_pieces && buffer->alive;
     /* Of a sparse one it depends on who asks: see resources_sparse_backing. */
-    accel->backed = (unsigned char)(is_sparse ? UNKNOWN : buffer->where.backed);
-    const struct memory_record *memory = accel->backed == YES ? buffer->memory : NULL;
-    accel->host_visible =
+    facts->backed = facts->in_pieces ? UNKNOWN : buffer->backed;
+    const struct memory_record *memory = facts->backed == YES ? buffer->memory : NULL;
+    facts->host_visible =
         is_true(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
-    accel->multi_instance = is_true(memory, memory && memory->multi_instance);
+    facts->multi_instance = is_true(memory, memory && memory->multi_instance);
 }
 
 void resources_refresh(struct resources *resources, struct buffer_record *buffer)
 {
-    buffer->where.is_sparse = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
-    buffer->where.backed = (unsigned char)backing(buffer);
-    buffer->where.status = (unsigned char)status_of(buffer);
-    bool has_place =
-        buffer->where.backed == YES && !buffer->where.is_sparse && !buffer->instances_differ;
+    buffer->where.in_pieces = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
+    buffer->backed = backing(buffer);
+    buffer->where.status = status_of(buffer);
+    bool has_place = buffer->backed == YES && !buffer->where.in_pieces && !buffer->instances_differ;
     buffer->where.memory = has_place ? buffer->memory->handle : VK_NULL_HANDLE;
-    buffer->where.memory_offset = buffer->memory_offset;
+    buffer->where.begin = has_place ? buffer->memory_offset : 0;
     if (buffer->where.address)
         address_map_update(&resources->addresses, &buffer->where);
     for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
         resources_refresh_accel(accel);
 }
 
-static struct memory_span span_from(VkDeviceMemory memory, VkDeviceSize begin, VkDeviceSize size)
-{
-    return memory ? (struct memory_span){memory, begin, begin + size} : (struct memory_span){0};
-}
-
 static void describe_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
                            const struct accel_record *accel, struct accel_facts *facts)
 {
-    *facts = (struct accel_facts){.handle = handle};
-    if (!handle)
-        return;
-    if (!accel) {
-        facts->alive = resources->incomplete ? UNKNOWN : NO;
-        return;
+    if (__builtin_expect(accel != NULL, true)) {
+        memcpy(facts, &accel->facts, offsetof(struct accel_facts, handle));
+        facts->handle = handle;
+    } else {
+        *facts = (struct accel_facts){.handle = handle};
+        if (handle)
+            facts->alive = resources->incomplete ? UNKNOWN : NO;
     }
-    facts->alive = YES;
-    facts->id = accel->id;
-    facts->details_known = true;
-    facts->type = accel->type;
-    facts->create_flags = accel->flags;
-    facts->size = accel->size;
-    facts->offset = accel->offset;
-    facts->buffer = accel->buffer_handle;
-    facts->span = span_from(accel->memory, accel->memory_begin, accel->size);
-    facts->backed = (enum tristate)accel->backed;
-    facts->in_pieces = accel->in_pieces;
-    facts->host_visible = (enum tristate)accel->host_visible;
-    facts->multi_instance = (enum tristate)accel->multi_instance;
-    facts->by_address = accel->by_address;
-    if (accel->in_pieces)
-        facts->buffer_id = accel->buffer->where.id;
 }
 
 void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
@@ -126,10 +108,10 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
         return;
     }
     facts->alive = YES;
-    facts->id = buffer->where.id;
-    facts->size = buffer->where.size;
+    facts->id = buffer->where.buffer_id;
+    facts->size = buffer->where.bytes_left;
     facts->usage = buffer->where.usage;
-    facts->status = (enum address_status)buffer->where.status;
+    facts->status = buffer->where.status;
 }
 
 uint64_t resources_deaths(struct resources *resources)
@@ -142,7 +124,7 @@ static uint64_t find_id(const struct resources *resources, enum resource_kind ki
     switch (kind) {
     case RESOURCE_ACCEL: {
         const struct accel_record *accel = handle_table_find(&resources->accels, handle);
-        return accel ? accel->id : 0;
+        return accel ? accel->facts.id : 0;
     }
     case RESOURCE_ACCEL_NV: {
         const struct nv_accel_record *accel = handle_table_find(&resources->nv_accels, handle);
@@ -150,7 +132,7 @@ static uint64_t find_id(const struct resources *resources, enum resource_kind ki
     }
     case RESOURCE_BUFFER: {
         const struct buffer_record *buffer = handle_table_find(&resources->buffers, handle);
-        return buffer ? buffer->where.id : 0;
+        return buffer ? buffer->where.buffer_id : 0;
     }
     case RESOURCE_MICROMAP: {
         const struct micromap_record *micromap = handle_table_find(&resources->micromaps, handle);
@@ -186,86 +168,84 @@ static int weight(enum address_status status)
     return 0;
 }
 
-static void add_buffer_facts(const struct buffer_place *place, void *context)
+/* What a place says of an address that it holds. */
+static inline void read_place(const struct address_facts *place, VkDeviceAddress address,
+                              struct address_facts *facts)
 {
-    struct address_facts *facts = context;
-    enum address_status status = (enum address_status)place->status;
-    if (weight(status) < weight(facts->status))
-        return;
-    if (weight(status) > weight(facts->status)) {
-        facts->status = status;
-        facts->usage = 0;
-        facts->bytes_left = 0;
-    }
-    facts->usage |= place->usage;
-    VkDeviceSize offset = facts->address - place->address;
-    VkDeviceSize left = place->size - offset;
-    if (left <= facts->bytes_left)
-        return;
-    facts->buffer = place->handle;
-    facts->buffer_id = place->id;
-    facts->buffer_offset = offset;
-    facts->bytes_left = left;
-    facts->span = span_from(place->memory, place->memory_offset + offset, left);
-    facts->in_pieces = place->is_sparse;
+    VkDeviceSize offset = address - place->address;
+    *facts = *place;
+    facts->address = address;
+    facts->bytes_left -= offset;
+    facts->begin += offset;
 }
 
-static void describe_address(const struct resources *resources, VkDeviceAddress address,
-                             struct address_position position, struct address_facts *facts)
+static void add_place(const struct address_facts *place, void *context)
+{
+    struct address_facts *facts = context;
+    int heavier = weight(place->status) - weight(facts->status);
+    if (heavier < 0)
+        return;
+    VkBufferUsageFlags2 usage = place->usage | (heavier > 0 ? 0 : facts->usage);
+    if (heavier > 0 || place->bytes_left - (facts->address - place->address) > facts->bytes_left)
+        read_place(place, facts->address, facts);
+    facts->usage = usage;
+}
+
+__attribute__((noinline, cold)) static void search_address(const struct resources *resources,
+                                                           VkDeviceAddress address,
+                                                           struct address_facts *facts)
 {
     *facts = (struct address_facts){.address = address, .status = ADDRESS_NULL};
     if (!address)
         return;
     facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
-    const struct buffer_place *only =
-        resources->incomplete ? NULL : address_map_only(&resources->addresses, position, address);
-    if (only)
-        add_buffer_facts(only, facts);
-    else if (!resources->incomplete)
-        address_map_visit(&resources->addresses, position, address, add_buffer_facts, facts);
+    if (!resources->incomplete)
+        address_map_find(&resources->addresses, address, add_place, facts);
     if (facts->status == ADDRESS_NOWHERE && resources->replays_addresses)
         facts->status = ADDRESS_UNKNOWN;
+}
+
+/* Where the state is incomplete nothing is certain of any address. */
+static struct address_guesses guesses_of(const struct resources *resources)
+{
+    return address_map_guesses(resources->incomplete ? NULL : &resources->addresses);
+}
+
+static inline void describe_address(const struct resources *resources, VkDeviceAddress address,
+                                    const struct address_facts *guess, struct address_facts *facts)
+{
+    if (place_holds(guess, address) && !guess->is_shared)
+        read_place(guess, address, facts);
+    else
+        search_address(resources, address, facts);
 }
 
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,
                             struct address_facts *facts)
 {
-    struct address_position position = address_map_find_chunk(&resources->addresses, address);
-    address_map_find_entry(&resources->addresses, address, &position);
-    describe_address(resources, address, position, facts);
-}
-
-static const struct accel_record *fetch_accel(const struct resources *resources,
-                                              VkAccelerationStructureKHR handle)
-{
-    const struct accel_record *accel =
-        handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
-    if (accel) {
-        __builtin_prefetch(accel);
-        __builtin_prefetch(&accel->in_pieces);
-    }
-    return accel;
+    describe_address(resources, address, address_guess(guesses_of(resources), address), facts);
 }
 
 /* What queries have found before they are answered. */
 struct found {
     const struct accel_record *accels[RESOURCE_ACCEL_QUERIES];
-    struct address_position positions[RESOURCE_ADDRESS_QUERIES];
+    const struct address_facts *guesses[RESOURCE_ADDRESS_QUERIES];
 };
 
-/* In steps, each of which needs what the one before has fetched. */
-static void locate_all(const struct resources *resources, const struct resource_queries *queries,
-                       struct found *found)
+/* And fetches it into the processor's cache, all together. */
+static inline void locate_all(const struct resources *resources,
+                              const struct resource_queries *queries, struct found *found)
 {
-    const struct address_map *map = &resources->addresses;
-    for (unsigned i = 0; i < queries->accel_count; i++)
-        handle_table_prefetch(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
-    for (unsigned i = 0; i < queries->address_count; i++)
-        found->positions[i] = address_map_find_chunk(map, queries->addresses[i].address);
-    for (unsigned i = 0; i < queries->accel_count; i++)
-        found->accels[i] = fetch_accel(resources, queries->accels[i].handle);
-    for (unsigned i = 0; i < queries->address_count; i++)
-        address_map_find_entry(map, queries->addresses[i].address, &found->positions[i]);
+    for (unsigned i = 0; i < queries->accel_count; i++) {
+        found->accels[i] =
+            handle_table_find(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
+        __builtin_prefetch(found->accels[i]);
+    }
+    const struct address_guesses guesses = guesses_of(resources);
+    for (unsigned i = 0; i < queries->address_count; i++) {
+        found->guesses[i] = address_guess(guesses, queries->addresses[i].address);
+        __builtin_prefetch(found->guesses[i]);
+    }
 }
 
 void resources_find_all(struct resources *resources, const struct resource_queries *queries)
@@ -274,7 +254,7 @@ void resources_find_all(struct resources *resources, const struct resource_queri
     unsigned token = resources_begin_reading(resources);
     locate_all(resources, queries, &found);
     for (unsigned i = 0; i < queries->address_count; i++)
-        describe_address(resources, queries->addresses[i].address, found.positions[i],
+        describe_address(resources, queries->addresses[i].address, found.guesses[i],
                          queries->addresses[i].facts);
     for (unsigned i = 0; i < queries->accel_count; i++)
         describe_accel(resources, queries->accels[i].handle, found.accels[i],
@@ -312,11 +292,11 @@ static void end_range(const struct range_union *joined)
         joined->visit(joined->user, joined->begin, joined->end);
 }
 
-static void join_range(const struct buffer_place *place, void *context)
+static void join_range(const struct address_facts *place, void *context)
 {
     struct range_union *joined = context;
-    uint64_t begin = place->address, end = begin + place->size;
-    if (place->status != ADDRESS_IN_BUFFER || place->is_sparse)
+    uint64_t begin = place->address, end = begin + place->bytes_left;
+    if (place->status != ADDRESS_IN_BUFFER || place->in_pieces)
         return;
     if (begin > joined->end) {
         end_range(joined);

@@ -87,15 +87,15 @@ void resources_find_host_pieces(struct resources *resources, const void *pointer
     resources_end_reading(resources, token);
 }
 
-/* Of the bytes of a span those from its begin on that are mapped. */
-static uint64_t find_bytes(const struct resources *resources, const struct memory_span *span,
+/* Of the bytes from an address on those that are mapped. */
+static uint64_t find_bytes(const struct resources *resources, const struct address_facts *facts,
                            const void **bytes)
 {
-    const struct memory_record *memory = resources_memory(resources, span->memory);
+    const struct memory_record *memory = resources_memory(resources, facts->memory);
     if (!memory || !(memory->properties & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) ||
-        span->begin < memory->mapped_offset)
+        facts->begin < memory->mapped_offset)
         return 0;
-    uint64_t skipped = span->begin - memory->mapped_offset;
+    uint64_t skipped = facts->begin - memory->mapped_offset;
     uint64_t size = memory->mapped_end - memory->mapped_begin;
     if (skipped >= size)
         return 0;
@@ -110,8 +110,8 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
     uint64_t found = 0;
     unsigned token = resources_begin_reading(resources);
     resources_find_address(resources, address, &facts);
-    if (facts.status == ADDRESS_IN_BUFFER && facts.span.memory)
-        found = find_bytes(resources, &facts.span, bytes);
+    if (facts.status == ADDRESS_IN_BUFFER && facts.memory)
+        found = find_bytes(resources, &facts, bytes);
     resources_end_reading(resources, token);
     if (facts.bytes_left < found)
         found = facts.bytes_left;

@@ -48,14 +48,13 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
 
 /* With the lock held. Without memory it counts as unknown. */
 static void add_address(struct resources *resources, struct accel_record *accel,
-                        VkAccelerationStructureKHR handle, VkDeviceAddress address)
+                        VkDeviceAddress address)
 {
     struct accel_address *at = address ? find_or_add(resources, address) : NULL;
     set_unknown(resources, accel, !at);
     if (!at)
         return;
     accel->address = address;
-    accel->handle = handle;
     accel->same_address = at->first;
     at->first = accel;
 }
@@ -68,7 +67,7 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
     if (accel && accel->address != address)
         accel_record_forget_address(resources, accel);
     if (accel && !accel->address)
-        add_address(resources, accel, handle, address);
+        add_address(resources, accel, address);
     reader_lock_write_done(&resources->lock);
 }
 
@@ -92,7 +91,7 @@ void resources_find_referenced(struct resources *resources, VkDeviceAddress addr
     unsigned token = resources_begin_reading(resources);
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
     if (is_one(at, deaths))
-        resources_find_accel(resources, at->first->handle, facts);
+        resources_find_accel(resources, at->first->facts.handle, facts);
     else
         *facts = (struct accel_facts){.alive = is_alive(resources, at, deaths)};
     if (facts->backed == NO && resources_deaths(resources) > deaths)

@@ -109,7 +109,7 @@ struct sparse_binding resources_announce_sparse(struct resources *resources, VkB
     struct buffer_record *buffer = resources_buffer(resources, handle);
     const struct memory_record *memory = resources_memory(resources, bind->memory);
     if (buffer) {
-        binding.buffer_id = buffer->where.id;
+        binding.buffer_id = buffer->where.buffer_id;
         buffer->sparse_announced++;
     }
     if (memory)
@@ -123,7 +123,7 @@ static struct buffer_record *buffer_of(struct resources *resources,
                                        const struct sparse_binding *binding)
 {
     struct buffer_record *buffer = resources_buffer(resources, binding->buffer);
-    return buffer && buffer->where.id == binding->buffer_id ? buffer : NULL;
+    return buffer && buffer->where.buffer_id == binding->buffer_id ? buffer : NULL;
 }
 
 void resources_settle_sparse(struct resources *resources, const struct sparse_binding *binding)
@@ -186,7 +186,7 @@ static const struct buffer_record *find_certain(const struct resources *resource
                                                 const struct sparse_bytes *bytes)
 {
     const struct buffer_record *buffer = resources_buffer(resources, bytes->buffer);
-    bool is_certain = buffer && buffer->where.id == bytes->buffer_id && !buffer->sparse_announced &&
+    bool is_certain = buffer && buffer->where.buffer_id == bytes->buffer_id && !buffer->sparse_announced &&
                       !buffer->sparse_incomplete;
     return is_certain ? buffer : NULL;
 }

@@ -18,7 +18,7 @@ static void assert_backed(struct resources *resources, unsigned n, enum tristate
     assert_int_equal(facts.alive, YES);
     assert_int_equal(facts.backed, backed);
     if (backed != YES)
-        assert_no_span(&facts.span);
+        assert_null(facts.memory);
 }
 
 static void assert_lies_at(struct resources *resources, unsigned n, unsigned memory_n,
@@ -26,7 +26,7 @@ static void assert_lies_at(struct resources *resources, unsigned n, unsigned mem
 {
     struct accel_facts facts = accel_facts(resources, n);
     assert_int_equal(facts.backed, YES);
-    assert_span(&facts.span, memory_n, begin, end);
+    assert_accel_lies(&facts, memory_n, begin, end);
 }
 
 /* Buffer 1, at the beginning of memory 1. */
@@ -55,7 +55,7 @@ static void test_a_structure_has_its_details(void **state)
     assert_int_equal(facts.create_flags,
                      VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR);
     assert_int_equal(facts.size, 0x200);
-    assert_int_equal(facts.offset, 0x100);
+    assert_int_equal(facts.begin, 0x100);
     assert_ptr_equal(facts.buffer, buffer(1));
     resources_destroy(resources);
     resources_destroy(NULL);
@@ -217,10 +217,10 @@ static void test_bindings_with_instances_of_their_choice_have_no_span(void **sta
     have_accel(resources, 1, 1, 0, 0x100);
     struct accel_facts facts = accel_facts(resources, 1);
     assert_int_equal(facts.backed, YES);
-    assert_no_span(&facts.span);
+    assert_null(facts.memory);
     struct address_facts address = address_facts(resources, 0x10010);
     assert_int_equal(address.status, ADDRESS_IN_BUFFER);
-    assert_no_span(&address.span);
+    assert_null(address.memory);
     resources_remove_memory(resources, memory(1));
     assert_backed(resources, 1, NO);
     resources_destroy(resources);

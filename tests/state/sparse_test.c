@@ -81,9 +81,9 @@ static void test_an_address_in_a_sparse_buffer_needs_no_memory(void **state)
     struct address_facts facts = address_facts(resources, 0x100010);
     assert_int_equal(facts.status, ADDRESS_IN_BUFFER);
     assert_int_equal(facts.bytes_left, PAGES * PAGE - 0x10);
-    assert_int_equal(facts.buffer_offset, 0x10);
+    assert_int_equal(facts.begin, 0x10);
     assert_true(facts.in_pieces);
-    assert_no_span(&facts.span);
+    assert_null(facts.memory);
     resources_destroy(resources);
 }
 

@@ -45,12 +45,12 @@ struct resources *a_structure_in_pages(void)
 enum tristate backed_for(struct resources *resources, const struct execution_clock *clock)
 {
     struct accel_facts facts = accel_facts(resources, 1);
-    assert_no_span(&facts.span);
+    assert_null(facts.memory);
     if (!facts.in_pieces)
         return facts.backed;
     assert_int_equal(facts.backed, UNKNOWN);
-    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.offset,
-                                       facts.offset + facts.size};
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + facts.size};
     struct sparse_bytes missing;
     enum tristate answer = resources_sparse_backing(resources, &bytes, clock, &missing);
     if (answer == NO)

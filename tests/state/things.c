@@ -88,21 +88,64 @@ void have_accel_at(struct resources *resources, unsigned n, VkDeviceAddress addr
 struct accel_facts accel_facts(struct resources *resources, unsigned n)
 {
     struct accel_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_accel(resources, accel(n), &facts);
-    resources_end_reading(resources, token);
+    const struct resource_queries queries = {.accel_count = 1, .accels = {{accel(n), &facts}}};
+    resources_find_all(resources, &queries);
     assert_ptr_equal(facts.handle, accel(n));
     return facts;
 }
 
+static void assert_facts_agree(const struct address_facts *a, const struct address_facts *b)
+{
+    assert_true(a->address == b->address && a->usage == b->usage);
+    assert_int_equal(a->status, b->status);
+    assert_int_equal(a->bytes_left, b->bytes_left);
+    assert_ptr_equal(a->buffer, b->buffer);
+    assert_int_equal(a->buffer_id, b->buffer_id);
+    assert_ptr_equal(a->memory, b->memory);
+    assert_int_equal(a->begin, b->begin);
+    assert_int_equal(a->in_pieces, b->in_pieces);
+}
+
 struct address_facts address_facts(struct resources *resources, VkDeviceAddress address)
 {
-    struct address_facts facts;
+    struct address_facts facts, again, among_others[2];
+    const struct resource_queries queries = {
+        .address_count = 2,
+        .addresses = {{address + 1, &among_others[1]}, {address, &among_others[0]}},
+    };
     unsigned token = resources_begin_reading(resources);
     resources_find_address(resources, address, &facts);
+    resources_find_address(resources, address, &again);
     resources_end_reading(resources, token);
+    resources_find_all(resources, &queries);
     assert_true(facts.address == address);
+    assert_facts_agree(&facts, &again);
+    assert_facts_agree(&facts, &among_others[0]);
     return facts;
+}
+
+struct memory_span accel_span(const struct accel_facts *facts)
+{
+    return memory_span_of(facts->memory, facts->begin, facts->size);
+}
+
+struct memory_span address_span(const struct address_facts *facts)
+{
+    return memory_span_of(facts->memory, facts->begin, facts->bytes_left);
+}
+
+void assert_accel_lies(const struct accel_facts *facts, unsigned memory_n, VkDeviceSize begin,
+                       VkDeviceSize end)
+{
+    const struct memory_span span = accel_span(facts);
+    assert_span(&span, memory_n, begin, end);
+}
+
+void assert_address_lies(const struct address_facts *facts, unsigned memory_n, VkDeviceSize begin,
+                         VkDeviceSize end)
+{
+    const struct memory_span span = address_span(facts);
+    assert_span(&span, memory_n, begin, end);
 }
 
 void assert_span(const struct memory_span *span, unsigned memory_n, VkDeviceSize begin,

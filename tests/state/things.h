@@ -41,7 +41,16 @@ void have_accel_at(struct resources *resources, unsigned n, VkDeviceAddress addr
                    VkDeviceSize size);
 
 struct accel_facts accel_facts(struct resources *resources, unsigned n);
+/* Found in every way there is, with and without a guess to begin with. */
 struct address_facts address_facts(struct resources *resources, VkDeviceAddress address);
+
+/* Where they lie. */
+struct memory_span accel_span(const struct accel_facts *facts);
+struct memory_span address_span(const struct address_facts *facts);
+void assert_accel_lies(const struct accel_facts *facts, unsigned memory_n, VkDeviceSize begin,
+                       VkDeviceSize end);
+void assert_address_lies(const struct address_facts *facts, unsigned memory_n, VkDeviceSize begin,
+                         VkDeviceSize end);
 
 void assert_span(const struct memory_span *span, unsigned memory_n, VkDeviceSize begin,
                  VkDeviceSize end);

@@ -87,8 +87,8 @@ static void look_up(unsigned n, unsigned others)
     resources_find_address(device.resources, BASE + n * SIZE + 0x10, &scratch);
     resources_find_address(device.resources, BASE + others * SIZE, &input);
     resources_end_reading(device.resources, token);
-    EXPECT(own.alive == YES && own.backed == YES && own.span.memory == memory(n) &&
-           own.span.begin == n * SIZE + 0x100 && own.span.end == n * SIZE + 0x300);
+    EXPECT(own.alive == YES && own.backed == YES && own.memory == memory(n) &&
+           own.begin == n * SIZE + 0x100 && own.size == 0x200);
     EXPECT(other.alive != YES || other.size == 0x80);
     EXPECT(scratch.status == ADDRESS_IN_BUFFER && scratch.buffer == buffer(n) &&
            scratch.bytes_left == SIZE - 0x10);
