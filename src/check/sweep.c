@@ -246,9 +246,10 @@ static bool role_is_apart(const struct range_list *list, const struct range_queu
 }
 
 /* Whether all up to `last` comes before all from `first` on, of roles that are apart. */
-static bool is_before(const struct used_range *last, const struct used_range *first)
+static inline bool is_before(const struct used_range *last, const struct used_range *first)
 {
-    return range_compare(last, first) < 0 && ends_before(last, first);
+    return last->span.memory == first->span.memory ? last->span.end <= first->span.begin
+                                                   : range_compare(last, first) < 0;
 }
 
 static bool queue_is_before(const struct range_queue *a, const struct range_queue *b)
@@ -256,7 +257,7 @@ static bool queue_is_before(const struct range_queue *a, const struct range_queu
     return is_before(item_at(a, a->count - 1), item_at(b, 0));
 }
 
-static bool lists_are_apart(const struct range_list *a, const struct range_list *b)
+static inline bool lists_are_apart(const struct range_list *a, const struct range_list *b)
 {
     return !a->count || !b->count || is_before(&a->items[a->count - 1], b->items) ||
            is_before(&b->items[b->count - 1], a->items);
@@ -289,11 +290,10 @@ static bool all_are_apart(const struct sweep *sweep, const struct range_queue qu
 }
 
 /* clang-tidy doesn't see that the loops go over all roles. */
-void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
+__attribute__((noinline)) static void sweep_all(struct sweep *sweep, pair_visitor visit, void *user)
 {
     struct range_queue queues[ROLE_COUNT], *queue;
-    if (sweep->out_of_memory || all_came_apart(sweep) || !queue_all(sweep, queues) ||
-        all_are_apart(sweep, queues))
+    if (!queue_all(sweep, queues) || all_are_apart(sweep, queues))
         return;
     struct active_sets sets = {0};
     memset(sets.wanted, true, sizeof(sets.wanted));
@@ -306,3 +306,9 @@ void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
     for (int role = 0; role < ROLE_COUNT; role++)
         free(sets.roles[role].items);
 } // NOLINT(clang-analyzer-unix.Malloc)
+
+void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
+{
+    if (!sweep->out_of_memory && !all_came_apart(sweep))
+        sweep_all(sweep, visit, user);
+}

@@ -165,21 +165,30 @@ void view_build(struct check_context *context, const struct call_view *call, uin
     sum_primitives(build);
 }
 
+__attribute__((noinline)) static void view_chains(struct check_context *context,
+                                                  struct geometry_view *geometry, const void *chain,
+                                                  const void *triangles_chain)
+{
+    const struct device_facts *device = geometry->build->call->device;
+    if (chain)
+        chain_view(context, device, CHAIN_OF_GEOMETRY, chain, &geometry->chain);
+    if (triangles_chain)
+        chain_view(context, device, CHAIN_OF_TRIANGLES, triangles_chain,
+                   &geometry->triangles_chain);
+}
+
 void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
                    struct geometry_view *geometry)
 {
+    const VkAccelerationStructureGeometryKHR *given = build_geometry(build->info, index);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(given);
+    const void *triangles_chain = triangles ? triangles->pNext : NULL;
     start_geometry(geometry);
     geometry->build = build;
     geometry->index = index;
-    geometry->geometry = build_geometry(build->info, index);
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    const struct device_facts *device = build->call->device;
-    if (geometry->geometry->pNext)
-        chain_view(context, device, CHAIN_OF_GEOMETRY, geometry->geometry->pNext, &geometry->chain);
-    if (triangles && triangles->pNext)
-        chain_view(context, device, CHAIN_OF_TRIANGLES, triangles->pNext,
-                   &geometry->triangles_chain);
+    geometry->geometry = given;
+    if (given->pNext || triangles_chain)
+        view_chains(context, geometry, given->pNext, triangles_chain);
 }
 
 /* State. */
@@ -208,14 +217,10 @@ static bool rules_tell_all(const struct device_facts *device)
     return !device->extension.adds_to_inputs && !device->newer_than_registry;
 }
 
-/* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
-static bool is_sound(struct check_context *context, const struct build_view *build, bool holds)
+__attribute__((noinline)) static bool structures_are_sound(struct check_context *context,
+                                                           const struct build_view *build)
 {
     VkAccelerationStructureTypeKHR type = build->info->type;
-    if (!is_within_limits(build))
-        return false;
-    if (holds && rules_tell_all(build->call->device))
-        return true;
     if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
          type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
          !is_micromap_build_for_device(build)) ||
@@ -231,6 +236,13 @@ static bool is_sound(struct check_context *context, const struct build_view *bui
             return false;
     }
     return true;
+}
+
+/* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
+static bool is_sound(struct check_context *context, const struct build_view *build, bool holds)
+{
+    return is_within_limits(build) &&
+           ((holds && rules_tell_all(build->call->device)) || structures_are_sound(context, build));
 }
 
 static bool needs_no_count(const struct build_view *build, uint32_t *count)

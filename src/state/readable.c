@@ -10,8 +10,9 @@
 #include <time.h>
 #include <unistd.h>
 
-/* The smallest page of the platforms; larger ones are probed in parts. */
-enum { PAGE_SHIFT = 12, NO_HOW = -1, SIGNALS_SIZE = 8 };
+enum { NO_HOW = -1, SIGNALS_SIZE = 8 };
+
+static const uintptr_t page_size = (uintptr_t)1 << READABLE_PAGE_SHIFT;
 
 /* The kernel copies a set of signals from the page that ends there, before it refuses to do
  * anything with it. It is the cheapest call that reads, a tenth of process_vm_readv, and reads
@@ -57,12 +58,17 @@ static void add_page(struct readable_cache *cache, uintptr_t begin, uintptr_t en
 /* Probes the page of `address`. Returns the end of what can be read, or 0. */
 static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
 {
-    const uintptr_t size = (uintptr_t)1 << PAGE_SHIFT;
-    uintptr_t page = address & ~(size - 1);
-    if (!is_readable_page(page + size))
+    uintptr_t page = address & ~(page_size - 1);
+    if (!is_readable_page(page + page_size))
         return 0;
-    add_page(cache, page, page + size);
-    return page + size;
+    add_page(cache, page, page + page_size);
+    return page + page_size;
+}
+
+void readable_forget(struct readable_cache *cache)
+{
+    cache->count = 0;
+    memset(cache->recent, 0, sizeof(cache->recent));
 }
 
 struct readable_cache *readable_cache_of_thread(void)
@@ -76,7 +82,7 @@ struct readable_cache *readable_cache_of_thread(void)
     clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
     if (now.tv_nsec != of_thread.filled.tv_nsec || now.tv_sec != of_thread.filled.tv_sec) {
         of_thread.filled = now;
-        of_thread.cache.count = 0;
+        readable_forget(&of_thread.cache);
     }
     return &of_thread.cache;
 }
@@ -96,14 +102,14 @@ size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t
             return at - begin;
         at = end;
     }
+    cache->recent[begin / page_size % READABLE_RECENT] = begin | (page_size - 1);
     return size;
 }
 
 size_t readable_copy(void *to, const void *from, size_t size)
 {
     /* Part by part, as none is copied in part; the first reaches to the end of its page. */
-    const size_t page = (size_t)1 << PAGE_SHIFT;
-    size_t first = page - ((uintptr_t)from & (page - 1));
+    size_t first = page_size - ((uintptr_t)from & (page_size - 1));
     if (first > size)
         first = size;
     struct iovec local = {.iov_base = to, .iov_len = size};

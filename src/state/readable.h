@@ -13,7 +13,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { READABLE_RANGES = 8 };
+enum {
+    READABLE_RANGES = 8,
+    READABLE_RECENT = 64,    /* a power of two */
+    READABLE_PAGE_SHIFT = 12 /* of the smallest pages of the platforms; larger ones are probed in
+                                parts */
+};
 
 /* Ranges of whole pages that were readable when last asked for. Zero-initialized is empty. Not
  * locked. */
@@ -23,7 +28,12 @@ struct readable_cache {
     } ranges[READABLE_RANGES];
     unsigned count;
     unsigned oldest; /* the next to be replaced */
+    /* The last addresses of pages found readable, by the low bits of the page's number; 0: none. */
+    uintptr_t recent[READABLE_RECENT];
 };
+
+/* Empties it. */
+void readable_forget(struct readable_cache *cache);
 
 /* The calling thread's, for the arrays that commands are recorded from: of pages that were readable
  * a few milliseconds ago at most, since commands come in runs and each probe is a system call. What
@@ -34,15 +44,15 @@ struct readable_cache *readable_cache_of_thread(void);
 /* How many bytes from `pointer` on can be read, at most `size`. */
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size);
 
-/* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. */
+/* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. Most of what is
+ * asked for lies in a page that was asked for before. */
 static inline bool readable(struct readable_cache *cache, const void *pointer, size_t size)
 {
-    uintptr_t begin = (uintptr_t)pointer;
-    for (unsigned i = cache->count; i-- > 0;)
-        if (cache->ranges[i].begin <= begin && begin < cache->ranges[i].end &&
-            size <= cache->ranges[i].end - begin)
-            return true;
-    return readable_extent(cache, pointer, size) == size;
+    const uintptr_t page = (uintptr_t)1 << READABLE_PAGE_SHIFT;
+    uintptr_t begin = (uintptr_t)pointer, last = begin | (page - 1);
+    uintptr_t recent = cache->recent[begin / page % READABLE_RECENT];
+    return (recent == last && size - 1 <= last - begin) ||
+           readable_extent(cache, pointer, size) == size;
 }
 
 /* Copies as much of [from, from + size) as can be read from its begin on; `size` is a page at most.

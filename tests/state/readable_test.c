@@ -164,16 +164,21 @@ static void test_readable_ranges_are_remembered(void **state)
     unmap_pages(pages);
 }
 
-/* More ranges than there is room for: the oldest is forgotten, and asked for again. */
+/* More ranges than there is room for: the oldest is forgotten, and asked for again, but for pages
+ * in which something began that was asked for lately. */
 static void test_the_oldest_range_is_forgotten(void **state)
 {
     (void)state;
     char *pages = map_pages();
     struct readable_cache cache = {0};
     for (size_t i = 0; i <= READABLE_RANGES; i++)
-        assert_true(readable(&cache, pages + 2 * i * page_size, page_size));
+        assert_true(readable(&cache, pages + 3 * i * page_size, 2 * page_size));
     forbid(pages);
-    forbid(pages + 2 * READABLE_RANGES * page_size);
+    forbid(pages + page_size);
+    assert_true(readable(&cache, pages, page_size));
+    assert_false(readable(&cache, pages + page_size, 1));
+    assert_false(readable(&cache, pages, page_size + 1));
+    readable_forget(&cache);
     assert_false(readable(&cache, pages, 1));
     unmap_pages(pages);
 }
