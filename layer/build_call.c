@@ -102,5 +102,5 @@ void build_call_settle_journal(struct build_call *call)
 void build_call_count_builds(struct build_call *call, uint32_t count)
 {
     if (call->command_buffer)
-        call->command_buffer->build_count += count;
+        call->command_buffer->facts.build_index += count;
 }

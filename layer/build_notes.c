@@ -17,48 +17,83 @@ static uint32_t position_of(const struct build_call *call, const struct build_vi
 
 /* ---- inputs */
 
-/* An input of a build, but for what its address says. */
-static struct journal_input input_of(const struct build_call *call, const struct build_view *build,
-                                     uint32_t geometry)
+/* The inputs of a build that are being noted: where they are, and the next's place. */
+struct noting {
+    struct journal *journal;
+    struct journal_input *next;
+    uint32_t position, info, geometry;
+    unsigned char command;
+    bool geometry_by_pointer;
+};
+
+static inline struct noting begin_noting(const struct build_call *call,
+                                         const struct build_view *build, uint32_t geometry)
 {
-    return (struct journal_input){.position = position_of(call, build),
-                                  .info = build->index,
-                                  .geometry = geometry,
-                                  .command = (unsigned char)call->view.command,
-                                  .is_update = is_update(build),
-                                  .geometry_by_pointer = build->geometry_pointers != NULL};
+    return (struct noting){.journal = call->journal,
+                           .next = journal_begin_inputs(call->journal),
+                           .position = position_of(call, build),
+                           .info = build->index,
+                           .geometry = geometry,
+                           .command = (unsigned char)call->view.command,
+                           .geometry_by_pointer = build->geometry_pointers != NULL};
 }
 
-static inline void note(struct journal *journal, struct journal_input *input, enum input_role role,
+static inline void note(struct noting *noting, enum input_role role,
                         const struct address_facts *facts)
 {
-    if (facts->status != ADDRESS_IN_BUFFER || journal_noted_lately(journal, facts->buffer_id))
+    if (facts->status != ADDRESS_IN_BUFFER ||
+        !journal_notes_buffer(noting->journal, facts->buffer_id))
         return;
+    struct journal_input *input = noting->next++;
     input->buffer_id = facts->buffer_id;
     input->address = facts->address;
+    input->position = noting->position;
+    input->info = noting->info;
+    input->geometry = noting->geometry;
     input->role = (unsigned char)role;
-    journal_add_input(journal, input);
+    input->command = noting->command;
+    input->geometry_by_pointer = noting->geometry_by_pointer;
+}
+
+static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)
+{
+    bool is_boxes = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+    note(noting, INPUT_VERTEX, &geometry->vertex);
+    note(noting, INPUT_INDEX, &geometry->index_data);
+    note(noting, INPUT_TRANSFORM, &geometry->transform);
+    note(noting, is_boxes ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data);
+}
+
+/* Of a build, or of its geometry of that index. */
+static void note_address(const struct build_call *call, const struct build_view *build,
+                         uint32_t geometry, enum input_role role, const struct address_facts *facts)
+{
+    struct noting noting = begin_noting(call, build, geometry);
+    if (!noting.next)
+        return;
+    note(&noting, role, facts);
+    journal_end_inputs(call->journal, noting.next);
 }
 
 void build_notes_see_geometry(void *user, const struct geometry_view *geometry)
 {
     const struct build_call *call = user;
-    struct journal *journal = call->journal;
-    struct journal_input input = input_of(call, geometry->build, geometry->index);
-    bool is_boxes = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    note(journal, &input, INPUT_VERTEX, &geometry->vertex);
-    note(journal, &input, INPUT_INDEX, &geometry->index_data);
-    note(journal, &input, INPUT_TRANSFORM, &geometry->transform);
-    note(journal, &input, is_boxes ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data);
-    for (uint32_t i = 0; geometry->chained && i < geometry->chained->count; i++)
-        note(journal, &input, geometry->chained->items[i].role, &geometry->chained->items[i].facts);
+    const struct chained_inputs *chained = geometry->chained;
+    if (!call->command_buffer)
+        return;
+    struct noting noting = begin_noting(call, geometry->build, geometry->index);
+    if (noting.next) {
+        note_geometry(&noting, geometry);
+        journal_end_inputs(call->journal, noting.next);
+    }
+    for (uint32_t i = 0; chained && i < chained->count; i++)
+        note_address(call, geometry->build, geometry->index, chained->items[i].role,
+                     &chained->items[i].facts);
 }
 
 void build_notes_see_indirect(void *user, const struct indirect_view *indirect)
 {
-    const struct build_call *call = user;
-    struct journal_input input = input_of(call, indirect->build, 0);
-    note(call->journal, &input, INPUT_INDIRECT, &indirect->facts);
+    note_address(user, indirect->build, 0, INPUT_INDIRECT, &indirect->facts);
 }
 
 /* ---- builds */
@@ -97,7 +132,7 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
 
 static bool is_backed(const struct accel_facts *accel)
 {
-    return accel->backed == YES || accel->in_pieces;
+    return (accel->backed == YES) | accel->in_pieces;
 }
 
 /* Only updates read src. */
@@ -114,25 +149,29 @@ static inline void note_src(struct journal_entry *entry, const struct build_view
     entry->src_in_pieces = build->src.in_pieces;
 }
 
-/* What is known of geometries that could not be read is nothing. */
-static inline void describe(const struct build_call *call, const struct build_view *build,
-                            struct built *built)
+static bool is_readable(const struct build_view *build)
 {
-    built_describe(built, build->info, call->view.command_buffer.handle, position_of(call, build));
-    if (build->geometry_count != build->info->geometryCount) {
-        built_forget(built);
-    } else if (built_has_shapes(build->info)) {
-        const struct build_description description = {
-            .info = build->info,
-            .ranges = build->ranges,
-            .dst_size = build->dst.size,
-            .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
-            .dense_readable = build->dense_readable,
-            .micromaps = build->micromaps,
-            .contents = build->contents,
-        };
-        built_add_shapes(built, &description);
-    }
+    return build->geometry_count == build->info->geometryCount;
+}
+
+/* What is known of geometries that could not be read is nothing. */
+__attribute__((noinline)) static void
+add_shapes(struct journal *journal, const struct build_view *build, struct journal_entry *entry)
+{
+    const struct build_description description = {
+        .info = build->info,
+        .ranges = build->ranges,
+        .dst_size = build->dst.size,
+        .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
+        .dense_readable = build->dense_readable,
+        .micromaps = build->micromaps,
+        .contents = build->contents,
+    };
+    if (is_readable(build))
+        built_add_shapes(&entry->built, &description);
+    else
+        built_forget(&entry->built);
+    journal_end_entry(journal, entry);
 }
 
 static inline void note_build(const struct build_call *call, const struct build_view *build,
@@ -152,27 +191,39 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->dst_in_pieces = build->dst.in_pieces;
     entry->geometry_by_pointer = build->geometry_pointers != NULL;
     note_src(entry, build);
-    describe(call, build, &entry->built);
-    journal_end_entry(call->journal, entry);
+    built_describe(&entry->built, build->info, call->view.command_buffer.handle,
+                   position_of(call, build));
+    if (built_has_shapes(build->info) || !is_readable(build))
+        add_shapes(call->journal, build, entry);
 }
 
-void build_notes_see_build(void *user, const struct build_view *build)
+/* Those of most builds are noted together. */
+static inline void note_inputs(const struct build_call *call, const struct build_view *build,
+                               const struct geometry_view *geometry)
 {
-    struct build_call *call = user;
+    struct noting noting = begin_noting(call, build, 0);
+    if (!noting.next)
+        return;
+    if (geometry)
+        note_geometry(&noting, geometry);
+    if (build->dst.id && build->sizes.known)
+        note(&noting, is_update(build) ? INPUT_UPDATE_SCRATCH : INPUT_SCRATCH, &build->scratch);
+    journal_end_inputs(call->journal, noting.next);
+}
+
+void build_notes_see_build(void *user, const struct build_view *build,
+                           const struct geometry_view *geometry)
+{
+    const struct build_call *call = user;
     const struct command_buffer *command_buffer = call->command_buffer;
+    if (command_buffer)
+        note_inputs(call, build, geometry);
     if (!build->dst.id)
         return;
-    if (!command_buffer) {
-        note_build(call, build, 0);
-        return;
-    }
-    if (build->micromaps)
+    if (build->micromaps && command_buffer)
         note_micromaps(call, build);
-    note_build(call, build, journal_note_labels(call->journal, &command_buffer->labels));
-    if (build->sizes.known) {
-        struct journal_input scratch = input_of(call, build, 0);
-        note(call->journal, &scratch, INPUT_SCRATCH, &build->scratch);
-    }
+    note_build(call, build,
+               command_buffer ? journal_note_labels(call->journal, &command_buffer->labels) : 0);
 }
 
 /* Where the ranges can't be kept nothing is said of them. */

@@ -152,22 +152,22 @@ static void see_build(void *user, const struct nv_call_view *view)
     journal_add(journal, &entry);
 }
 
-static void see_input(void *user, const struct nv_call_view *view, uint32_t geometry,
-                      enum input_role role, const struct buffer_facts *facts)
+static void see_input(void *user, uint32_t geometry, enum input_role role,
+                      const struct buffer_facts *facts)
 {
     struct build_call *call = user;
-    if (journal_noted_lately(call->journal, facts->id))
+    struct journal_input *input = journal_begin_inputs(call->journal);
+    if (!input || !journal_notes_buffer(call->journal, facts->id))
         return;
-    const struct journal_input input = {
+    *input = (struct journal_input){
         .buffer_id = facts->id,
         .buffer = facts->handle,
         .position = call->view.command_buffer.build_index,
         .geometry = geometry,
         .role = (unsigned char)role,
         .command = COMMAND_NV,
-        .is_update = view->update,
     };
-    journal_add_input(call->journal, &input);
+    journal_end_inputs(call->journal, input + 1);
 }
 
 static void run_checks(struct build_call *call, struct nv_call_view *view)

@@ -126,7 +126,7 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
                 uint32_t index, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                 const VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
-    uint32_t position = recorder->command_buffer->build_count - count + index;
+    uint32_t position = recorder->command_buffer->facts.build_index - count + index;
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)

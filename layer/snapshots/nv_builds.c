@@ -89,7 +89,7 @@ static struct recorded_build *translate(struct recorder *recorder,
                                         const VkAccelerationStructureInfoNV *info,
                                         const struct nv_data *data)
 {
-    uint32_t position = recorder->command_buffer->build_count - 1;
+    uint32_t position = recorder->command_buffer->facts.build_index - 1;
     struct recorded_build *build = calloc(1, sizeof(*build));
     VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
     if (build)

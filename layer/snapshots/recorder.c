@@ -47,9 +47,9 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
 
 static bool is_place_for_copies(const struct command_buffer *command_buffer)
 {
-    return command_buffer->state == COMMAND_BUFFER_RECORDING && !command_buffer->in_render_pass &&
-           !command_buffer->in_video_coding && command_buffer->suspended != YES &&
-           !command_buffer->pool->is_protected;
+    const struct command_buffer_facts *facts = &command_buffer->facts;
+    return facts->state == COMMAND_BUFFER_RECORDING && facts->in_render_pass != YES &&
+           facts->in_video_coding != YES && facts->suspended != YES && facts->is_protected != YES;
 }
 
 bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)

@@ -48,6 +48,13 @@ __attribute__((noinline)) static void walk_all_of_geometry(struct walk *walk,
         walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
 }
 
+/* Whether the witness sees a geometry with its build: one alone, unless it has more
+ * addresses, which are gone by then. */
+static bool comes_with_build(const struct build_view *build, const struct geometry_view *geometry)
+{
+    return build->geometry_count == 1 && !geometry->chained;
+}
+
 /* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
  * geometry. */
 static void check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
@@ -65,7 +72,7 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
         walk_all_of_geometry(walk, &range, has_count, with_state);
     if (!with_state)
         return;
-    if (walk->context->witness)
+    if (walk->context->witness && !comes_with_build(build, geometry))
         walk->context->witness->see_geometry(walk->context->user, geometry);
     if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
         check_host_contents(walk, &range);
@@ -117,7 +124,8 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     build->contents = walk->contents;
     build_contents_tell(walk->contents);
     if (context->witness)
-        context->witness->see_build(context->user, build);
+        context->witness->see_build(context->user, build,
+                                    comes_with_build(build, first) ? first : NULL);
     if (walk->contents)
         content_forget_kept(walk);
 }

@@ -35,17 +35,19 @@ struct check_hooks {
 
 /* The functions that see what a call builds, for its journal; likewise. */
 struct check_witness {
-    /* Each build after its rules, and before it its geometries, and where COMMAND_INDIRECT reads
-     * its ranges. */
-    void (*see_build)(void *user, const struct build_view *build);
+    /* Each build after its rules, with its geometry if it has one alone, without chained inputs;
+     * NULL: its geometries have been seen before it, as has where COMMAND_INDIRECT reads its
+     * ranges. */
+    void (*see_build)(void *user, const struct build_view *build,
+                      const struct geometry_view *geometry);
     void (*see_geometry)(void *user, const struct geometry_view *geometry);
     void (*see_indirect)(void *user, const struct indirect_view *indirect);
     /* All ranges of a call that uses sparse buffers; takes them over. NULL without memory. */
     void (*see_ranges)(void *user, struct noted_ranges *ranges);
     /* The same for COMMAND_NV. */
     void (*see_nv_build)(void *user, const struct nv_call_view *call);
-    void (*see_nv_input)(void *user, const struct nv_call_view *call, uint32_t geometry,
-                         enum input_role role, const struct buffer_facts *facts);
+    void (*see_nv_input)(void *user, uint32_t geometry, enum input_role role,
+                         const struct buffer_facts *facts);
 };
 
 /* What a check needs of its surroundings. */

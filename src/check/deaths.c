@@ -107,8 +107,9 @@ static void check_entry(struct replay *replay, const struct journal *journal,
 static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
 {
     if (input->role == INPUT_SCRATCH)
-        return input->is_update ? RULE_update_scratch_is_in_one_buffer
-                                : RULE_build_scratch_is_in_one_buffer;
+        return RULE_build_scratch_is_in_one_buffer;
+    if (input->role == INPUT_UPDATE_SCRATCH)
+        return RULE_update_scratch_is_in_one_buffer;
     if (input->role == INPUT_INDIRECT)
         return RULE_indirect_ranges_are_in_one_buffer;
     if (status == ADDRESS_UNBOUND)
@@ -121,7 +122,7 @@ static enum subject subject_of_input(enum input_role role)
 {
     if (role == INPUT_INDIRECT)
         return SUBJECT_ELEMENT;
-    return role == INPUT_SCRATCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY;
+    return role == INPUT_SCRATCH || role == INPUT_UPDATE_SCRATCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY;
 }
 
 static void check_input(struct replay *replay, const struct journal *journal,
@@ -192,15 +193,12 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
 
 static void check_inputs(struct replay *replay, const struct journal *journal)
 {
-    for (const struct journal_chunk *chunk = journal->inputs.first; chunk; chunk = chunk->next)
-        for (uint32_t i = 0; i < chunk->count; i++) {
-            const struct journal_input *input =
-                &((const struct journal_input_chunk *)chunk)->items[i];
-            if (input->command == COMMAND_NV)
-                check_nv_input(replay, journal, input);
-            else
-                check_input(replay, journal, input);
-        }
+    struct journal_cursor cursor = journal_start_inputs(journal);
+    for (const struct journal_input *input; (input = journal_next_input(&cursor));)
+        if (input->command == COMMAND_NV)
+            check_nv_input(replay, journal, input);
+        else
+            check_input(replay, journal, input);
 }
 
 void replay_deaths(struct replay *replay, const struct journal *journal)

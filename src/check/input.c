@@ -46,6 +46,7 @@ const char *input_field(enum input_role role)
     case INPUT_INDIRECT:
         return "pIndirectDeviceAddresses";
     case INPUT_SCRATCH:
+    case INPUT_UPDATE_SCRATCH:
         break;
     }
     return "scratchData.deviceAddress";

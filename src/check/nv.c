@@ -110,27 +110,27 @@ static void find_geometry(struct check_context *context, struct nv_geometry_view
         find_buffer(context, geometry->aabbs->aabbData, &geometry->boxes);
 }
 
-static void see_input(struct check_context *context, const struct nv_call_view *call,
-                      uint32_t geometry, enum input_role role, const struct buffer_facts *facts)
+static void see_input(struct check_context *context, uint32_t geometry, enum input_role role,
+                      const struct buffer_facts *facts)
 {
     if (facts->id)
-        context->witness->see_nv_input(context->user, call, geometry, role, facts);
+        context->witness->see_nv_input(context->user, geometry, role, facts);
 }
 
 static void see_geometry(struct check_context *context, const struct nv_geometry_view *geometry)
 {
     uint32_t index = geometry->index;
-    see_input(context, geometry->call, index, INPUT_VERTEX, &geometry->vertex);
-    see_input(context, geometry->call, index, INPUT_INDEX, &geometry->index_data);
-    see_input(context, geometry->call, index, INPUT_TRANSFORM, &geometry->transform);
-    see_input(context, geometry->call, index, INPUT_AABBS, &geometry->boxes);
+    see_input(context, index, INPUT_VERTEX, &geometry->vertex);
+    see_input(context, index, INPUT_INDEX, &geometry->index_data);
+    see_input(context, index, INPUT_TRANSFORM, &geometry->transform);
+    see_input(context, index, INPUT_AABBS, &geometry->boxes);
 }
 
 static void see_call(struct check_context *context, const struct nv_call_view *call)
 {
     context->witness->see_nv_build(context->user, call);
-    see_input(context, call, 0, INPUT_SCRATCH, &call->scratch_facts);
-    see_input(context, call, 0, INPUT_INSTANCES, &call->instance_facts);
+    see_input(context, 0, INPUT_SCRATCH, &call->scratch_facts);
+    see_input(context, 0, INPUT_INSTANCES, &call->instance_facts);
 }
 
 /* ---- the call */

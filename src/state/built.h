@@ -78,9 +78,9 @@ struct built {
     VkCommandBuffer command_buffer;
     uint32_t position;
 
-    VkBuildAccelerationStructureFlagsKHR flags;
-    VkAccelerationStructureTypeKHR type;
     uint32_t geometry_count;
+    VkAccelerationStructureTypeKHR type;
+    VkBuildAccelerationStructureFlagsKHR flags;
     struct geometry_shapes *shapes;  /* NULL where they weren't kept */
     struct build_contents *contents; /* NULL: none are kept */
     enum built_state state;
@@ -125,9 +125,9 @@ static inline void built_describe(struct built *built,
 {
     built->command_buffer = command_buffer;
     built->position = position;
-    built->flags = info->flags;
-    built->type = info->type;
     built->geometry_count = info->geometryCount;
+    built->type = info->type;
+    built->flags = info->flags;
     built->shapes = NULL;
     built->contents = NULL;
     built->state = BUILT_BEFORE;

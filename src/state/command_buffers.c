@@ -187,7 +187,11 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
         return;
     }
     new->level = level;
-    new->state = COMMAND_BUFFER_INITIAL;
+    new->facts = (struct command_buffer_facts){.handle = handle,
+                                               .alive = YES,
+                                               .state = COMMAND_BUFFER_INITIAL,
+                                               .is_protected = pool->is_protected ? YES : NO,
+                                               .queue_flags = pool->queue_flags};
     dependents_init(&new->dependents);
     link_to_pool(new, pool);
     atomic_store_explicit(&new->handle, handle, memory_order_release);
@@ -243,35 +247,28 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
     return is_it ? recent : look_up(command_buffers, handle);
 }
 
-static enum tristate tristate_of(bool value)
+/* Of a handle without record. */
+__attribute__((cold)) static struct command_buffer_facts
+facts_of_nobody(struct command_buffers *command_buffers, VkCommandBuffer handle)
 {
-    return value ? YES : NO;
+    unsigned stripe = reader_lock_enter(&command_buffers->lock);
+    bool incomplete = command_buffers->incomplete;
+    reader_lock_leave(&command_buffers->lock, stripe);
+    return (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
 }
 
 struct command_buffer_facts command_buffers_facts(struct command_buffers *command_buffers,
                                                   const struct command_buffer *command_buffer,
                                                   VkCommandBuffer handle)
 {
-    struct command_buffer_facts facts = {.handle = handle};
-    if (!command_buffer) {
-        unsigned stripe = reader_lock_enter(&command_buffers->lock);
-        facts.alive = command_buffers->incomplete ? UNKNOWN : NO;
-        reader_lock_leave(&command_buffers->lock, stripe);
-        return facts;
-    }
-    facts.alive = YES;
-    facts.state = command_buffer->state;
+    if (!command_buffer)
+        return facts_of_nobody(command_buffers, handle);
+    struct command_buffer_facts facts = command_buffer->facts;
+    if (facts.state != COMMAND_BUFFER_RECORDING)
+        facts.in_render_pass = facts.in_video_coding = facts.suspended = UNKNOWN;
     if (command_buffer->validity &&
         atomic_load_explicit(&command_buffer->validity->lost, memory_order_relaxed))
         facts.state = COMMAND_BUFFER_INVALID;
-    facts.queue_flags = command_buffer->pool->queue_flags;
-    facts.is_protected = tristate_of(command_buffer->pool->is_protected);
-    facts.build_index = command_buffer->build_count;
-    if (command_buffer->state == COMMAND_BUFFER_RECORDING) {
-        facts.in_render_pass = tristate_of(command_buffer->in_render_pass);
-        facts.in_video_coding = tristate_of(command_buffer->in_video_coding);
-        facts.suspended = command_buffer->suspended;
-    }
     return facts;
 }
 

@@ -34,12 +34,10 @@ struct command_buffer {
     struct command_pool *pool;
     struct command_buffer *previous, *next; /* in the pool */
     VkCommandBufferLevel level;
-    enum command_buffer_state state;
-    bool in_render_pass, in_video_coding;
-    bool suspending;         /* the rendering instance in progress will be suspended */
-    enum tristate suspended; /* UNKNOWN until the first rendering: a command buffer before may have
-                                suspended one */
-    uint32_t build_count;
+    /* What rules may see while it is recording. `suspended` is UNKNOWN until the first rendering: a
+     * command buffer before may have suspended one. */
+    struct command_buffer_facts facts;
+    bool suspending;           /* the rendering instance in progress will be suspended */
     struct validity *validity; /* of a recording that executes secondaries; else NULL */
     struct dependents dependents;
     struct journal *journal; /* NULL: never recorded, or no memory for it */

@@ -6,7 +6,9 @@
 /* An empty journal: the one that there is, unless somebody shares it. */
 static void renew_journal(struct command_buffer *command_buffer)
 {
-    if (command_buffer->journal && !journal_is_shared(command_buffer->journal)) {
+    if (!command_buffer->journal)
+        return;
+    if (!journal_is_shared(command_buffer->journal)) {
         journal_clear(command_buffer->journal);
         return;
     }
@@ -16,14 +18,16 @@ static void renew_journal(struct command_buffer *command_buffer)
 
 static void start_over(struct command_buffer *command_buffer, enum command_buffer_state state)
 {
-    command_buffer->state = state;
-    command_buffer->in_render_pass = false;
-    command_buffer->in_video_coding = false;
+    struct command_buffer_facts *facts = &command_buffer->facts;
+    facts->state = state;
+    facts->in_render_pass = NO;
+    facts->suspended = UNKNOWN;
+    facts->in_video_coding = NO;
+    facts->build_index = 0;
     command_buffer->suspending = false;
-    command_buffer->suspended = UNKNOWN;
-    command_buffer->build_count = 0;
     dependents_invalidate(&command_buffer->dependents);
-    validity_release(command_buffer->validity);
+    if (command_buffer->validity)
+        validity_release(command_buffer->validity);
     command_buffer->validity = NULL;
     if (command_buffer->knows)
         build_states_release(&command_buffer->known);
@@ -55,19 +59,20 @@ void command_buffer_begin(struct command_buffer *command_buffer,
     if (command_buffer->journal)
         command_buffer->journal->deaths = deaths;
     command_buffer->executes_once = begin_info->flags & VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    command_buffer->inherits_conditions = false;
     /* The flag is ignored for primary command buffers, as is inheritance. */
-    command_buffer->inherits_conditions =
-        command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
-        begin_info->pInheritanceInfo && inherits_conditions(begin_info->pInheritanceInfo);
-    command_buffer->in_render_pass =
-        command_buffer->level == VK_COMMAND_BUFFER_LEVEL_SECONDARY &&
-        (begin_info->flags & VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT);
+    if (command_buffer->level != VK_COMMAND_BUFFER_LEVEL_SECONDARY)
+        return;
+    if (begin_info->pInheritanceInfo)
+        command_buffer->inherits_conditions = inherits_conditions(begin_info->pInheritanceInfo);
+    if (begin_info->flags & VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT)
+        command_buffer->facts.in_render_pass = YES;
 }
 
 void command_buffer_end(struct command_buffer *command_buffer, VkResult result)
 {
     if (command_buffer)
-        command_buffer->state =
+        command_buffer->facts.state =
             result == VK_SUCCESS ? COMMAND_BUFFER_EXECUTABLE : COMMAND_BUFFER_INVALID;
 }
 
@@ -87,24 +92,24 @@ void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRen
 {
     if (!command_buffer)
         return;
-    command_buffer->in_render_pass = true;
+    command_buffer->facts.in_render_pass = YES;
+    command_buffer->facts.suspended = NO;
     command_buffer->suspending = flags & VK_RENDERING_SUSPENDING_BIT;
-    command_buffer->suspended = NO;
 }
 
 void command_buffer_end_rendering(struct command_buffer *command_buffer)
 {
     if (!command_buffer)
         return;
-    command_buffer->in_render_pass = false;
-    command_buffer->suspended = command_buffer->suspending ? YES : NO;
+    command_buffer->facts.in_render_pass = NO;
+    command_buffer->facts.suspended = command_buffer->suspending ? YES : NO;
     command_buffer->suspending = false;
 }
 
 void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool inside)
 {
     if (command_buffer)
-        command_buffer->in_video_coding = inside;
+        command_buffer->facts.in_video_coding = inside ? YES : NO;
 }
 
 /* Without memory the end of the secondary is not noticed. */
@@ -123,13 +128,13 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
     if (!primary)
         return;
     if (!secondary) {
-        primary->suspended = UNKNOWN;
+        primary->facts.suspended = UNKNOWN;
         if (primary->journal)
             primary->journal->incomplete = true;
         return;
     }
-    if (secondary->suspended != UNKNOWN)
-        primary->suspended = secondary->suspended;
+    if (secondary->facts.suspended != UNKNOWN)
+        primary->facts.suspended = secondary->facts.suspended;
     depend_on(primary, secondary);
     if (primary->journal && secondary->journal) {
         struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
@@ -139,5 +144,5 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
     }
     if (primary->journal && (!secondary->journal || secondary->journal->incomplete))
         primary->journal->incomplete = true;
-    primary->build_count += secondary->build_count;
+    primary->facts.build_index += secondary->facts.build_index;
 }

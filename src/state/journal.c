@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Journals: lists of chunks, so that growing moves nothing. */
+/* Journals. */
 #include "state/journal.h"
 
 #include <stdlib.h>
@@ -24,61 +24,6 @@ struct journal *journal_share(struct journal *journal)
 bool journal_is_shared(const struct journal *journal)
 {
     return atomic_load_explicit(&journal->references, memory_order_acquire) > 1;
-}
-
-struct journal_chunk *journal_add_chunk(struct journal_chunks *chunks, size_t size)
-{
-    struct journal_chunk *chunk = chunks->spare;
-    if (chunk)
-        chunks->spare = chunk->next;
-    else
-        chunk = malloc(size);
-    if (!chunk)
-        return NULL;
-    chunk->next = NULL;
-    chunk->count = 0;
-    if (chunks->last)
-        chunks->last->next = chunk;
-    else
-        chunks->first = chunk;
-    chunks->last = chunk;
-    return chunk;
-}
-
-static bool is_empty(const struct journal_chunks *chunks)
-{
-    return !chunks->first || !chunks->first->count;
-}
-
-/* Takes back what comes behind the first `count` items of chunk `last`, or all where that is NULL.
- * The first chunk stays in its place, others are laid by. */
-static void cut(struct journal_chunks *chunks, struct journal_chunk *last, uint32_t count)
-{
-    struct journal_chunk *kept = last ? last : chunks->first;
-    if (!kept)
-        return;
-    if (kept->next) {
-        chunks->last->next = chunks->spare;
-        chunks->spare = kept->next;
-        kept->next = NULL;
-    }
-    kept->count = count;
-    chunks->last = kept;
-}
-
-static void free_list(struct journal_chunk *chunk)
-{
-    while (chunk) {
-        struct journal_chunk *next = chunk->next;
-        free(chunk);
-        chunk = next;
-    }
-}
-
-static void free_chunks(struct journal_chunks *chunks)
-{
-    free_list(chunks->first);
-    free_list(chunks->spare);
 }
 
 static void release_entry(struct journal_entry *entry)
@@ -157,63 +102,75 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
     return NULL;
 }
 
-struct journal_mark journal_mark(const struct journal *journal)
-{
-    const struct journal_chunk *entries = journal->entries.last, *inputs = journal->inputs.last;
-    return (struct journal_mark){
-        .entries = journal->entries.last,
-        .entry_count = entries ? entries->count : 0,
-        .inputs = journal->inputs.last,
-        .input_count = inputs ? inputs->count : 0,
-    };
-}
-
-void journal_take_back(struct journal *journal, const struct journal_mark *mark)
-{
-    if (is_empty(&journal->entries) && is_empty(&journal->inputs))
-        return;
-    struct journal_cursor cursor = journal_start_after(journal, mark);
-    for (struct journal_entry *entry; journal->holds && (entry = journal_next(&cursor));)
-        release_entry(entry);
-    cut(&journal->entries, mark->entries, mark->entry_count);
-    cut(&journal->inputs, mark->inputs, mark->input_count);
-    memset(journal->recent_inputs, 0, sizeof(journal->recent_inputs));
-}
-
 struct journal_cursor journal_start(const struct journal *journal)
 {
-    return (struct journal_cursor){.chunk = journal->entries.first};
+    return (struct journal_cursor){.list = &journal->entries};
 }
 
 struct journal_cursor journal_start_after(const struct journal *journal,
                                           const struct journal_mark *mark)
 {
-    if (!mark->entries)
-        return journal_start(journal);
-    return (struct journal_cursor){.chunk = mark->entries, .next = mark->entry_count};
+    return (struct journal_cursor){.list = &journal->entries, .place = mark->entries};
+}
+
+struct journal_cursor journal_start_inputs(const struct journal *journal)
+{
+    return (struct journal_cursor){.list = &journal->inputs};
 }
 
 struct journal_entry *journal_next(struct journal_cursor *cursor)
 {
-    while (cursor->chunk && cursor->next == cursor->chunk->count) {
-        cursor->chunk = cursor->chunk->next;
-        cursor->next = 0;
-    }
-    struct journal_entry_chunk *chunk = (struct journal_entry_chunk *)cursor->chunk;
-    return chunk ? &chunk->items[cursor->next++] : NULL;
+    return chunk_list_next(cursor->list, sizeof(struct journal_entry), &cursor->place);
 }
 
-void journal_clear(struct journal *journal)
+const struct journal_input *journal_next_input(struct journal_cursor *cursor)
 {
-    struct journal_mark start = {0};
-    journal_take_back(journal, &start);
-    journal->holds = journal->asks = false;
+    return chunk_list_next(cursor->list, sizeof(struct journal_input), &cursor->place);
+}
+
+static void release_entries(struct journal_cursor cursor)
+{
+    for (struct journal_entry *entry; (entry = journal_next(&cursor));)
+        release_entry(entry);
+}
+
+static void forget_recent_inputs(struct journal *journal)
+{
+    memset(journal->recent_inputs, 0, sizeof(journal->recent_inputs));
+}
+
+static void forget_labels(struct journal *journal)
+{
     while (journal->label_count)
         label_stack_clear(&journal->labels[--journal->label_count]);
-    if (journal->work)
+}
+
+void journal_take_back(struct journal *journal, const struct journal_mark *mark)
+{
+    if (journal->holds)
+        release_entries(journal_start_after(journal, mark));
+    chunk_list_cut(&journal->entries, sizeof(struct journal_entry), mark->entries);
+    chunk_list_cut(&journal->inputs, sizeof(struct journal_input), mark->inputs);
+    forget_recent_inputs(journal);
+}
+
+/* Every recording begins with this, and most have nothing to release. */
+void journal_clear(struct journal *journal)
+{
+    if (journal->holds)
+        release_entries(journal_start(journal));
+    chunk_list_clear(&journal->entries, sizeof(struct journal_entry));
+    if (!chunk_list_is_empty(&journal->inputs)) {
+        chunk_list_clear(&journal->inputs, sizeof(struct journal_input));
+        forget_recent_inputs(journal);
+    }
+    if (journal->label_count)
+        forget_labels(journal);
+    if (journal->work) {
         journal->release_work(journal->work);
-    journal->work = NULL;
-    journal->has_events = journal->incomplete = false;
+        journal->work = NULL;
+    }
+    journal->holds = journal->asks = journal->has_events = journal->incomplete = false;
 }
 
 void journal_release(struct journal *journal)
@@ -223,7 +180,7 @@ void journal_release(struct journal *journal)
     journal_clear(journal);
     free(journal->labels);
     free(journal->host);
-    free_chunks(&journal->entries);
-    free_chunks(&journal->inputs);
+    chunk_list_free(&journal->entries);
+    chunk_list_free(&journal->inputs);
     free(journal);
 }

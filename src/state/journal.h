@@ -13,6 +13,7 @@
 
 #include "rules.h"
 #include "state/built.h"
+#include "state/chunk_list.h"
 #include "state/execution_clock.h"
 #include "state/label_stack.h"
 #include "state/used_range.h"
@@ -95,6 +96,7 @@ enum input_role {
     INPUT_OPACITY_EXT_INDEX,
     INPUT_DENSE_DATA,
     INPUT_SCRATCH,
+    INPUT_UPDATE_SCRATCH,
     INPUT_INDIRECT, /* build ranges */
 };
 
@@ -109,30 +111,10 @@ struct journal_input {
     uint32_t geometry;
     unsigned char role;    /* enum input_role */
     unsigned char command; /* enum build_command */
-    bool is_update, geometry_by_pointer;
+    bool geometry_by_pointer;
 };
 
-enum { JOURNAL_CHUNK = 64, JOURNAL_RECENT_INPUTS = 32 };
-
-/* Lists of chunks, so that growing moves nothing. What every chunk begins with: */
-struct journal_chunk {
-    struct journal_chunk *next;
-    uint32_t count; /* of its items */
-};
-
-struct journal_chunks {
-    struct journal_chunk *first, *last, *spare; /* spare: emptied, for the next recording */
-};
-
-struct journal_entry_chunk {
-    struct journal_chunk head;
-    struct journal_entry items[JOURNAL_CHUNK];
-};
-
-struct journal_input_chunk {
-    struct journal_chunk head;
-    struct journal_input items[JOURNAL_CHUNK];
-};
+enum { JOURNAL_RECENT_INPUTS = 32 };
 
 /* What the host knew when it began a command of its own: which batches had executed, and which had
  * been submitted. */
@@ -145,7 +127,7 @@ struct journal {
     VkCommandBuffer command_buffer; /* null: a command of the host */
     struct host_view *host;         /* of a command of the host that reads; else NULL */
     uint64_t deaths;                /* resources_deaths when recording began */
-    struct journal_chunks entries, inputs;
+    struct chunk_list entries, inputs;
     struct label_stack *labels; /* each that builds were recorded under */
     uint32_t label_count, label_capacity, label_changes;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
@@ -179,30 +161,22 @@ static inline bool journal_holds(const struct journal_entry *entry)
     return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
 }
 
-/* Adds a chunk of `size` bytes to a list; NULL without memory. */
-struct journal_chunk *journal_add_chunk(struct journal_chunks *chunks, size_t size);
-
-/* The last chunk of a list, or a new one, with room for an item; NULL without memory. */
-static inline struct journal_chunk *journal_room(struct journal_chunks *chunks, size_t size)
-{
-    struct journal_chunk *last = chunks->last;
-    return last && last->count < JOURNAL_CHUNK ? last : journal_add_chunk(chunks, size);
-}
-
 /* The place of one more entry, to be filled by the caller, who hands it to journal_end_entry then;
  * NULL without memory, and the journal is incomplete. The entry takes over the references of
  * `built`, or of `secondary`, or `ranges`. */
 static inline struct journal_entry *journal_begin_entry(struct journal *journal)
 {
-    struct journal_chunk *chunk =
-        journal_room(&journal->entries, sizeof(struct journal_entry_chunk));
-    if (!chunk) {
+    struct journal_entry *entry;
+    if (!chunk_list_make_room(&journal->entries, sizeof(*entry))) {
         journal->incomplete = true;
         return NULL;
     }
-    return &((struct journal_entry_chunk *)chunk)->items[chunk->count++];
+    entry = (void *)journal->entries.next;
+    journal->entries.next += sizeof(*entry);
+    return entry;
 }
 
+/* May be left out for what neither asks nor holds anything. */
 static inline void journal_end_entry(struct journal *journal, const struct journal_entry *entry)
 {
     journal->holds |= journal_holds(entry);
@@ -226,42 +200,54 @@ static inline uint32_t journal_note_labels(struct journal *journal,
 /* Those of the build at a position; NULL: none. */
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
 
-/* Whether a use of that buffer need not be noted. */
-static inline bool journal_noted_lately(const struct journal *journal, uint64_t buffer_id)
+/* Inputs: some are begun and ended together, CHUNK_ITEMS_AT_ONCE at most. Returns the place of the
+ * first; NULL without memory: that is one mistake that goes unseen, nothing more. */
+static inline struct journal_input *journal_begin_inputs(struct journal *journal)
 {
-    return journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS] == buffer_id;
+    bool has_room = chunk_list_make_room(&journal->inputs, sizeof(struct journal_input));
+    return has_room ? (void *)journal->inputs.next : NULL;
 }
-/* Notes that a build uses a buffer that wasn't noted lately. Without memory that is one mistake
- * that goes unseen, nothing more. */
-static inline void journal_add_input(struct journal *journal, const struct journal_input *input)
+
+/* Whether the use of a buffer is to be noted: unless it was noted lately. */
+static inline bool journal_notes_buffer(struct journal *journal, uint64_t buffer_id)
 {
-    struct journal_chunk *chunk =
-        journal_room(&journal->inputs, sizeof(struct journal_input_chunk));
-    if (!chunk)
-        return;
-    journal->recent_inputs[input->buffer_id % JOURNAL_RECENT_INPUTS] = input->buffer_id;
-    ((struct journal_input_chunk *)chunk)->items[chunk->count++] = *input;
+    uint64_t *recent = &journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS];
+    bool is_new = *recent != buffer_id;
+    *recent = buffer_id;
+    return is_new;
+}
+
+/* `end` is behind the last of those that were filled. */
+static inline void journal_end_inputs(struct journal *journal, struct journal_input *end)
+{
+    journal->inputs.next = (char *)end;
 }
 
 /* A place in a journal: what was added after it can be walked, or taken back. */
 struct journal_mark {
-    struct journal_chunk *entries, *inputs; /* the last chunks, */
-    uint32_t entry_count, input_count;      /* and what was in them */
+    struct chunk_place entries, inputs;
 };
 
-struct journal_mark journal_mark(const struct journal *journal);
+static inline struct journal_mark journal_mark(const struct journal *journal)
+{
+    return (struct journal_mark){chunk_list_end(&journal->entries),
+                                 chunk_list_end(&journal->inputs)};
+}
 void journal_take_back(struct journal *journal, const struct journal_mark *mark);
 
-/* The entry after one, or the first for an empty cursor; NULL at the end. */
+/* Where the entries, or the inputs, are walked. */
 struct journal_cursor {
-    struct journal_chunk *chunk;
-    uint32_t next;
+    const struct chunk_list *list;
+    struct chunk_place place;
 };
 
 struct journal_cursor journal_start(const struct journal *journal);
 struct journal_cursor journal_start_after(const struct journal *journal,
                                           const struct journal_mark *mark);
+struct journal_cursor journal_start_inputs(const struct journal *journal);
+/* The next; NULL at the end. */
 struct journal_entry *journal_next(struct journal_cursor *cursor);
+const struct journal_input *journal_next_input(struct journal_cursor *cursor);
 
 /* Empties it; its memory is kept for what is recorded next. */
 void journal_clear(struct journal *journal);

@@ -59,7 +59,7 @@ static void test_beginning_again_starts_over(void **state)
     command_buffer_begin_rendering(first, VK_RENDERING_SUSPENDING_BIT);
     command_buffer_end_rendering(first);
     command_buffer_set_video_coding(first, true);
-    first->build_count = 7;
+    first->facts.build_index = 7;
     label_stack_push(command_buffers_labels(all, handle(1)), &label);
     assert_int_equal(facts_of(all, 1).build_index, 7);
     begin(all, 1);
@@ -155,8 +155,8 @@ static void test_builds_of_a_secondary_count(void **state)
     (void)state;
     struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
-    first->build_count = 2;
-    secondary->build_count = 3;
+    first->facts.build_index = 2;
+    secondary->facts.build_index = 3;
     command_buffer_execute(first, secondary);
     assert_int_equal(facts_of(all, 1).build_index, 5);
     command_buffers_destroy(all);

@@ -134,7 +134,7 @@ static void record_once(struct random *random, unsigned n)
             command_buffers_facts(device.command_buffers, own, command_buffer(n));
         EXPECT(facts.alive == YES && facts.state == COMMAND_BUFFER_RECORDING);
         EXPECT(facts.build_index == build);
-        own->build_count++;
+        own->facts.build_index++;
     }
     if (random_one_in(random, 4))
         send(n, &own->labels);
