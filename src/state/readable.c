@@ -71,20 +71,29 @@ void readable_forget(struct readable_cache *cache)
     memset(cache->recent, 0, sizeof(cache->recent));
 }
 
+struct cache_of_thread {
+    struct timespec filled;
+    struct readable_cache cache;
+};
+
+/* Once a call, and not at each use: in a library that was opened late it is found by a call. */
+__attribute__((noinline)) static struct cache_of_thread *cache_of_thread(void)
+{
+    static _Thread_local struct cache_of_thread of_thread;
+    return &of_thread;
+}
+
 struct readable_cache *readable_cache_of_thread(void)
 {
-    static _Thread_local struct {
-        struct timespec filled;
-        struct readable_cache cache;
-    } of_thread;
+    struct cache_of_thread *own = cache_of_thread();
     struct timespec now;
     /* It advances with the system's timer, and is read without a system call. */
     clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
-    if (now.tv_nsec != of_thread.filled.tv_nsec || now.tv_sec != of_thread.filled.tv_sec) {
-        of_thread.filled = now;
-        readable_forget(&of_thread.cache);
+    if (now.tv_nsec != own->filled.tv_nsec || now.tv_sec != own->filled.tv_sec) {
+        own->filled = now;
+        readable_forget(&own->cache);
     }
-    return &of_thread.cache;
+    return &own->cache;
 }
 
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)
