@@ -17,7 +17,7 @@ void build_call_start_recorded(struct build_call *call, struct layer_device *dev
     struct command_buffers *all = device->command_buffers;
     struct command_buffer *command_buffer = command_buffers_find(all, handle);
     build_call_start(call, device, command);
-    call->view.command_buffer = command_buffers_facts(all, command_buffer, handle);
+    command_buffers_facts(all, command_buffer, handle, &call->view.command_buffer);
     if (!command_buffer)
         return;
     call->command_buffer = command_buffer;

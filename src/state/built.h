@@ -79,10 +79,10 @@ struct built {
     uint32_t position;
 
     uint32_t geometry_count;
-    VkAccelerationStructureTypeKHR type;
-    VkBuildAccelerationStructureFlagsKHR flags;
     struct geometry_shapes *shapes;  /* NULL where they weren't kept */
     struct build_contents *contents; /* NULL: none are kept */
+    VkAccelerationStructureTypeKHR type;
+    VkBuildAccelerationStructureFlagsKHR flags;
     enum built_state state;
     bool compacted; /* it holds a compacting copy */
     bool sole;      /* of a query: nothing was written there before */

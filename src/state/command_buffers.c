@@ -248,28 +248,30 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
 }
 
 /* Of a handle without record. */
-__attribute__((cold)) static struct command_buffer_facts
-facts_of_nobody(struct command_buffers *command_buffers, VkCommandBuffer handle)
+__attribute__((cold)) static void facts_of_nobody(struct command_buffers *command_buffers,
+                                                  VkCommandBuffer handle,
+                                                  struct command_buffer_facts *facts)
 {
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
     bool incomplete = command_buffers->incomplete;
     reader_lock_leave(&command_buffers->lock, stripe);
-    return (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
+    *facts = (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
 }
 
-struct command_buffer_facts command_buffers_facts(struct command_buffers *command_buffers,
-                                                  const struct command_buffer *command_buffer,
-                                                  VkCommandBuffer handle)
+void command_buffers_facts(struct command_buffers *command_buffers,
+                           const struct command_buffer *command_buffer, VkCommandBuffer handle,
+                           struct command_buffer_facts *facts)
 {
-    if (!command_buffer)
-        return facts_of_nobody(command_buffers, handle);
-    struct command_buffer_facts facts = command_buffer->facts;
-    if (facts.state != COMMAND_BUFFER_RECORDING)
-        facts.in_render_pass = facts.in_video_coding = facts.suspended = UNKNOWN;
+    if (!command_buffer) {
+        facts_of_nobody(command_buffers, handle, facts);
+        return;
+    }
+    *facts = command_buffer->facts;
+    if (command_buffer->facts.state != COMMAND_BUFFER_RECORDING)
+        facts->in_render_pass = facts->in_video_coding = facts->suspended = UNKNOWN;
     if (command_buffer->validity &&
         atomic_load_explicit(&command_buffer->validity->lost, memory_order_relaxed))
-        facts.state = COMMAND_BUFFER_INVALID;
-    return facts;
+        facts->state = COMMAND_BUFFER_INVALID;
 }
 
 struct label_stack *command_buffers_labels(struct command_buffers *command_buffers,

@@ -75,9 +75,9 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
                                             VkCommandBuffer handle);
 
 /* What rules may see; for a handle without record alive is NO, or UNKNOWN where one was lost. */
-struct command_buffer_facts command_buffers_facts(struct command_buffers *command_buffers,
-                                                  const struct command_buffer *command_buffer,
-                                                  VkCommandBuffer handle);
+void command_buffers_facts(struct command_buffers *command_buffers,
+                           const struct command_buffer *command_buffer, VkCommandBuffer handle,
+                           struct command_buffer_facts *facts);
 
 /* The command buffer's label stack, or NULL. */
 struct label_stack *command_buffers_labels(struct command_buffers *command_buffers,

@@ -139,12 +139,6 @@ static void forget_recent_inputs(struct journal *journal)
     memset(journal->recent_inputs, 0, sizeof(journal->recent_inputs));
 }
 
-static void forget_labels(struct journal *journal)
-{
-    while (journal->label_count)
-        label_stack_clear(&journal->labels[--journal->label_count]);
-}
-
 void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 {
     if (journal->holds)
@@ -154,21 +148,26 @@ void journal_take_back(struct journal *journal, const struct journal_mark *mark)
     forget_recent_inputs(journal);
 }
 
-/* Every recording begins with this, and most have nothing to release. */
-void journal_clear(struct journal *journal)
+__attribute__((cold, noinline)) static void release_held(struct journal *journal)
 {
     if (journal->holds)
         release_entries(journal_start(journal));
+    while (journal->label_count)
+        label_stack_clear(&journal->labels[--journal->label_count]);
+    if (journal->work)
+        journal->release_work(journal->work);
+    journal->work = NULL;
+}
+
+/* Every recording begins with this, and most have nothing to release. */
+void journal_clear(struct journal *journal)
+{
+    if (journal->holds || journal->label_count || journal->work)
+        release_held(journal);
     chunk_list_clear(&journal->entries, sizeof(struct journal_entry));
     if (!chunk_list_is_empty(&journal->inputs)) {
         chunk_list_clear(&journal->inputs, sizeof(struct journal_input));
         forget_recent_inputs(journal);
-    }
-    if (journal->label_count)
-        forget_labels(journal);
-    if (journal->work) {
-        journal->release_work(journal->work);
-        journal->work = NULL;
     }
     journal->holds = journal->asks = journal->has_events = journal->incomplete = false;
 }

@@ -34,7 +34,9 @@ void take_away(struct command_buffers *all, unsigned n)
 
 struct command_buffer_facts facts_of(struct command_buffers *all, unsigned n)
 {
-    return command_buffers_facts(all, command_buffers_find(all, handle(n)), handle(n));
+    struct command_buffer_facts facts;
+    command_buffers_facts(all, command_buffers_find(all, handle(n)), handle(n), &facts);
+    return facts;
 }
 
 void begin_with(struct command_buffers *all, unsigned n, VkCommandBufferUsageFlags flags,

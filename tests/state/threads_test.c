@@ -130,8 +130,8 @@ static void record_once(struct random *random, unsigned n)
     for (unsigned build = 0; build < BUILDS; build++) {
         look_up(n, 1 + RECORDERS + random_below(random, MAKERS * OBJECTS));
         ask_for_sizes(random);
-        struct command_buffer_facts facts =
-            command_buffers_facts(device.command_buffers, own, command_buffer(n));
+        struct command_buffer_facts facts;
+        command_buffers_facts(device.command_buffers, own, command_buffer(n), &facts);
         EXPECT(facts.alive == YES && facts.state == COMMAND_BUFFER_RECORDING);
         EXPECT(facts.build_index == build);
         own->facts.build_index++;
