@@ -36,7 +36,7 @@ static const void *dispatch_key_safely(const void *dispatchable)
 }
 
 /* The member that has the link, which is its first. */
-static void *find(struct layer_link *const *list, const void *key)
+__attribute__((noinline)) static void *find(struct layer_link *const *list, const void *key)
 {
     unsigned stripe = reader_lock_enter(&registry_lock);
     struct layer_link *link = key ? *list : NULL;
@@ -79,7 +79,8 @@ static struct quick_device *quick_device(const void *key)
     return NULL;
 }
 
-struct layer_device *layer_find_device(const void *dispatchable)
+/* Each intercept begins with this: it is inlined when the library is linked. */
+inline struct layer_device *layer_find_device(const void *dispatchable)
 {
     const void *key = dispatch_key(dispatchable);
     const struct quick_device *quick = key ? quick_device(key) : NULL;

@@ -237,8 +237,9 @@ look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
     return found;
 }
 
-struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
-                                            VkCommandBuffer handle)
+/* Inlined when the library is linked, as each command asks. */
+inline struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
+                                                   VkCommandBuffer handle)
 {
     struct command_buffer *recent =
         atomic_load_explicit(recent_slot(command_buffers, handle), memory_order_acquire);

@@ -3,6 +3,17 @@
 #include "state/chain.h"
 #include "state/command_buffers.h"
 
+/* What few recordings have. */
+__attribute__((cold, noinline)) static void drop_rest(struct command_buffer *command_buffer)
+{
+    dependents_invalidate(&command_buffer->dependents);
+    validity_release(command_buffer->validity);
+    command_buffer->validity = NULL;
+    build_states_release(&command_buffer->known);
+    command_buffer->knows = false;
+    label_stack_clear(&command_buffer->labels);
+}
+
 /* An empty journal: the one that there is, unless somebody shares it. */
 static void renew_journal(struct command_buffer *command_buffer)
 {
@@ -19,22 +30,17 @@ static void renew_journal(struct command_buffer *command_buffer)
 static void start_over(struct command_buffer *command_buffer, enum command_buffer_state state)
 {
     struct command_buffer_facts *facts = &command_buffer->facts;
-    facts->state = state;
     facts->in_render_pass = NO;
     facts->suspended = UNKNOWN;
     facts->in_video_coding = NO;
+    facts->state = state;
     facts->build_index = 0;
     command_buffer->suspending = false;
-    dependents_invalidate(&command_buffer->dependents);
-    if (command_buffer->validity)
-        validity_release(command_buffer->validity);
-    command_buffer->validity = NULL;
-    if (command_buffer->knows)
-        build_states_release(&command_buffer->known);
-    command_buffer->knows = false;
     command_buffer->work_lost = false;
+    if (command_buffer->dependents.count || command_buffer->validity || command_buffer->knows ||
+        !label_stack_is_clear(&command_buffer->labels))
+        drop_rest(command_buffer);
     renew_journal(command_buffer);
-    label_stack_clear(&command_buffer->labels);
 }
 
 static bool inherits_conditions(const VkCommandBufferInheritanceInfo *inheritance)

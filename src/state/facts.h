@@ -146,14 +146,14 @@ enum command_buffer_state {
 
 struct command_buffer_facts {
     VkCommandBuffer handle;
-    enum tristate alive;
+    VkQueueFlags queue_flags; /* of the pool's queue family; 0: unknown */
     enum command_buffer_state state;
+    uint32_t build_index; /* builds recorded before this call */
+    enum tristate alive;
     enum tristate is_protected;
-    VkQueueFlags queue_flags;     /* of the pool's queue family; 0: unknown */
     enum tristate in_render_pass; /* render pass instance or dynamic rendering */
     enum tristate suspended;      /* between a suspended rendering and its resumption */
     enum tristate in_video_coding;
-    uint32_t build_index; /* builds recorded before this call */
 };
 
 /* What vkGetAccelerationStructureBuildSizesKHR of the next layer says, bytes. */

@@ -26,9 +26,13 @@ struct label_stack label_stack_copy(const struct label_stack *stack);
 
 /* Empties it and frees its memory. */
 void label_stack_drop_all(struct label_stack *stack);
+static inline bool label_stack_is_clear(const struct label_stack *stack)
+{
+    return !stack->labels && !stack->lost;
+}
 static inline void label_stack_clear(struct label_stack *stack)
 {
-    if (stack->labels || stack->lost)
+    if (!label_stack_is_clear(stack))
         label_stack_drop_all(stack);
 }
 

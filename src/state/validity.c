@@ -78,8 +78,10 @@ void dependents_add(struct dependents *dependents, struct validity *validity)
 }
 
 /* The application lets nobody execute a command buffer that it records anew. */
-void dependents_tell(struct dependents *dependents)
+void dependents_invalidate(struct dependents *dependents)
 {
+    if (!dependents->count)
+        return;
     pthread_mutex_lock(&dependents->lock);
     while (dependents->count) {
         struct validity *validity = dependents->items[--dependents->count];

@@ -34,11 +34,6 @@ void dependents_release(struct dependents *dependents); /* tells them first */
 
 /* Without memory it is not told. */
 void dependents_add(struct dependents *dependents, struct validity *validity);
-void dependents_tell(struct dependents *dependents);
-static inline void dependents_invalidate(struct dependents *dependents)
-{
-    if (dependents->count)
-        dependents_tell(dependents);
-}
+void dependents_invalidate(struct dependents *dependents);
 
 #endif
