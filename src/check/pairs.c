@@ -222,6 +222,8 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
 void pairs_walk(struct walk *walk, const struct call_view *call, struct sweep *sweep)
 {
     struct pair_walk pairs = {.walk = walk, .call = call};
+    if (sweep_finds_nothing(sweep))
+        return;
     sweep_equal_handles(sweep, visit_pair, &pairs);
     if (walk->context->level >= LEVEL_STATE)
         sweep_shared_memory(sweep, visit_pair, &pairs);

@@ -13,9 +13,7 @@ void sweep_empty(struct sweep *sweep)
     for (int role = 0; role < ROLE_COUNT; role++) {
         struct range_list *list = &sweep->roles[role];
         list->count = 0;
-        list->sorted_by_bytes = true;
-        list->apart = true;
-        list->ascending_handles = true;
+        list->unsorted = list->touching = list->handles_unsorted = false;
     }
     sweep->noted_count = 0;
     sweep->out_of_memory = false;
@@ -31,11 +29,14 @@ void sweep_init(struct sweep *sweep)
     sweep->noted_capacity = 0;
     sweep->space = NULL;
     sweep->space_size = 0;
+    sweep->has_memory = false;
     sweep_empty(sweep);
 }
 
 void sweep_release(struct sweep *sweep)
 {
+    if (!sweep->has_memory)
+        return;
     for (int role = 0; role < ROLE_COUNT; role++)
         if (sweep->roles[role].items != sweep->roles[role].inline_items)
             free(sweep->roles[role].items);
@@ -48,13 +49,15 @@ void *sweep_space(struct sweep *sweep, size_t size)
     if (size > sweep->space_size) {
         free(sweep->space);
         sweep->space = malloc(size);
+        sweep->has_memory = true;
         sweep->space_size = sweep->space ? size : 0;
     }
     return sweep->space;
 }
 
-bool sweep_grow(struct range_list *list)
+bool sweep_grow(struct sweep *sweep, struct range_list *list)
 {
+    sweep->has_memory = true;
     uint32_t capacity = list->capacity * 4;
     bool is_inline = list->items == list->inline_items;
     struct used_range *items =
@@ -193,7 +196,7 @@ static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT]
     for (int role = 0; role < ROLE_COUNT; role++) {
         const struct range_list *list = &sweep->roles[role];
         queues[role] = (struct range_queue){.items = list->items, .count = list->count};
-        if (list->sorted_by_bytes)
+        if (!list->unsorted)
             continue;
         total += list->count;
         longest = list->count > longest ? list->count : longest;
@@ -206,7 +209,7 @@ static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT]
     uint32_t *order = (uint32_t *)((char *)keys + keys_size);
     for (int role = 0; role < ROLE_COUNT; role++) {
         const struct range_list *list = &sweep->roles[role];
-        if (!list->sorted_by_bytes) {
+        if (list->unsorted) {
             range_order(list->items, list->count, order, keys);
             queues[role].order = order;
             order += list->count;
@@ -234,7 +237,7 @@ static bool ends_before(const struct used_range *a, const struct used_range *b)
 static bool role_is_apart(const struct range_list *list, const struct range_queue *queue)
 {
     if (!queue->order)
-        return list->apart;
+        return !list->touching;
     const struct used_range *before = item_at(queue, 0);
     for (uint32_t i = 1; i < queue->count; i++) {
         const struct used_range *range = item_at(queue, i);
@@ -268,8 +271,17 @@ static bool all_came_apart(const struct sweep *sweep)
 {
     const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
                             *scratch = &sweep->roles[ROLE_SCRATCH];
-    return dst->apart && src->apart && scratch->apart && lists_are_apart(dst, scratch) &&
-           lists_are_apart(dst, src) && lists_are_apart(src, scratch);
+    return !dst->touching && !src->touching && !scratch->touching &&
+           lists_are_apart(dst, scratch) && lists_are_apart(dst, src) &&
+           lists_are_apart(src, scratch);
+}
+
+bool sweep_finds_nothing(const struct sweep *sweep)
+{
+    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
+                            *scratch = &sweep->roles[ROLE_SCRATCH];
+    return !src->count && !dst->handles_unsorted && !dst->touching && !scratch->touching &&
+           lists_are_apart(dst, scratch);
 }
 
 /* Whether no two ranges share memory because each role has a place of its own, and they are apart

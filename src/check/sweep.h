@@ -16,9 +16,9 @@ enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
  * bytes, with none in another, and of their handles, is noted as they come, so that a call in order
  * is neither sorted nor swept. */
 struct range_list {
-    struct used_range *items, inline_items[SWEEP_INLINE_RANGES];
     uint32_t count, capacity;
-    bool sorted_by_bytes, apart, ascending_handles; /* apart: and sorted */
+    bool unsorted, touching, handles_unsorted; /* touching: or unsorted */
+    struct used_range *items, inline_items[SWEEP_INLINE_RANGES];
 };
 
 struct sweep {
@@ -26,6 +26,7 @@ struct sweep {
     struct noted_range *noted; /* ranges of sparse buffers, which are not compared */
     uint32_t noted_count, noted_capacity;
     bool out_of_memory; /* ranges were lost: nothing is reported */
+    bool has_memory;    /* of its own, to be released */
     void *space;        /* of a search, kept for the next one */
     size_t space_size;  /* bytes */
 };
@@ -38,7 +39,7 @@ void sweep_release(struct sweep *sweep);
 void *sweep_space(struct sweep *sweep, size_t size);
 
 /* Makes room in a list; false without memory. */
-bool sweep_grow(struct range_list *list);
+bool sweep_grow(struct sweep *sweep, struct range_list *list);
 
 /* What becomes of a list with a range behind its last one. */
 static inline void sweep_note_order(struct range_list *list, const struct used_range *last,
@@ -46,11 +47,11 @@ static inline void sweep_note_order(struct range_list *list, const struct used_r
 {
     bool same_memory = last->span.memory == range->span.memory;
     if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
-        list->sorted_by_bytes = list->apart = false;
+        list->unsorted = list->touching = true;
     if (same_memory && last->span.end > range->span.begin)
-        list->apart = false;
+        list->touching = true;
     if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
-        list->ascending_handles = false;
+        list->handles_unsorted = true;
 }
 
 /* Room for a range of a role, to be filled and then kept; NULL without memory. Of each build there
@@ -58,7 +59,7 @@ static inline void sweep_note_order(struct range_list *list, const struct used_r
 static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role role)
 {
     struct range_list *list = &sweep->roles[role];
-    if (list->count == list->capacity && !sweep_grow(list)) {
+    if (list->count == list->capacity && !sweep_grow(sweep, list)) {
         sweep->out_of_memory = true;
         return NULL;
     }
@@ -76,6 +77,10 @@ void sweep_add(struct sweep *sweep, const struct used_range *range);
 void sweep_note(struct sweep *sweep, const struct noted_range *noted);
 /* All that was added with memory, or noted, to be freed by the caller; NULL without memory. */
 struct noted_ranges *sweep_all_ranges(const struct sweep *sweep);
+
+/* Whether no pair will be visited, as far as the order in which the ranges came tells: that is how
+ * most calls are. */
+bool sweep_finds_nothing(const struct sweep *sweep);
 
 /* Takes a pair. Returns false if no more pairs of these two roles are wanted. */
 typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,

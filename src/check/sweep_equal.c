@@ -67,7 +67,7 @@ static bool has_equal_handles(struct sweep *sweep)
 {
     const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC];
     struct structure_set set;
-    if (dst->ascending_handles && !src->count)
+    if (!dst->handles_unsorted && !src->count)
         return false;
     return make_set(sweep, dst, &set) && (add_dsts(&set, dst) || has_foreign_dst(&set, src));
 }
@@ -94,7 +94,7 @@ static const struct used_range **by_handle(const struct range_list *list, uint32
         return NULL;
     for (uint32_t i = 0; i < list->count; i++)
         sorted[i] = &list->items[i];
-    if (!list->ascending_handles)
+    if (list->handles_unsorted)
         qsort(sorted, list->count, sizeof(*sorted), order_by_handle);
     *count = 0;
     for (uint32_t i = 0; i < list->count; i++)

@@ -15,6 +15,7 @@ void sweep_note(struct sweep *sweep, const struct noted_range *noted)
             return;
         }
         sweep->noted = all;
+        sweep->has_memory = true;
         sweep->noted_capacity = capacity;
     }
     sweep->noted[sweep->noted_count++] = *noted;
