@@ -3,6 +3,7 @@
 #include "build_call.h"
 
 #include "check/replay.h"
+#include "state/recording_path.h"
 
 void build_call_start(struct build_call *call, struct layer_device *device,
                       enum build_command command)
@@ -11,8 +12,9 @@ void build_call_start(struct build_call *call, struct layer_device *device,
         .device = device, .view.command = command, .view.device = &device->facts};
 }
 
-void build_call_start_recorded(struct build_call *call, struct layer_device *device,
-                               enum build_command command, VkCommandBuffer handle)
+ON_RECORDING_PATH void build_call_start_recorded(struct build_call *call,
+                                                 struct layer_device *device,
+                                                 enum build_command command, VkCommandBuffer handle)
 {
     struct command_buffers *all = device->command_buffers;
     struct command_buffer *command_buffer = command_buffers_find(all, handle);

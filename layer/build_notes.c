@@ -4,6 +4,7 @@
 #include "build_notes.h"
 
 #include "state/built_flags.h"
+#include "state/recording_path.h"
 
 static bool is_update(const struct build_view *build)
 {
@@ -211,8 +212,8 @@ static inline void note_inputs(const struct build_call *call, const struct build
     journal_end_inputs(call->journal, noting.next);
 }
 
-void build_notes_see_build(void *user, const struct build_view *build,
-                           const struct geometry_view *geometry)
+ON_RECORDING_PATH void build_notes_see_build(void *user, const struct build_view *build,
+                                             const struct geometry_view *geometry)
 {
     const struct build_call *call = user;
     const struct command_buffer *command_buffer = call->command_buffer;

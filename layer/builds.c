@@ -9,6 +9,7 @@
 #include "intercepts.h"
 #include "state/built_flags.h"
 #include "state/readable.h"
+#include "state/recording_path.h"
 #include "submissions.h"
 
 void build_call_find_sizes(struct layer_device *device,
@@ -42,7 +43,7 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
     build_call_find_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
 }
 
-static enum tristate vertex_format_supported(void *user, VkFormat format)
+ON_RECORDING_PATH static enum tristate vertex_format_supported(void *user, VkFormat format)
 {
     return layer_takes_vertices(((struct build_call *)user)->device, format);
 }
@@ -92,7 +93,7 @@ static const struct check_witness witness = {
     .see_ranges = build_notes_see_ranges,
 };
 
-static void run_checks(struct build_call *call, struct readable_cache *readable)
+ON_RECORDING_PATH static void run_checks(struct build_call *call, struct readable_cache *readable)
 {
     const struct layer_device *device = call->device;
     /* Below that level backend cpu has an order, too, but views have no state. */
@@ -115,7 +116,7 @@ static void run_checks(struct build_call *call, struct readable_cache *readable)
     build_call_settle_journal(call);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
+ON_RECORDING_PATH VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
     VkCommandBuffer commandBuffer, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)

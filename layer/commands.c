@@ -3,6 +3,7 @@
 #include "check/replay.h"
 #include "intercepts.h"
 #include "layer.h"
+#include "state/recording_path.h"
 
 static struct command_buffer *find(struct layer_device *device, VkCommandBuffer handle)
 {
@@ -80,8 +81,8 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeCommandBuffers(VkDevice device, VkCommandPo
     state->vk.FreeCommandBuffers(device, commandPool, commandBufferCount, pCommandBuffers);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_BeginCommandBuffer(VkCommandBuffer commandBuffer,
-                                                        const VkCommandBufferBeginInfo *pBeginInfo)
+ON_RECORDING_PATH VKAPI_ATTR VkResult VKAPI_CALL
+assay_BeginCommandBuffer(VkCommandBuffer commandBuffer, const VkCommandBufferBeginInfo *pBeginInfo)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     VkResult result = state->vk.BeginCommandBuffer(commandBuffer, pBeginInfo);
@@ -90,7 +91,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BeginCommandBuffer(VkCommandBuffer commandB
     return result;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_EndCommandBuffer(VkCommandBuffer commandBuffer)
+ON_RECORDING_PATH VKAPI_ATTR VkResult VKAPI_CALL
+assay_EndCommandBuffer(VkCommandBuffer commandBuffer)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     VkResult result = state->vk.EndCommandBuffer(commandBuffer);
@@ -98,8 +100,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_EndCommandBuffer(VkCommandBuffer commandBuf
     return result;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_ResetCommandBuffer(VkCommandBuffer commandBuffer,
-                                                        VkCommandBufferResetFlags flags)
+ON_RECORDING_PATH VKAPI_ATTR VkResult VKAPI_CALL
+assay_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferResetFlags flags)
 {
     struct layer_device *state = layer_find_device(commandBuffer);
     VkResult result = state->vk.ResetCommandBuffer(commandBuffer, flags);

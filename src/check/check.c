@@ -15,6 +15,7 @@
 #include "check/pairs.h"
 #include "check/views.h"
 #include "check/walk.h"
+#include "state/recording_path.h"
 
 void check_select(enum build_command command, enum level level, const bool muted[VUID_COUNT],
                   bool active[RULE_COUNT])
@@ -36,9 +37,9 @@ static void walk_geometry_and_range(struct walk *walk, const struct range_view *
 }
 
 /* Those of both levels, to be asked one by one. */
-__attribute__((noinline)) static void walk_all_of_geometry(struct walk *walk,
-                                                           const struct range_view *range,
-                                                           bool has_count, bool with_state)
+__attribute__((cold)) static void walk_all_of_geometry(struct walk *walk,
+                                                       const struct range_view *range,
+                                                       bool has_count, bool with_state)
 {
     walk->holds = false;
     walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
@@ -57,7 +58,8 @@ static bool comes_with_build(const struct build_view *build, const struct geomet
 
 /* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
  * geometry. */
-static void check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
+ON_RECORDING_PATH static void check_geometry(struct walk *walk, struct geometry_view *geometry,
+                                             bool with_state)
 {
     const struct build_view *build = geometry->build; // NOLINT(clang-analyzer-core.*)
     struct range_view range = {.geometry = geometry,
@@ -76,6 +78,18 @@ static void check_geometry(struct walk *walk, struct geometry_view *geometry, bo
         walk->context->witness->see_geometry(walk->context->user, geometry);
     if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
         check_host_contents(walk, &range);
+}
+
+__attribute__((cold)) static void
+walk_all_of_build(struct walk *walk, const struct build_view *build, enum level level)
+{
+    walk_build(walk, build, level);
+}
+
+__attribute__((cold)) static void walk_all_of_call(struct walk *walk, const struct call_view *call)
+{
+    walk_call(walk, call, LEVEL_PARAMETERS);
+    walk_call(walk, call, LEVEL_STATE);
 }
 
 static void check_geometries(struct walk *walk, const struct build_view *build,
@@ -102,7 +116,7 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
         check_extended_build(walk, build, with_state);
     walk->holds = build_parameters_hold(build);
     if (!walk->holds)
-        walk_build(walk, build, LEVEL_PARAMETERS);
+        walk_all_of_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
         check_indirect(walk, build, with_state);
     if (walk->instances)
@@ -114,7 +128,7 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
         /* The driver is asked for sizes of sound parameters only. */
         view_build_state(context, build, walk->findings == findings_before, walk->holds);
         if (!build_state_holds(build))
-            walk_build(walk, build, LEVEL_STATE);
+            walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)
             check_host_build(walk, build);
     }
@@ -148,15 +162,13 @@ static void check_some_builds(struct walk *walk, struct sweep *sweep, const stru
         check_build(walk, sweep, &builds[i], &first_geometries[i]);
 }
 
-void check_builds(struct check_context *context, struct call_view *call)
+ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
 {
     struct walk walk;
     walk_start(&walk, context);
     view_call(context, call);
-    if (!call_holds(call)) {
-        walk_call(&walk, call, LEVEL_PARAMETERS);
-        walk_call(&walk, call, LEVEL_STATE);
-    }
+    if (!call_holds(call))
+        walk_all_of_call(&walk, call);
     if (!call->infos_readable)
         return;
 

@@ -5,6 +5,8 @@
 #include <stdatomic.h>
 #include <vulkan/utility/vk_format_utils.h>
 
+#include "state/recording_path.h"
+
 /* The formats of Vulkan 1.0, of which nearly all vertices are, are looked up once: the functions of
  * vk_format_utils.h copy a table row each time. */
 enum { REMEMBERED_FORMATS = VK_FORMAT_ASTC_12x12_SRGB_BLOCK + 1 };
@@ -50,7 +52,7 @@ static union format_facts look_up(VkFormat format)
 
 /* Several threads may look up the same. Nobody sees what is remembered: rules that follow each
  * other share one call, and its number, which the compiler knows to be the same. */
-__attribute__((const, noinline)) static uint32_t number_of_facts(VkFormat format)
+ON_RECORDING_PATH __attribute__((const, noinline)) static uint32_t number_of_facts(VkFormat format)
 {
     static atomic_uint_least32_t remembered[REMEMBERED_FORMATS];
     if ((uint32_t)format >= REMEMBERED_FORMATS)

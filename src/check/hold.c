@@ -4,6 +4,7 @@
 
 #include "check/geometry_data.h"
 #include "check/predicates.h"
+#include "state/recording_path.h"
 
 /* Leaves a chain where a row of the level and the command doesn't hold. */
 #define HOLD(name, row_level, view)                                                                \
@@ -57,18 +58,19 @@ static bool is_asked(const struct call_view *call)
     return call->command == COMMAND_DEVICE;
 }
 
-__attribute__((flatten)) bool call_holds(const struct call_view *call)
+ON_RECORDING_PATH __attribute__((flatten)) bool call_holds(const struct call_view *call)
 {
     return is_asked(call) && call_rows_hold(call, LEVEL_PARAMETERS) &&
            call_rows_hold(call, LEVEL_STATE);
 }
 
-__attribute__((flatten)) bool build_parameters_hold(const struct build_view *build)
+ON_RECORDING_PATH __attribute__((flatten)) bool
+build_parameters_hold(const struct build_view *build)
 {
     return is_asked(build->call) && build_rows_hold(build, LEVEL_PARAMETERS);
 }
 
-__attribute__((flatten)) bool build_state_holds(const struct build_view *build)
+ON_RECORDING_PATH __attribute__((flatten)) bool build_state_holds(const struct build_view *build)
 {
     return is_asked(build->call) && build_rows_hold(build, LEVEL_STATE);
 }
@@ -82,8 +84,8 @@ ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count
 }
 
 /* Most geometries are triangles: a chain of their own leaves out what is asked of others. */
-__attribute__((flatten)) bool geometry_holds(const struct range_view *range, bool has_count,
-                                             bool with_state)
+ON_RECORDING_PATH __attribute__((flatten)) bool geometry_holds(const struct range_view *range,
+                                                               bool has_count, bool with_state)
 {
     if (!is_asked(range->geometry->build->call))
         return false;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Collecting the ranges of a call, and putting pairs of them to the rules. */
 #include "check/pairs.h"
+#include "state/recording_path.h"
 
 static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
 {
@@ -219,7 +220,8 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
     return wants_pairs_of(pairs->walk, a->role, b->role);
 }
 
-void pairs_walk(struct walk *walk, const struct call_view *call, struct sweep *sweep)
+ON_RECORDING_PATH void pairs_walk(struct walk *walk, const struct call_view *call,
+                                  struct sweep *sweep)
 {
     struct pair_walk pairs = {.walk = walk, .call = call};
     if (sweep_finds_nothing(sweep))

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "check/range_order.h"
+#include "state/recording_path.h"
 
 void sweep_empty(struct sweep *sweep)
 {
@@ -19,7 +20,7 @@ void sweep_empty(struct sweep *sweep)
     sweep->out_of_memory = false;
 }
 
-void sweep_init(struct sweep *sweep)
+ON_RECORDING_PATH void sweep_init(struct sweep *sweep)
 {
     for (int role = 0; role < ROLE_COUNT; role++) {
         sweep->roles[role].items = sweep->roles[role].inline_items;

@@ -39,7 +39,7 @@ void sweep_release(struct sweep *sweep);
 void *sweep_space(struct sweep *sweep, size_t size);
 
 /* Makes room in a list; false without memory. */
-bool sweep_grow(struct sweep *sweep, struct range_list *list);
+__attribute__((cold)) bool sweep_grow(struct sweep *sweep, struct range_list *list);
 
 /* What becomes of a list with a range behind its last one. */
 static inline void sweep_note_order(struct range_list *list, const struct used_range *last,
@@ -74,7 +74,7 @@ static inline void sweep_keep(struct sweep *sweep, const struct used_range *rang
 }
 
 void sweep_add(struct sweep *sweep, const struct used_range *range);
-void sweep_note(struct sweep *sweep, const struct noted_range *noted);
+__attribute__((cold)) void sweep_note(struct sweep *sweep, const struct noted_range *noted);
 /* All that was added with memory, or noted, to be freed by the caller; NULL without memory. */
 struct noted_ranges *sweep_all_ranges(const struct sweep *sweep);
 

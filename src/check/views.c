@@ -11,6 +11,7 @@
 #include "check/formats.h"
 #include "check/geometry_data.h"
 #include "state/build_info.h"
+#include "state/recording_path.h"
 #include "state/size_cache.h"
 
 enum { INLINE_COUNTS = 16 };
@@ -177,8 +178,8 @@ __attribute__((noinline)) static void view_chains(struct check_context *context,
                    &geometry->triangles_chain);
 }
 
-void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
-                   struct geometry_view *geometry)
+ON_RECORDING_PATH void view_geometry(struct check_context *context, const struct build_view *build,
+                                     uint32_t index, struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryKHR *given = build_geometry(build->info, index);
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(given);
@@ -300,8 +301,8 @@ static void look_elsewhere(struct check_context *context, struct accel_facts *ac
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
 }
 
-void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes,
-                      bool holds)
+ON_RECORDING_PATH void view_build_state(struct check_context *context, struct build_view *build,
+                                        bool with_sizes, bool holds)
 {
     look_elsewhere(context, &build->dst);
     look_elsewhere(context, &build->src);
@@ -352,7 +353,8 @@ static void ask_for_build(struct resource_queries *queries, struct build_view *b
         ask_for_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
 }
 
-static void ask_for_geometry(struct resource_queries *queries, struct geometry_view *geometry)
+ON_RECORDING_PATH static void ask_for_geometry(struct resource_queries *queries,
+                                               struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);

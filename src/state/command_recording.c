@@ -2,6 +2,7 @@
 /* What recorded commands do to the state of a command buffer. */
 #include "state/chain.h"
 #include "state/command_buffers.h"
+#include "state/recording_path.h"
 
 /* What few recordings have. */
 __attribute__((cold, noinline)) static void drop_rest(struct command_buffer *command_buffer)
@@ -27,7 +28,8 @@ static void renew_journal(struct command_buffer *command_buffer)
     command_buffer->journal = NULL;
 }
 
-static void start_over(struct command_buffer *command_buffer, enum command_buffer_state state)
+ON_RECORDING_PATH static void start_over(struct command_buffer *command_buffer,
+                                         enum command_buffer_state state)
 {
     struct command_buffer_facts *facts = &command_buffer->facts;
     facts->in_render_pass = NO;

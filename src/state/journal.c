@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Journals. */
 #include "state/journal.h"
+#include "state/recording_path.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -160,7 +161,7 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 }
 
 /* Every recording begins with this, and most have nothing to release. */
-void journal_clear(struct journal *journal)
+ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
     if (journal->holds || journal->label_count || journal->work)
         release_held(journal);

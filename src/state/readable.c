@@ -2,6 +2,7 @@
 /* Probing memory through system calls. */
 #define _GNU_SOURCE /* process_vm_readv, syscall */
 #include "state/readable.h"
+#include "state/recording_path.h"
 
 #include <errno.h>
 #include <string.h>
@@ -77,13 +78,13 @@ struct cache_of_thread {
 };
 
 /* Once a call, and not at each use: in a library that was opened late it is found by a call. */
-__attribute__((noinline)) static struct cache_of_thread *cache_of_thread(void)
+ON_RECORDING_PATH __attribute__((noinline)) static struct cache_of_thread *cache_of_thread(void)
 {
     static _Thread_local struct cache_of_thread of_thread;
     return &of_thread;
 }
 
-struct readable_cache *readable_cache_of_thread(void)
+ON_RECORDING_PATH struct readable_cache *readable_cache_of_thread(void)
 {
     struct cache_of_thread *own = cache_of_thread();
     struct timespec now;
@@ -96,7 +97,8 @@ struct readable_cache *readable_cache_of_thread(void)
     return &own->cache;
 }
 
-size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size)
+ON_RECORDING_PATH size_t readable_extent(struct readable_cache *cache, const void *pointer,
+                                         size_t size)
 {
     uintptr_t begin = (uintptr_t)pointer;
     if (!size || !begin)

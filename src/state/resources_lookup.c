@@ -2,6 +2,7 @@
 /* What the records say: facts about structures and addresses. */
 #include <string.h>
 
+#include "state/recording_path.h"
 #include "state/resource_records.h"
 
 unsigned resources_begin_reading(struct resources *resources)
@@ -248,7 +249,8 @@ static inline void locate_all(const struct resources *resources,
     }
 }
 
-void resources_find_all(struct resources *resources, const struct resource_queries *queries)
+ON_RECORDING_PATH void resources_find_all(struct resources *resources,
+                                          const struct resource_queries *queries)
 {
     struct found found;
     unsigned token = resources_begin_reading(resources);
