@@ -3,18 +3,17 @@
 #include "build_call.h"
 
 #include "check/replay.h"
-#include "state/recording_path.h"
 
-void build_call_start(struct build_call *call, struct layer_device *device,
-                      enum build_command command)
+/* Those below are inlined where the library is linked: a call of one build is mostly them. */
+inline void build_call_start(struct build_call *call, struct layer_device *device,
+                             enum build_command command)
 {
     *call = (struct build_call){
         .device = device, .view.command = command, .view.device = &device->facts};
 }
 
-ON_RECORDING_PATH void build_call_start_recorded(struct build_call *call,
-                                                 struct layer_device *device,
-                                                 enum build_command command, VkCommandBuffer handle)
+inline void build_call_start_recorded(struct build_call *call, struct layer_device *device,
+                                      enum build_command command, VkCommandBuffer handle)
 {
     struct command_buffers *all = device->command_buffers;
     struct command_buffer *command_buffer = command_buffers_find(all, handle);
@@ -93,7 +92,7 @@ __attribute__((cold)) static void settle(struct build_call *call)
 }
 
 /* Most journals have nothing to judge. */
-void build_call_settle_journal(struct build_call *call)
+inline void build_call_settle_journal(struct build_call *call)
 {
     const struct command_buffer *command_buffer = call->command_buffer;
     if (command_buffer && call->journal &&

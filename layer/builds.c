@@ -65,17 +65,13 @@ static struct sweep *_Atomic *spare_of_thread(const struct build_call *call)
 
 static struct sweep *take_sweep(const struct build_call *call)
 {
-    if (call->view.info_count <= LARGE_CALL)
-        return NULL;
     struct sweep *spare = atomic_exchange(spare_of_thread(call), NULL);
     return spare ? spare : check_make_sweep();
 }
 
 static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
 {
-    struct sweep *other = sweep ? atomic_exchange(spare_of_thread(call), sweep) : NULL;
-    if (other)
-        check_free_sweep(other);
+    check_free_sweep(atomic_exchange(spare_of_thread(call), sweep));
 }
 
 static const struct check_hooks hooks = {
@@ -93,7 +89,9 @@ static const struct check_witness witness = {
     .see_ranges = build_notes_see_ranges,
 };
 
-ON_RECORDING_PATH static void run_checks(struct build_call *call, struct readable_cache *readable)
+/* Inlined, as most of it is to fill what each call of a command fills with the same. */
+static inline __attribute__((always_inline)) void run_checks(struct build_call *call,
+                                                             struct readable_cache *readable)
 {
     const struct layer_device *device = call->device;
     /* Below that level backend cpu has an order, too, but views have no state. */
@@ -107,12 +105,13 @@ ON_RECORDING_PATH static void run_checks(struct build_call *call, struct readabl
         .recent_sizes = call->recent_sizes,
         .readable = readable,
         .resources = device->resources,
-        .sweep = take_sweep(call),
+        .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
         .flags = call->turn ? submissions_flags(device->submissions) : NULL,
         .turn = call->turn,
     };
     check_builds(&context, &call->view);
-    give_back_sweep(call, context.sweep);
+    if (context.sweep)
+        give_back_sweep(call, context.sweep);
     build_call_settle_journal(call);
 }
 
