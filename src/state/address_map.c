@@ -6,8 +6,8 @@
 #include <string.h>
 
 enum { CHUNK_PLACES = 16, FIRST_CHUNKS = 8, FIRST_PLACES = 64, CACHE_LINE = 64 };
-/* Twice as many guesses as places. */
-enum { GUESSES_PER_PLACE_SHIFT = 1 };
+/* Guesses are chosen anew where one in so many places has no room among them. */
+enum { GUESSES_PER_PLACE = 2, CROWD = 16 };
 
 _Static_assert(sizeof(struct address_facts) == CACHE_LINE, "a look-up reads one line");
 
@@ -96,9 +96,9 @@ static bool reserve_slot(struct address_map *map)
     if (map->unused || map->place_count < map->place_capacity)
         return true;
     uint32_t capacity = map->place_capacity ? map->place_capacity * 2 : FIRST_PLACES;
-    unsigned bits = (unsigned)__builtin_ctz(capacity) + GUESSES_PER_PLACE_SHIFT;
     struct address_facts *places = aligned_alloc(CACHE_LINE, capacity * sizeof(*places));
-    _Atomic uint32_t *items = calloc(((size_t)1 << bits) + ADDRESS_GUESSES - 1, sizeof(*items));
+    _Atomic uint32_t *items =
+        aligned_alloc(CACHE_LINE, (size_t)capacity * GUESSES_PER_PLACE * sizeof(*items));
     if (!places || !items) {
         free(places);
         free((void *)items);
@@ -111,8 +111,12 @@ static bool reserve_slot(struct address_map *map)
     free(map->guesses.places);
     free((void *)map->guesses.items);
     map->place_capacity = capacity;
-    map->guesses = (struct address_guesses){
-        .items = items, .places = places, .slot_mask = capacity - 1, .shift = 64 - bits};
+    map->guesses = (struct address_guesses){.items = items,
+                                            .places = places,
+                                            .slot_mask = capacity - 1,
+                                            .item_mask = capacity * GUESSES_PER_PLACE - 1};
+    address_guesses_tune(&map->guesses, map->place_count);
+    map->crowded = 0;
     return true;
 }
 
@@ -245,6 +249,11 @@ bool address_map_add(struct address_map *map, const struct address_facts *place)
     chunk->slots[at] = slot;
     chunk->count++;
     settle(map, c);
+    map->crowded += address_guesses_remember(&map->guesses, begin, slot);
+    if (map->crowded * CROWD > map->place_count) {
+        address_guesses_tune(&map->guesses, map->place_count);
+        map->crowded = 0;
+    }
     return true;
 }
 
@@ -307,26 +316,11 @@ void address_map_remove(struct address_map *map, const struct address_facts *pla
 
 struct address_guesses address_map_guesses(const struct address_map *map)
 {
-    static _Atomic uint32_t no_items[ADDRESS_GUESSES + 1];
+    static _Atomic uint32_t no_items[ADDRESS_WAYS];
     static struct address_facts nobody;
     if (map && map->place_capacity)
         return map->guesses;
-    return (struct address_guesses){.items = no_items, .places = &nobody, .shift = 63};
-}
-
-/* Instead of an older guess for the same addresses, or of none, or of any. */
-static void remember(struct address_guesses guesses, uint64_t address, uint32_t slot)
-{
-    uint64_t hash = address_hash(address);
-    _Atomic uint32_t *items = &guesses.items[hash >> guesses.shift];
-    size_t chosen = slot % ADDRESS_GUESSES;
-    for (size_t i = ADDRESS_GUESSES; i-- > 0;) {
-        uint32_t guess = atomic_load_explicit(&items[i], memory_order_relaxed);
-        if (!guess || address_is_guess_of(guesses, guess, hash))
-            chosen = i;
-    }
-    atomic_store_explicit(&items[chosen], ((uint32_t)hash & ~guesses.slot_mask) | slot,
-                          memory_order_relaxed);
+    return (struct address_guesses){.items = no_items, .places = &nobody};
 }
 
 /* In the chunks before its own every place begins before the address. */
@@ -342,7 +336,7 @@ void address_map_find(const struct address_map *map, uint64_t address, place_vis
             const struct address_facts *place = &map->guesses.places[chunk->slots[i]];
             if (!place_holds(place, address))
                 continue;
-            remember(map->guesses, address, chunk->slots[i]);
+            address_guesses_remember(&map->guesses, address, chunk->slots[i]);
             visit(place, context);
         }
         if (c == 0 || map->reaches[c - 1] <= address)

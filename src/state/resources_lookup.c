@@ -224,7 +224,8 @@ static inline void describe_address(const struct resources *resources, VkDeviceA
 void resources_find_address(const struct resources *resources, VkDeviceAddress address,
                             struct address_facts *facts)
 {
-    describe_address(resources, address, address_guess(guesses_of(resources), address), facts);
+    const struct address_guesses guesses = guesses_of(resources);
+    describe_address(resources, address, address_guesses_find(&guesses, address), facts);
 }
 
 /* What queries have found before they are answered. */
@@ -244,7 +245,7 @@ static inline void locate_all(const struct resources *resources,
     }
     const struct address_guesses guesses = guesses_of(resources);
     for (unsigned i = 0; i < queries->address_count; i++) {
-        found->guesses[i] = address_guess(guesses, queries->addresses[i].address);
+        found->guesses[i] = address_guesses_find(&guesses, queries->addresses[i].address);
         __builtin_prefetch(found->guesses[i]);
     }
 }

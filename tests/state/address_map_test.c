@@ -65,7 +65,8 @@ static bool holds(const struct range *range, uint64_t address)
 /* Before a search a guess may be old. What it shows at a glance is true all the same. */
 static void assert_a_glance_is_right(const struct world *world, uint64_t address)
 {
-    const struct address_facts *place = address_guess(address_map_guesses(&world->map), address);
+    const struct address_guesses guesses = address_map_guesses(&world->map);
+    const struct address_facts *place = address_guesses_find(&guesses, address);
     if (!place_holds(place, address) || place->is_shared)
         return;
     for (uint32_t i = 0; i < world->count; i++)
@@ -81,7 +82,8 @@ static bool overlap(const struct range *a, const struct range *b)
 /* After it the guess is good, and the place knows whether others overlap it. */
 static void assert_a_search_is_remembered(const struct world *world, uint64_t address)
 {
-    const struct address_facts *place = address_guess(address_map_guesses(&world->map), address);
+    const struct address_guesses guesses = address_map_guesses(&world->map);
+    const struct address_facts *place = address_guesses_find(&guesses, address);
     assert_true(place_holds(place, address));
     const struct range *range = &world->ranges[place->buffer_id];
     bool is_shared = false;
