@@ -8,7 +8,7 @@
 #include <stddef.h>
 
 /* Of a chunk at most; and as many come without asking for room one by one. */
-enum { CHUNK_ITEMS = 64, CHUNK_ITEMS_AT_ONCE = 8 };
+enum { CHUNK_ITEMS = 64, CHUNK_ITEMS_AT_ONCE = 5 };
 
 /* Its items lie behind it. */
 struct chunk {

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Lists of chunks: against an array, with places to come back to, and no memory. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "random.h"
+#include "state/chunk_list.h"
+
+enum { ITEM = 24, MOST = 5000, STEPS = 4000 };
+
+/* A list, and what is in it. */
+struct pair {
+    struct chunk_list list;
+    uint32_t count, numbers[MOST], next_number;
+};
+
+/* As many as asked for, CHUNK_ITEMS_AT_ONCE at most. */
+static void add(struct pair *pair, uint32_t count)
+{
+    assert_true(chunk_list_make_room(&pair->list, ITEM));
+    for (uint32_t i = 0; i < count; i++) {
+        *(uint32_t *)pair->list.next = pair->next_number;
+        pair->list.next += ITEM;
+        pair->numbers[pair->count++] = pair->next_number++;
+    }
+}
+
+/* The items from a place on are those from `first` on. */
+static void expect_from(const struct pair *pair, struct chunk_place place, uint32_t first)
+{
+    for (uint32_t i = first; i < pair->count; i++) {
+        const uint32_t *item = chunk_list_next(&pair->list, ITEM, &place);
+        assert_non_null(item);
+        assert_int_equal(*item, pair->numbers[i]);
+    }
+    assert_null(chunk_list_next(&pair->list, ITEM, &place));
+    assert_null(chunk_list_next(&pair->list, ITEM, &place));
+}
+
+static void expect_all(const struct pair *pair)
+{
+    expect_from(pair, (struct chunk_place){NULL, NULL}, 0);
+    assert_int_equal(chunk_list_is_empty(&pair->list), pair->count == 0);
+}
+
+static void a_list_is_like_an_array(void **state)
+{
+    struct random random = random_of("chunk_list");
+    struct pair pair = {.count = 0};
+    struct chunk_place place = {NULL, NULL};
+    uint32_t placed = 0;
+    (void)state;
+    expect_all(&pair);
+    for (int step = 0; step < STEPS; step++) {
+        if (pair.count + CHUNK_ITEMS_AT_ONCE > MOST || random_one_in(&random, 500)) {
+            chunk_list_clear(&pair.list, ITEM);
+            pair.count = 0;
+            place = chunk_list_end(&pair.list);
+            placed = 0;
+            expect_all(&pair);
+        } else if (random_one_in(&random, 20)) {
+            expect_from(&pair, place, placed);
+            chunk_list_cut(&pair.list, ITEM, place);
+            pair.count = placed;
+            expect_all(&pair);
+        } else if (random_one_in(&random, 10)) {
+            place = chunk_list_end(&pair.list);
+            placed = pair.count;
+        } else {
+            add(&pair, random_below(&random, CHUNK_ITEMS_AT_ONCE + 1));
+        }
+    }
+    expect_all(&pair);
+    chunk_list_free(&pair.list);
+}
+
+/* What was walked to the end goes on with what comes later. */
+static void a_walk_goes_on_where_it_was(void **state)
+{
+    struct pair pair = {.count = 0};
+    struct chunk_place place = {NULL, NULL};
+    (void)state;
+    for (uint32_t i = 0; i < 3 * CHUNK_ITEMS; i++) {
+        assert_null(chunk_list_next(&pair.list, ITEM, &place));
+        add(&pair, 1);
+        const uint32_t *item = chunk_list_next(&pair.list, ITEM, &place);
+        assert_non_null(item);
+        assert_int_equal(*item, i);
+    }
+    chunk_list_free(&pair.list);
+}
+
+static void emptied_chunks_are_used_again(void **state)
+{
+    struct pair pair = {.count = 0};
+    (void)state;
+    for (int i = 0; i < 4 * CHUNK_ITEMS; i++)
+        add(&pair, 1);
+    chunk_list_clear(&pair.list, ITEM);
+    pair.count = 0;
+    memory_fail_after(0);
+    for (int i = 0; i < 4 * CHUNK_ITEMS; i++)
+        add(&pair, 1);
+    assert_false(memory_fail_no_more());
+    expect_all(&pair);
+    chunk_list_free(&pair.list);
+}
+
+static void without_memory_a_list_stays_as_it_is(void **state)
+{
+    struct pair pair = {.count = 0};
+    (void)state;
+    memory_fail_after(0);
+    assert_false(chunk_list_make_room(&pair.list, ITEM));
+    assert_true(memory_fail_no_more());
+    expect_all(&pair);
+    while (pair.list.next < pair.list.limit || !pair.list.first)
+        add(&pair, 1);
+    memory_fail_after(0);
+    assert_false(chunk_list_make_room(&pair.list, ITEM));
+    assert_true(memory_fail_no_more());
+    expect_all(&pair);
+    add(&pair, 1);
+    expect_all(&pair);
+    chunk_list_free(&pair.list);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_list_is_like_an_array),
+        cmocka_unit_test(a_walk_goes_on_where_it_was),
+        cmocka_unit_test(emptied_chunks_are_used_again),
+        cmocka_unit_test(without_memory_a_list_stays_as_it_is),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
