@@ -22,7 +22,7 @@ inline void build_call_start_recorded(struct build_call *call, struct layer_devi
     if (!command_buffer)
         return;
     call->command_buffer = command_buffer;
-    call->recent_sizes = &command_buffer->sizes;
+    call->recent_build = &command_buffer->recent_build;
     if (!command_buffer->journal || device->level < LEVEL_EXECUTION)
         return;
     call->journal = command_buffer->journal;

@@ -102,7 +102,7 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .user = call,
         .level = device->level,
         .active = device->active_rules[call->view.command],
-        .recent_sizes = call->recent_sizes,
+        .recent_build = call->recent_build,
         .readable = readable,
         .resources = device->resources,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
@@ -197,9 +197,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     }
     struct build_call call;
     build_call_start(&call, state, COMMAND_HOST);
-    struct recent_sizes recent_sizes = {0};
+    struct recent_build recent_build = {0};
     struct built_flags_turn turn;
-    call.recent_sizes = &recent_sizes;
+    call.recent_build = &recent_build;
     call.turn = find_turn(state, &turn) ? &turn : NULL;
     call.view.device_argument = device;
     call.view.deferred = host_work_operation_facts(state, deferredOperation);

@@ -6,6 +6,9 @@
  *     RULE(subject, name, LEVEL, ids)      decided by the predicate `name`
  *     PENDING(name, LEVEL, "waits for", ids)   not decided yet
  *
+ * SHAPE as a level is PARAMETERS of a rule that reads nothing but the shape of its build
+ * (state/recent_build.h): what holds of one build holds of all of its shape.
+ *
  * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
  * command whose statement it is, or IN(structure, tail) for a structure's own, which every command
  * shares; IN_NV for that of a structure that only the NV command takes.
@@ -31,6 +34,16 @@ enum level {
     LEVEL_EXECUTION,  /* what has been built by the time the command executes */
     LEVEL_CONTENT,    /* the input data itself */
     LEVEL_COUNT,
+    LEVEL_SHAPE = LEVEL_PARAMETERS,
+};
+
+/* Whether a word for a level says that the rule reads the shape alone. */
+enum {
+    READS_SHAPE_SHAPE = 1,
+    READS_SHAPE_PARAMETERS = 0,
+    READS_SHAPE_STATE = 0,
+    READS_SHAPE_EXECUTION = 0,
+    READS_SHAPE_CONTENT = 0,
 };
 
 enum vuid {

@@ -15,6 +15,7 @@
 #include "check/pairs.h"
 #include "check/views.h"
 #include "check/walk.h"
+#include "state/recent_build.h"
 #include "state/recording_path.h"
 
 void check_select(enum build_command command, enum level level, const bool muted[VUID_COUNT],
@@ -68,9 +69,9 @@ ON_RECORDING_PATH static void check_geometry(struct walk *walk, struct geometry_
     struct chained_inputs chained;
     if (build->call->device->extension.adds_to_inputs)
         check_extended_geometry(walk, geometry, &chained, with_state);
-    if (with_state)
+    if (with_state && !walk->alike)
         view_geometry_state(walk->context, geometry);
-    if (!geometry_holds(&range, has_count, with_state))
+    if (!geometry_holds(&range, has_count, with_state, walk->alike))
         walk_all_of_geometry(walk, &range, has_count, with_state);
     if (!with_state)
         return;
@@ -106,15 +107,29 @@ static void check_geometries(struct walk *walk, const struct build_view *build,
     }
 }
 
+/* Of a build whose parameters are without findings. */
+static void find_sizes(const struct walk *walk, struct build_view *build, bool is_like)
+{
+    struct check_context *context = walk->context;
+    if (is_like)
+        build->sizes = context->recent_build->sizes;
+    else
+        view_build_sizes(context, build, walk->holds);
+    if (!is_like || (walk->holds && !context->recent_build->holds))
+        view_keep_recent(context, build, walk->holds);
+}
+
 static void check_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
                         struct geometry_view *first)
 {
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
     uint32_t findings_before = walk->findings;
+    bool is_like = view_is_like_recent(context, build);
+    walk->alike = is_like && recent_build_holds(context->recent_build, build->info);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
-    walk->holds = build_parameters_hold(build);
+    walk->holds = build_parameters_hold(build, walk->alike);
     if (!walk->holds)
         walk_all_of_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
@@ -125,8 +140,10 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
     if (build->call->device->micromap.any)
         build->micromaps = found_micromaps(walk);
     if (with_state) {
+        view_build_state(context, build);
         /* The driver is asked for sizes of sound parameters only. */
-        view_build_state(context, build, walk->findings == findings_before, walk->holds);
+        if (walk->findings == findings_before)
+            find_sizes(walk, build, is_like);
         if (!build_state_holds(build))
             walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)

@@ -14,7 +14,7 @@
 #include "state/resources.h"
 
 struct built_flags;
-struct recent_sizes;
+struct recent_build;
 struct sweep;
 
 /* The functions that a check calls, with the context's `user`. They may call down; none is called
@@ -59,7 +59,7 @@ struct check_context {
     const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
     struct readable_cache *readable;
     struct resources *resources;
-    struct recent_sizes *recent_sizes; /* what find_sizes said last, kept between calls; or NULL */
+    struct recent_build *recent_build; /* kept between calls; or NULL */
     struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
     struct built_flags *flags; /* of structures that builds have found; or NULL */
     const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */

@@ -218,7 +218,9 @@ static void collect_dst(struct executed_call *call, const struct kept_build *kep
     resources_ask_accel(context->resources, given->info.dstAccelerationStructure, &build.dst);
     if (build.dst.alive != YES || build.dst.id != kept->dst_id)
         return;
-    view_build_state(context, &build, !given->had_chains, false);
+    view_build_state(context, &build);
+    if (!given->had_chains)
+        view_build_sizes(context, &build, false);
     pairs_collect_dst(call->sweep, &build);
 }
 

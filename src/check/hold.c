@@ -9,7 +9,7 @@
 /* Leaves a chain where a row of the level and the command doesn't hold. */
 #define HOLD(name, row_level, view)                                                                \
     if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
-        !name(view, NULL))                                                                         \
+        !(alike && READS_SHAPE_##row_level) && !name(view, NULL))                                  \
         return false;
 #define ROWS_HOLD static inline __attribute__((always_inline)) bool
 
@@ -17,7 +17,7 @@
 #undef ASK_call
 #define ASK_call(name, level) HOLD(name, level, call)
 
-ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level)
+ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level, bool alike)
 {
 #include "rules.def"
     return true;
@@ -27,7 +27,7 @@ ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level)
 #undef ASK_build
 #define ASK_build(name, level) HOLD(name, level, build)
 
-ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level)
+ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level, bool alike)
 {
 #include "rules.def"
     return true;
@@ -37,7 +37,7 @@ ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level)
 #undef ASK_geometry
 #define ASK_geometry(name, level) HOLD(name, level, geometry)
 
-ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level level)
+ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level level, bool alike)
 {
 #include "rules.def"
     return true;
@@ -47,7 +47,7 @@ ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level le
 #undef ASK_range
 #define ASK_range(name, level) HOLD(name, level, range)
 
-ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level)
+ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level, bool alike)
 {
 #include "rules.def"
     return true;
@@ -60,36 +60,39 @@ static bool is_asked(const struct call_view *call)
 
 ON_RECORDING_PATH __attribute__((flatten)) bool call_holds(const struct call_view *call)
 {
-    return is_asked(call) && call_rows_hold(call, LEVEL_PARAMETERS) &&
-           call_rows_hold(call, LEVEL_STATE);
+    return is_asked(call) && call_rows_hold(call, LEVEL_PARAMETERS, false) &&
+           call_rows_hold(call, LEVEL_STATE, false);
 }
 
 ON_RECORDING_PATH __attribute__((flatten)) bool
-build_parameters_hold(const struct build_view *build)
+build_parameters_hold(const struct build_view *build, bool alike)
 {
-    return is_asked(build->call) && build_rows_hold(build, LEVEL_PARAMETERS);
+    return is_asked(build->call) && (alike ? build_rows_hold(build, LEVEL_PARAMETERS, true)
+                                           : build_rows_hold(build, LEVEL_PARAMETERS, false));
 }
 
 ON_RECORDING_PATH __attribute__((flatten)) bool build_state_holds(const struct build_view *build)
 {
-    return is_asked(build->call) && build_rows_hold(build, LEVEL_STATE);
+    return is_asked(build->call) && build_rows_hold(build, LEVEL_STATE, false);
 }
 
-ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count, bool with_state)
+ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count, bool with_state,
+                                  bool alike)
 {
-    return geometry_rows_hold(range->geometry, LEVEL_PARAMETERS) &&
-           (!has_count || range_rows_hold(range, LEVEL_PARAMETERS)) &&
-           (!with_state || (geometry_rows_hold(range->geometry, LEVEL_STATE) &&
-                            (!has_count || range_rows_hold(range, LEVEL_STATE))));
+    return geometry_rows_hold(range->geometry, LEVEL_PARAMETERS, alike) &&
+           (!has_count || range_rows_hold(range, LEVEL_PARAMETERS, false)) &&
+           (!with_state || (geometry_rows_hold(range->geometry, LEVEL_STATE, false) &&
+                            (!has_count || range_rows_hold(range, LEVEL_STATE, false))));
 }
 
-/* Most geometries are triangles: a chain of their own leaves out what is asked of others. */
-ON_RECORDING_PATH __attribute__((flatten)) bool geometry_holds(const struct range_view *range,
-                                                               bool has_count, bool with_state)
+/* Most geometries are triangles: chains of their own leave out what is asked of others. */
+ON_RECORDING_PATH __attribute__((flatten)) bool
+geometry_holds(const struct range_view *range, bool has_count, bool with_state, bool alike)
 {
     if (!is_asked(range->geometry->build->call))
         return false;
-    if (triangles_in(range->geometry->geometry))
-        return geometry_and_range_hold(range, has_count, with_state);
-    return geometry_and_range_hold(range, has_count, with_state);
+    if (!triangles_in(range->geometry->geometry))
+        return geometry_and_range_hold(range, has_count, with_state, false);
+    return alike ? geometry_and_range_hold(range, has_count, with_state, true)
+                 : geometry_and_range_hold(range, has_count, with_state, false);
 }

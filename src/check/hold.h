@@ -10,11 +10,12 @@
 
 #include "check/view.h"
 
-/* False for other commands, whose rows are always walked. */
+/* False for other commands, whose rows are always walked. `alike`: the rules that read the shape of
+ * a build alone are known to hold, and aren't asked again. */
 bool call_holds(const struct call_view *call);
-bool build_parameters_hold(const struct build_view *build);
+bool build_parameters_hold(const struct build_view *build, bool alike);
 bool build_state_holds(const struct build_view *build);
 /* A geometry and, where its count is known, its range: their parameters, and their state. */
-bool geometry_holds(const struct range_view *range, bool has_count, bool with_state);
+bool geometry_holds(const struct range_view *range, bool has_count, bool with_state, bool alike);
 
 #endif

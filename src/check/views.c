@@ -11,6 +11,7 @@
 #include "check/formats.h"
 #include "check/geometry_data.h"
 #include "state/build_info.h"
+#include "state/recent_build.h"
 #include "state/recording_path.h"
 #include "state/size_cache.h"
 
@@ -258,9 +259,8 @@ static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view
                                                 : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
 }
 
-/* Asks the next layer for all geometries of a build. */
-__attribute__((noinline)) static void ask_for_sizes(struct check_context *context,
-                                                    struct build_view *build)
+/* Of all geometries of a build. */
+static void ask_for_sizes(struct check_context *context, struct build_view *build)
 {
     uint32_t inline_counts[INLINE_COUNTS] = {0}, *counts = inline_counts;
     uint32_t count = build->geometry_count;
@@ -274,23 +274,8 @@ __attribute__((noinline)) static void ask_for_sizes(struct check_context *contex
     if (known)
         context->hooks->find_sizes(context->user, build->info, counts, build_type_of(build),
                                    &build->sizes);
-    if (known && count == 1 && context->recent_sizes)
-        recent_sizes_set(context->recent_sizes, build->info, counts[0], build_type_of(build),
-                         &build->sizes);
     if (counts != inline_counts)
         free(counts);
-}
-
-static void find_sizes(struct check_context *context, struct build_view *build)
-{
-    uint32_t primitive_count;
-    if (build->geometry_count != build->info->geometryCount)
-        return;
-    if (build->geometry_count != 1 || !context->recent_sizes ||
-        !view_primitive_count(build, 0, &primitive_count) ||
-        !recent_sizes_find(context->recent_sizes, build->info, primitive_count,
-                           build_type_of(build), &build->sizes))
-        ask_for_sizes(context, build);
 }
 
 /* Looks on other devices only where this one does not know the handle. */
@@ -301,13 +286,35 @@ static void look_elsewhere(struct check_context *context, struct accel_facts *ac
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
 }
 
-ON_RECORDING_PATH void view_build_state(struct check_context *context, struct build_view *build,
-                                        bool with_sizes, bool holds)
+bool view_is_like_recent(const struct check_context *context, const struct build_view *build)
+{
+    uint32_t primitive_count;
+    return context->recent_build && build->geometry_count == 1 &&
+           view_primitive_count(build, 0, &primitive_count) &&
+           recent_build_is_like(context->recent_build, build->info, primitive_count,
+                                build_type_of(build));
+}
+
+void view_keep_recent(const struct check_context *context, const struct build_view *build,
+                      bool holds)
+{
+    uint32_t primitive_count;
+    if (context->recent_build && build->geometry_count == 1 && build->sizes.known &&
+        view_primitive_count(build, 0, &primitive_count))
+        recent_build_set(context->recent_build, build->info, primitive_count, build_type_of(build),
+                         &build->sizes, holds);
+}
+
+void view_build_sizes(struct check_context *context, struct build_view *build, bool holds)
+{
+    if (is_sound(context, build, holds) && build->geometry_count == build->info->geometryCount)
+        ask_for_sizes(context, build);
+}
+
+void view_build_state(struct check_context *context, struct build_view *build)
 {
     look_elsewhere(context, &build->dst);
     look_elsewhere(context, &build->src);
-    if (with_sizes && is_sound(context, build, holds))
-        find_sizes(context, build);
 }
 
 void view_geometry_state(struct check_context *context, struct geometry_view *geometry)

@@ -25,10 +25,18 @@ void view_builds_found(struct check_context *context, struct build_view *builds,
                        struct geometry_view *first_geometries, unsigned count);
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry);
 
-/* Adds the rest. Sizes are asked for by `with_sizes` only. `holds`: the rules of the parameters of
- * a build and its geometries are known to hold. */
-void view_build_state(struct check_context *context, struct build_view *build, bool with_sizes,
-                      bool holds);
+/* Adds the rest. */
+void view_build_state(struct check_context *context, struct build_view *build);
 void view_geometry_state(struct check_context *context, struct geometry_view *geometry);
+
+/* Asks for the sizes of a build, if its parameters are sound. `holds`: their rules, and those of
+ * its geometries, are known to hold. */
+void view_build_sizes(struct check_context *context, struct build_view *build, bool holds);
+
+/* Whether a build has the shape, and so the sizes, of the context's recent build. */
+bool view_is_like_recent(const struct check_context *context, const struct build_view *build);
+/* Makes it that build, if its sizes are known. */
+void view_keep_recent(const struct check_context *context, const struct build_view *build,
+                      bool holds);
 
 #endif

@@ -16,7 +16,8 @@ struct walk {
     const bool *wants; /* RULE_COUNT: the active rules, less those that want no more findings */
     bool fewer[RULE_COUNT]; /* `wants`, where that isn't all of the context's active rules */
     uint32_t findings;
-    bool holds; /* the build in hand, and its geometries, as far as that was asked (hold.h) */
+    bool alike; /* what holds of the recent build's shape holds of the build in hand (hold.h), */
+    bool holds; /* and all of its parameters, and its geometries', as far as that was asked */
     struct micromap_uses micromaps;      /* of the build in hand, see check_micromap_build */
     struct build_contents *contents;     /* likewise, to be kept; NULL: nothing */
     const struct built_flags_turn *turn; /* likewise, when it executed; NULL: it isn't known */

@@ -14,7 +14,7 @@
 #include "state/facts.h"
 #include "state/journal.h"
 #include "state/object_names.h"
-#include "state/size_cache.h"
+#include "state/recent_build.h"
 #include "state/validity.h"
 
 struct command_buffers;
@@ -50,7 +50,7 @@ struct command_buffer {
     bool inherits_conditions; /* where a secondary executes, queries or conditional rendering may be
                                  active */
     struct label_stack labels;
-    struct recent_sizes sizes; /* of the build that was recorded last */
+    struct recent_build recent_build;
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers);

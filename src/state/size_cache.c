@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "state/build_info.h"
+#include "state/small_shape.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -41,50 +42,6 @@ void size_cache_destroy(struct size_cache *cache)
     free(cache);
 }
 
-static inline bool describe(const VkAccelerationStructureGeometryKHR *geometry,
-                            uint32_t primitive_count, struct shape_geometry *shape)
-{
-    *shape = (struct shape_geometry){.type = (uint32_t)geometry->geometryType,
-                                     .flags = geometry->flags,
-                                     .primitive_count = primitive_count};
-    if (geometry->pNext)
-        return false;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
-        const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
-        shape->stride = t->vertexStride;
-        shape->vertex_format = (uint32_t)t->vertexFormat;
-        shape->max_vertex = t->maxVertex;
-        shape->index_type = (uint32_t)t->indexType;
-        shape->has_transform = t->transformData.deviceAddress != 0;
-        return !t->pNext;
-    }
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR) {
-        shape->stride = geometry->geometry.aabbs.stride;
-        return !geometry->geometry.aabbs.pNext;
-    }
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
-        shape->array_of_pointers = geometry->geometry.instances.arrayOfPointers != 0;
-        return !geometry->geometry.instances.pNext;
-    }
-    return false;
-}
-
-/* The build without its geometries behind the first. */
-static inline bool describe_small(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                                  const uint32_t *primitive_counts,
-                                  VkAccelerationStructureBuildTypeKHR build_type,
-                                  struct small_shape *shape)
-{
-    *shape = (struct small_shape){.build_type = (uint32_t)build_type,
-                                  .type = (uint32_t)info->type,
-                                  .flags = info->flags,
-                                  .geometry_count = info->geometryCount};
-    if (info->pNext)
-        return false;
-    return !info->geometryCount ||
-           describe(build_geometry(info, 0), primitive_counts[0], &shape->first);
-}
-
 static struct build_shape shape_from(XXH128_hash_t hash)
 {
     return (struct build_shape){.low = hash.low64, .high = hash.high64};
@@ -95,7 +52,7 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                     VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape)
 {
     struct small_shape small;
-    if (!describe_small(info, primitive_counts, build_type, &small))
+    if (!small_shape_of(info, primitive_counts, build_type, &small))
         return false;
     XXH128_hash_t hash = XXH3_128bits(&small, sizeof(small));
 
@@ -105,48 +62,12 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
             XXH128_hash_t before;
             struct shape_geometry geometry;
         } next = {.before = hash};
-        if (!describe(build_geometry(info, i), primitive_counts[i], &next.geometry))
+        if (!shape_of_geometry(build_geometry(info, i), primitive_counts[i], &next.geometry))
             return false;
         hash = XXH3_128bits(&next, sizeof(next));
     }
     *shape = shape_from(hash);
     return true;
-}
-
-/* Member by member, so that a shape that is only compared need not be written. */
-static inline bool is_same_shape(const struct small_shape *a, const struct small_shape *b)
-{
-    const struct shape_geometry *x = &a->first, *y = &b->first;
-    uint32_t different =
-        (a->build_type ^ b->build_type) | (a->type ^ b->type) | (a->flags ^ b->flags) |
-        (a->geometry_count ^ b->geometry_count) | (x->type ^ y->type) | (x->flags ^ y->flags) |
-        (x->primitive_count ^ y->primitive_count) | (x->vertex_format ^ y->vertex_format) |
-        (x->max_vertex ^ y->max_vertex) | (x->index_type ^ y->index_type) |
-        (x->has_transform ^ y->has_transform) | (x->array_of_pointers ^ y->array_of_pointers);
-    return !different && x->stride == y->stride;
-}
-
-bool recent_sizes_find(const struct recent_sizes *recent,
-                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
-                       struct size_facts *sizes)
-{
-    struct small_shape shape;
-    if (!recent->sizes.known || !describe_small(info, &primitive_count, build_type, &shape) ||
-        !is_same_shape(&shape, &recent->shape))
-        return false;
-    *sizes = recent->sizes;
-    return true;
-}
-
-void recent_sizes_set(struct recent_sizes *recent,
-                      const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                      uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
-                      const struct size_facts *sizes)
-{
-    recent->sizes = *sizes;
-    if (!describe_small(info, &primitive_count, build_type, &recent->shape))
-        recent->sizes.known = false;
 }
 
 static bool same_shape(const struct build_shape *a, const struct build_shape *b)

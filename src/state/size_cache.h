@@ -28,36 +28,6 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                     const uint32_t *primitive_counts,
                     VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape);
 
-/* A build of at most one geometry as far as its sizes depend on it, without padding, so that its
- * bytes can be hashed and compared. Zeros where there is no geometry, or no such member. */
-struct small_shape {
-    uint32_t build_type, type, flags, geometry_count;
-    struct shape_geometry {
-        uint64_t stride;
-        uint32_t type, flags, primitive_count;
-        uint32_t vertex_format, max_vertex, index_type;
-        uint32_t has_transform, array_of_pointers;
-    } first;
-};
-
-/* The sizes of the build before on the same device: builds that follow each other are often alike.
- * Zero-initialized is empty. Spares such builds the hash and the lock of the cache. */
-struct recent_sizes {
-    struct small_shape shape;
-    struct size_facts sizes;
-};
-
-/* These two are for builds of one geometry. */
-bool recent_sizes_find(const struct recent_sizes *recent,
-                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
-                       struct size_facts *sizes);
-/* Forgets the one before also where it can't keep this one. */
-void recent_sizes_set(struct recent_sizes *recent,
-                      const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                      uint32_t primitive_count, VkAccelerationStructureBuildTypeKHR build_type,
-                      const struct size_facts *sizes);
-
 bool size_cache_find(struct size_cache *cache, const struct build_shape *shape,
                      struct size_facts *sizes);
 void size_cache_add(struct size_cache *cache, const struct build_shape *shape,
