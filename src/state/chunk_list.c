@@ -19,10 +19,12 @@ static void make_last(struct chunk_list *list, size_t size, struct chunk *chunk,
 bool chunk_list_grow(struct chunk_list *list, size_t size)
 {
     struct chunk *chunk = list->spare;
-    if (chunk)
+    if (chunk) {
         list->spare = chunk->next;
-    else
+        __builtin_prefetch(list->spare, 1); /* it will be wanted when this one is full */
+    } else {
         chunk = malloc(sizeof(*chunk) + CHUNK_ITEMS * size);
+    }
     if (!chunk)
         return false;
     chunk->next = NULL;
