@@ -249,7 +249,7 @@ bool address_map_add(struct address_map *map, const struct address_facts *place)
     chunk->slots[at] = slot;
     chunk->count++;
     settle(map, c);
-    map->crowded += address_guesses_remember(&map->guesses, begin, slot);
+    map->crowded += address_guesses_remember(&map->guesses, begin, slot) == ADDRESS_WAYS;
     if (map->crowded * CROWD > map->place_count) {
         address_guesses_tune(&map->guesses, map->place_count);
         map->crowded = 0;
