@@ -58,11 +58,18 @@ static inline void note(struct noting *noting, enum input_role role,
 
 static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)
 {
-    bool is_boxes = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    note(noting, INPUT_VERTEX, &geometry->vertex);
-    note(noting, INPUT_INDEX, &geometry->index_data);
-    note(noting, INPUT_TRANSFORM, &geometry->transform);
-    note(noting, is_boxes ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data);
+    switch (geometry->geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        note(noting, INPUT_VERTEX, &geometry->vertex);
+        note(noting, INPUT_INDEX, &geometry->index_data);
+        note(noting, INPUT_TRANSFORM, &geometry->transform);
+        break;
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        note(noting, INPUT_AABBS, &geometry->data);
+        break;
+    default:
+        note(noting, INPUT_INSTANCES, &geometry->data);
+    }
 }
 
 /* Of a build, or of its geometry of that index. */
