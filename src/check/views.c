@@ -100,12 +100,6 @@ bool view_primitive_count(const struct build_view *build, uint32_t geometry, uin
 }
 
 /* These take no build ranges: their counts are in the structures of their types. */
-static bool takes_build_ranges(VkGeometryTypeKHR type)
-{
-    return (int)type != VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX &&
-           (int)type != VK_GEOMETRY_TYPE_MICROMAP_KHR;
-}
-
 static void forget_counts(struct build_view *build)
 {
     build->build_ranges_unreadable = false;
@@ -114,27 +108,45 @@ static void forget_counts(struct build_view *build)
     build->triangle_count = build->aabb_count = 0;
 }
 
+/* Returns whether the geometry takes a build range. */
+static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeometryTypeKHR type)
+{
+    uint32_t count = build->ranges ? build->ranges[index].primitiveCount : 0;
+    if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        build->triangle_count += count;
+    else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
+        build->aabb_count += count;
+    else
+        return (int)type != VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX &&
+               (int)type != VK_GEOMETRY_TYPE_MICROMAP_KHR;
+    return true;
+}
+
+/* Of the geometries behind the first; returns whether they take build ranges. */
+__attribute__((noinline)) static bool sum_others(struct build_view *build,
+                                                 VkGeometryTypeKHR first_type)
+{
+    bool take_ranges = true;
+    for (uint32_t i = 1; i < build->geometry_count; i++) {
+        VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
+        take_ranges &= sum_geometry(build, i, type);
+        if (type != first_type && build->first_other_type == build->geometry_count)
+            build->first_other_type = i;
+    }
+    return take_ranges;
+}
+
 /* The indirect command's maximum counts bound the sums but are not them. */
 static void sum_primitives(struct build_view *build)
 {
     bool takes_ranges = build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
-    uint32_t geometry_count = build->geometry_count, first_other_type = geometry_count;
-    VkGeometryTypeKHR first_type = VK_GEOMETRY_TYPE_MAX_ENUM_KHR;
-    for (uint32_t i = 0; i < geometry_count; i++) {
-        VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
-        uint32_t count = build->ranges ? build->ranges[i].primitiveCount : 0;
-        if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            build->triangle_count += count;
-        else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
-            build->aabb_count += count;
-        else
-            takes_ranges &= takes_build_ranges(type);
-        if (i == 0)
-            first_type = type;
-        else if (type != first_type && first_other_type == geometry_count)
-            first_other_type = i;
+    build->first_other_type = build->geometry_count;
+    if (build->geometry_count) {
+        VkGeometryTypeKHR type = build_geometry(build->info, 0)->geometryType;
+        takes_ranges &= sum_geometry(build, 0, type);
+        if (build->geometry_count > 1)
+            takes_ranges &= sum_others(build, type);
     }
-    build->first_other_type = first_other_type;
     if (!takes_ranges)
         forget_counts(build);
 }
@@ -179,8 +191,9 @@ __attribute__((noinline)) static void view_chains(struct check_context *context,
                    &geometry->triangles_chain);
 }
 
-ON_RECORDING_PATH void view_geometry(struct check_context *context, const struct build_view *build,
-                                     uint32_t index, struct geometry_view *geometry)
+ON_RECORDING_PATH inline void view_geometry(struct check_context *context,
+                                            const struct build_view *build, uint32_t index,
+                                            struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryKHR *given = build_geometry(build->info, index);
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(given);
@@ -360,8 +373,8 @@ static void ask_for_build(struct resource_queries *queries, struct build_view *b
         ask_for_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
 }
 
-ON_RECORDING_PATH static void ask_for_geometry(struct resource_queries *queries,
-                                               struct geometry_view *geometry)
+static inline void ask_for_geometry(struct resource_queries *queries,
+                                    struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
