@@ -10,7 +10,7 @@
 /* Static storage without constructor or destructor. The lists are linked through their members, so
  * that publishing cannot fail: it comes after the call down, and what succeeded there cannot be
  * undone (loaders free an instance twice if a layer fails then). */
-static struct reader_lock registry_lock = READER_LOCK_INITIALIZER;
+static struct reader_lock registry_lock;
 static struct layer_link *instances, *devices;
 
 /* The first few devices again, by dispatch key, for look-ups without a lock. Nobody withdraws the

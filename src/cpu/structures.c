@@ -51,7 +51,6 @@ VkResult cpu_structures_create(struct cpu_structures **structures)
     if (!*structures)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     pthread_mutex_init(&(*structures)->watch_lock, NULL);
-    reader_lock_init(&(*structures)->lock);
     return VK_SUCCESS;
 }
 
@@ -81,7 +80,6 @@ void cpu_structures_destroy(struct cpu_structures *structures)
     handle_table_each(&structures->ranges, visit_range, NULL);
     handle_table_release(&structures->table);
     handle_table_release(&structures->ranges);
-    reader_lock_destroy(&structures->lock);
     pthread_mutex_destroy(&structures->watch_lock);
     free(structures);
 }

@@ -27,7 +27,6 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
     *command_buffers = calloc(1, sizeof(**command_buffers));
     if (!*command_buffers)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    reader_lock_init(&(*command_buffers)->lock);
     return VK_SUCCESS;
 }
 
@@ -83,7 +82,6 @@ void command_buffers_destroy(struct command_buffers *command_buffers)
         command_buffers->unused = record->next;
         free(record);
     }
-    reader_lock_destroy(&command_buffers->lock);
     free(command_buffers);
 }
 

@@ -23,7 +23,6 @@ VkResult query_pools_create(struct query_pools **pools)
     *pools = calloc(1, sizeof(**pools));
     if (!*pools)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    reader_lock_init(&(*pools)->lock);
     (*pools)->next_id = FIRST_QUERY_ID;
     return VK_SUCCESS;
 }
@@ -40,7 +39,6 @@ void query_pools_destroy(struct query_pools *pools)
         return;
     handle_table_each(&pools->by_handle, free_pool, NULL);
     handle_table_release(&pools->by_handle);
-    reader_lock_destroy(&pools->lock);
     free(pools);
 }
 

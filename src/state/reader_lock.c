@@ -2,19 +2,12 @@
 /* The striped lock. */
 #include "state/reader_lock.h"
 
-#include <stdatomic.h>
+#include <sched.h>
+#include <time.h>
 
-void reader_lock_init(struct reader_lock *lock)
-{
-    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        pthread_mutex_init(&lock->stripes[i].lock, NULL);
-}
-
-void reader_lock_destroy(struct reader_lock *lock)
-{
-    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        pthread_mutex_destroy(&lock->stripes[i].lock);
-}
+/* Who has the flag may have to wait for this processor: let others have it, at last those of lower
+ * priority, too. */
+enum { YIELDS = 32, NAP_NS = 20000 };
 
 /* A thread-local integer needs no destructor, so the library can be
  * unloaded while threads that used it live on. */
@@ -27,27 +20,54 @@ unsigned reader_lock_stripe(void)
     return stripe;
 }
 
+static bool try_to_take(atomic_bool *flag)
+{
+    return !atomic_exchange_explicit(flag, true, memory_order_acquire);
+}
+
+__attribute__((noinline, cold)) static void wait_for(atomic_bool *flag)
+{
+    unsigned tries = 0;
+    do {
+        if (tries++ < YIELDS)
+            sched_yield();
+        else
+            nanosleep(&(struct timespec){.tv_nsec = NAP_NS}, NULL);
+    } while (atomic_load_explicit(flag, memory_order_relaxed) || !try_to_take(flag));
+}
+
+static void take(atomic_bool *flag)
+{
+    if (!try_to_take(flag))
+        wait_for(flag);
+}
+
+static void give_back(atomic_bool *flag)
+{
+    atomic_store_explicit(flag, false, memory_order_release);
+}
+
 unsigned reader_lock_enter(struct reader_lock *lock)
 {
     unsigned stripe = reader_lock_stripe();
-    pthread_mutex_lock(&lock->stripes[stripe].lock);
+    take(&lock->stripes[stripe].is_taken);
     return stripe;
 }
 
 void reader_lock_leave(struct reader_lock *lock, unsigned stripe)
 {
-    pthread_mutex_unlock(&lock->stripes[stripe].lock);
+    give_back(&lock->stripes[stripe].is_taken);
 }
 
 /* Stripes are always taken in ascending order, so two writers cannot wait for each other. */
 void reader_lock_write(struct reader_lock *lock)
 {
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        pthread_mutex_lock(&lock->stripes[i].lock);
+        take(&lock->stripes[i].is_taken);
 }
 
 void reader_lock_write_done(struct reader_lock *lock)
 {
     for (unsigned i = READER_LOCK_STRIPES; i-- > 0;)
-        pthread_mutex_unlock(&lock->stripes[i].lock);
+        give_back(&lock->stripes[i].is_taken);
 }

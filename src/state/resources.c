@@ -11,7 +11,6 @@ VkResult resources_create(struct resources **resources)
     *resources = calloc(1, sizeof(**resources));
     if (!*resources)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    reader_lock_init(&(*resources)->lock);
     return VK_SUCCESS;
 }
 
@@ -60,7 +59,6 @@ void resources_destroy(struct resources *resources)
     handle_table_release(&resources->buffers);
     handle_table_release(&resources->memories);
     address_map_release(&resources->addresses);
-    reader_lock_destroy(&resources->lock);
     free(resources);
 }
 
