@@ -14,7 +14,8 @@ void sweep_empty(struct sweep *sweep)
     for (int role = 0; role < ROLE_COUNT; role++) {
         struct range_list *list = &sweep->roles[role];
         list->count = 0;
-        list->unsorted = list->touching = list->handles_unsorted = false;
+        list->unsorted = list->touching = false;
+        list->handles_unsorted = list->has_nowhere = false;
     }
     sweep->noted_count = 0;
     sweep->out_of_memory = false;
@@ -277,14 +278,6 @@ static bool all_came_apart(const struct sweep *sweep)
            lists_are_apart(src, scratch);
 }
 
-bool sweep_finds_nothing(const struct sweep *sweep)
-{
-    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
-                            *scratch = &sweep->roles[ROLE_SCRATCH];
-    return !src->count && !dst->handles_unsorted && !dst->touching && !scratch->touching &&
-           lists_are_apart(dst, scratch);
-}
-
 /* Whether no two ranges share memory because each role has a place of its own, and they are apart
  * there: that is how most calls are, and costs less to see than a sweep. */
 static bool all_are_apart(const struct sweep *sweep, const struct range_queue queues[ROLE_COUNT])
@@ -319,6 +312,24 @@ __attribute__((noinline)) static void sweep_all(struct sweep *sweep, pair_visito
     for (int role = 0; role < ROLE_COUNT; role++)
         free(sets.roles[role].items);
 } // NOLINT(clang-analyzer-unix.Malloc)
+
+__attribute__((noinline)) static bool are_apart_in_order(struct sweep *sweep)
+{
+    struct range_queue queues[ROLE_COUNT];
+    return queue_all(sweep, queues) && all_are_apart(sweep, queues);
+}
+
+/* Updates are left to the searches: most share their memory with their sources. */
+bool sweep_finds_nothing(struct sweep *sweep)
+{
+    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
+                            *scratch = &sweep->roles[ROLE_SCRATCH];
+    if (src->count || (dst->handles_unsorted && dst->has_nowhere))
+        return false;
+    if (!dst->touching && !scratch->touching && lists_are_apart(dst, scratch))
+        return true;
+    return (dst->unsorted || scratch->unsorted) && are_apart_in_order(sweep);
+}
 
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {

@@ -18,6 +18,7 @@ enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
 struct range_list {
     uint32_t count, capacity;
     bool unsorted, touching, handles_unsorted; /* touching: or unsorted */
+    bool has_nowhere;                          /* one is of no bytes, or none that are known */
     struct used_range *items, inline_items[SWEEP_INLINE_RANGES];
 };
 
@@ -69,6 +70,7 @@ static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role
 static inline void sweep_keep(struct sweep *sweep, const struct used_range *range)
 {
     struct range_list *list = &sweep->roles[range->role];
+    list->has_nowhere |= range->span.begin >= range->span.end;
     if (list->count++)
         sweep_note_order(list, range - 1, range);
 }
@@ -78,9 +80,9 @@ __attribute__((cold)) void sweep_note(struct sweep *sweep, const struct noted_ra
 /* All that was added with memory, or noted, to be freed by the caller; NULL without memory. */
 struct noted_ranges *sweep_all_ranges(const struct sweep *sweep);
 
-/* Whether no pair will be visited, as far as the order in which the ranges came tells: that is how
- * most calls are. */
-bool sweep_finds_nothing(const struct sweep *sweep);
+/* Whether it is plain that no pair will be visited, as it is of most calls: where no two ranges
+ * share memory no two are of one structure. */
+bool sweep_finds_nothing(struct sweep *sweep);
 
 /* Takes a pair. Returns false if no more pairs of these two roles are wanted. */
 typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,

@@ -13,6 +13,7 @@
 #include "../report/scarce_memory.h"
 #include "check/sweep.h"
 #include "random.h"
+#include "sweep_things.h"
 
 enum { RANGES = 120 };
 
@@ -25,15 +26,6 @@ struct call {
     bool by_memory;                            /* else by handle */
     int wanted_visits[ROLE_COUNT][ROLE_COUNT]; /* how many pairs of two roles are wanted; -1: all */
 };
-
-static struct used_range range_of(enum range_role role, uint32_t build, uintptr_t handle,
-                                  uintptr_t memory, VkDeviceSize begin, VkDeviceSize end)
-{
-    return (struct used_range){.role = role,
-                               .build = build,
-                               .handle = (VkAccelerationStructureKHR)handle,
-                               .span = {(VkDeviceMemory)memory, begin, end}};
-}
 
 static bool same_range(const struct used_range *a, const struct used_range *b)
 {
@@ -284,16 +276,6 @@ static void test_it_stops_where_no_more_are_wanted(void **state)
 }
 
 /* ---- cost */
-
-static bool count_pair(void *user, const struct used_range *a, const struct used_range *b,
-                       const struct memory_span *shared)
-{
-    (void)a;
-    (void)b;
-    (void)shared;
-    ++*(uint32_t *)user;
-    return true;
-}
 
 static double seconds(void)
 {
