@@ -186,8 +186,8 @@ static const struct buffer_record *find_certain(const struct resources *resource
                                                 const struct sparse_bytes *bytes)
 {
     const struct buffer_record *buffer = resources_buffer(resources, bytes->buffer);
-    bool is_certain = buffer && buffer->where.buffer_id == bytes->buffer_id && !buffer->sparse_announced &&
-                      !buffer->sparse_incomplete;
+    bool is_certain = buffer && buffer->where.buffer_id == bytes->buffer_id &&
+                      !buffer->sparse_announced && !buffer->sparse_incomplete;
     return is_certain ? buffer : NULL;
 }
 
