@@ -8,50 +8,40 @@
 
 #include "state/facts.h"
 
-/* Slots where places begin and where addresses were found before. All addresses of a grain share a
- * guess, so that a large buffer takes few of them; it stands in one of the four items of a set, the
- * first that was free, with some bits of what names the grain. They are no more than guesses, which
- * readers make better.
- */
+/* All addresses of a grain share a guess, so that a large buffer takes few of them.
+ *
+ * The first guess is the slot that a grain leads to: a place is there if it begins in that grain,
+ * and if the slot was free. The second is an item, the number of a slot where the grain was found
+ * before: in one of a set of four, the first that was free, with some bits of what names the grain.
+ * They are no more than guesses, which readers make better. */
 struct address_guesses {
     _Atomic uint32_t *items;
     struct address_facts *places; /* by slot; 0 is nobody's, unused ones hold no address */
-    uint32_t slot_mask;           /* the bits of an item that are the slot */
-    uint32_t item_mask;           /* the number of items less 1 */
-    uint64_t factor;              /* takes a grain to its item */
-    unsigned grain_shift;         /* from addresses to grains */
+    uint32_t mask;                /* the number of slots, and of items, less 1 */
+    unsigned grain_shift;         /* from addresses to grains, */
+    uint64_t factor;              /* and on to slots and items */
 };
 
 enum { ADDRESS_WAYS = 4 };
+
+/* Where a grain leads to. */
+static inline size_t address_guesses_home(const struct address_guesses *guesses, uint64_t grain)
+{
+    return (grain * guesses->factor >> 32) & guesses->mask;
+}
 
 /* Where a guess is sought first (way 0), and then. */
 static inline _Atomic uint32_t *address_guesses_item(const struct address_guesses *guesses,
                                                      uint64_t grain, size_t way)
 {
-    return &guesses->items[((grain * guesses->factor >> 32) & guesses->item_mask) ^ way];
+    return &guesses->items[address_guesses_home(guesses, grain) ^ way];
 }
 
 /* Whether a guess was made for a grain. */
 static inline bool address_guesses_know(const struct address_guesses *guesses, uint32_t guess,
                                         uint64_t grain)
 {
-    return (guess ^ (uint32_t)grain * 0x9e3779b9u) <= guesses->slot_mask;
-}
-
-/* The guess for a grain, or any, where `first`, the first of its items, is of another. */
-uint32_t address_guesses_search(const struct address_guesses *guesses, uint64_t grain,
-                                uint32_t first);
-
-/* Where the address, or one near it, was found last: no more than a guess, but always a place. */
-static inline const struct address_facts *
-address_guesses_find(const struct address_guesses *guesses, uint64_t address)
-{
-    uint64_t grain = address >> guesses->grain_shift;
-    uint32_t guess =
-        atomic_load_explicit(address_guesses_item(guesses, grain, 0), memory_order_relaxed);
-    if (__builtin_expect(!address_guesses_know(guesses, guess, grain), false))
-        guess = address_guesses_search(guesses, grain, guess);
-    return &guesses->places[guess & guesses->slot_mask];
+    return (guess ^ (uint32_t)grain * 0x9e3779b9u) <= guesses->mask;
 }
 
 static inline bool place_holds(const struct address_facts *place, uint64_t address)
@@ -59,14 +49,39 @@ static inline bool place_holds(const struct address_facts *place, uint64_t addre
     return address - place->address < place->bytes_left;
 }
 
+/* The first guess; no more than that, but always a place. */
+static inline const struct address_facts *
+address_guesses_first(const struct address_guesses *guesses, uint64_t address)
+{
+    return &guesses->places[address_guesses_home(guesses, address >> guesses->grain_shift)];
+}
+
+/* The second, likewise. */
+const struct address_facts *address_guesses_second(const struct address_guesses *guesses,
+                                                   uint64_t address);
+
+/* Both, after the first. */
+static inline const struct address_facts *
+address_guesses_go_on(const struct address_guesses *guesses, const struct address_facts *first,
+                      uint64_t address)
+{
+    return place_holds(first, address) ? first : address_guesses_second(guesses, address);
+}
+
+static inline const struct address_facts *
+address_guesses_find(const struct address_guesses *guesses, uint64_t address)
+{
+    return address_guesses_go_on(guesses, address_guesses_first(guesses, address), address);
+}
+
 /* Makes a guess, which takes the place of an older one of the same grain, or of none. Returns in
  * which item of its set it is; ADDRESS_WAYS where a guess at another place is lost for it. */
 unsigned address_guesses_remember(const struct address_guesses *guesses, uint64_t address,
                                   uint32_t slot);
 
-/* Chooses grains and items for the places in slots below `place_count`, and makes a guess of each:
- * to begin with, and where grains have become too coarse, or items too crowded, for what came
- * since. */
-void address_guesses_tune(struct address_guesses *guesses, uint32_t place_count);
+/* Chooses grains, and where they lead to, for so many places among so many slots; there is no guess
+ * of any then. */
+void address_guesses_tune(struct address_guesses *guesses, const struct address_facts *places,
+                          size_t slot_count, size_t place_count);
 
 #endif

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_PLACES = 16, FIRST_CHUNKS = 8, FIRST_PLACES = 64, CACHE_LINE = 64 };
+enum { CHUNK_PLACES = 16, FIRST_CHUNKS = 8, FIRST_SLOTS = 128, CACHE_LINE = 64 };
 /* Guesses are chosen anew where one in so many places has no room among them. */
-enum { GUESSES_PER_PLACE = 2, CROWD = 16 };
+enum { CROWD = 16 };
 
 _Static_assert(sizeof(struct address_facts) == CACHE_LINE, "a look-up reads one line");
 
@@ -90,49 +90,63 @@ static void settle(struct address_map *map, size_t changed)
 
 /* ---- slots */
 
-/* Makes sure that there is an unused slot. */
-static bool reserve_slot(struct address_map *map)
+/* The slot that an address leads to or one beside it, or, where these are taken, the next behind
+ * `cursor` that isn't. */
+static uint32_t take_slot(const struct address_guesses *guesses, uint64_t address, size_t *cursor)
 {
-    if (map->unused || map->place_count < map->place_capacity)
-        return true;
-    uint32_t capacity = map->place_capacity ? map->place_capacity * 2 : FIRST_PLACES;
-    struct address_facts *places = aligned_alloc(CACHE_LINE, capacity * sizeof(*places));
-    _Atomic uint32_t *items =
-        aligned_alloc(CACHE_LINE, (size_t)capacity * GUESSES_PER_PLACE * sizeof(*items));
-    if (!places || !items) {
-        free(places);
-        free((void *)items);
+    size_t home = address_guesses_home(guesses, address >> guesses->grain_shift);
+    for (size_t way = 0; way < ADDRESS_WAYS; way++)
+        if (home != way && !guesses->places[home ^ way].bytes_left)
+            return (uint32_t)(home ^ way);
+    do
+        *cursor = (*cursor + 1) & guesses->mask;
+    while (!*cursor || guesses->places[*cursor].bytes_left);
+    return (uint32_t)*cursor;
+}
+
+/* Puts a place into a slot; returns whether there is room for a guess at it. */
+static bool settle_place(const struct address_guesses *guesses, const struct address_facts *place,
+                         size_t *cursor, uint32_t *slot)
+{
+    *slot = take_slot(guesses, place->address, cursor);
+    guesses->places[*slot] = *place;
+    return address_guesses_remember(guesses, place->address, *slot) < ADDRESS_WAYS;
+}
+
+/* Makes so many slots, chosen anew for the places that there are. */
+static bool rebuild(struct address_map *map, uint32_t slot_count)
+{
+    const struct address_guesses old = map->guesses;
+    struct address_guesses guesses = {
+        .items = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.items)),
+        .places = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.places)),
+        .mask = slot_count - 1};
+    if (!guesses.items || !guesses.places) {
+        free((void *)guesses.items);
+        free(guesses.places);
         return false;
     }
-    if (map->place_count)
-        memcpy(places, map->guesses.places, map->place_count * sizeof(*places));
-    else
-        places[map->place_count++] = (struct address_facts){0};
-    free(map->guesses.places);
-    free((void *)map->guesses.items);
-    map->place_capacity = capacity;
-    map->guesses = (struct address_guesses){.items = items,
-                                            .places = places,
-                                            .slot_mask = capacity - 1,
-                                            .item_mask = capacity * GUESSES_PER_PLACE - 1};
-    address_guesses_tune(&map->guesses, map->place_count);
+    address_guesses_tune(&guesses, old.places, map->slot_count, map->place_count);
+    memset(guesses.places, 0, slot_count * sizeof(*guesses.places));
+    for (size_t c = 0; c < map->chunk_count; c++)
+        for (size_t i = 0; i < map->chunks[c]->count; i++) {
+            uint32_t *slot = &map->chunks[c]->slots[i];
+            settle_place(&guesses, &old.places[*slot], &map->cursor, slot);
+        }
+    free((void *)old.items);
+    free(old.places);
+    map->guesses = guesses;
+    map->slot_count = slot_count;
     map->crowded = 0;
     return true;
 }
 
-static uint32_t take_slot(struct address_map *map)
+/* Half of the slots at least stay free. */
+static bool reserve_slot(struct address_map *map)
 {
-    uint32_t slot = map->unused;
-    if (!slot)
-        return map->place_count++;
-    map->unused = (uint32_t)map->guesses.places[slot].address;
-    return slot;
-}
-
-static void give_slot_back(struct address_map *map, uint32_t slot)
-{
-    map->guesses.places[slot] = (struct address_facts){.address = map->unused};
-    map->unused = slot;
+    if (map->place_count < map->slot_count / 2)
+        return true;
+    return rebuild(map, map->slot_count ? map->slot_count * 2 : FIRST_SLOTS);
 }
 
 /* ---- chunks */
@@ -240,8 +254,9 @@ bool address_map_add(struct address_map *map, const struct address_facts *place)
     size_t c = make_room(map, begin);
     if (c == map->chunk_count)
         return false;
-    uint32_t slot = take_slot(map);
-    map->guesses.places[slot] = *place;
+    uint32_t slot;
+    map->crowded += !settle_place(&map->guesses, place, &map->cursor, &slot);
+    map->place_count++;
     struct address_chunk *chunk = map->chunks[c];
     size_t at = count_up_to(chunk, begin);
     move_places(chunk, at + 1, chunk, at, chunk->count - at);
@@ -249,11 +264,8 @@ bool address_map_add(struct address_map *map, const struct address_facts *place)
     chunk->slots[at] = slot;
     chunk->count++;
     settle(map, c);
-    map->crowded += address_guesses_remember(&map->guesses, begin, slot) == ADDRESS_WAYS;
-    if (map->crowded * CROWD > map->place_count) {
-        address_guesses_tune(&map->guesses, map->place_count);
-        map->crowded = 0;
-    }
+    if (map->crowded * CROWD > map->place_count)
+        rebuild(map, map->slot_count);
     return true;
 }
 
@@ -304,7 +316,8 @@ void address_map_remove(struct address_map *map, const struct address_facts *pla
         return;
     size_t c = position.chunk, at = position.entry;
     struct address_chunk *chunk = map->chunks[c];
-    give_slot_back(map, chunk->slots[at]);
+    map->guesses.places[chunk->slots[at]] = (struct address_facts){0};
+    map->place_count--;
     chunk->count--;
     move_places(chunk, at, chunk, at + 1, chunk->count - at);
     if (!chunk->count)
@@ -318,7 +331,7 @@ struct address_guesses address_map_guesses(const struct address_map *map)
 {
     static _Atomic uint32_t no_items[ADDRESS_WAYS];
     static struct address_facts nobody;
-    if (map && map->place_capacity)
+    if (map && map->slot_count)
         return map->guesses;
     return (struct address_guesses){.items = no_items, .places = &nobody};
 }

@@ -3,12 +3,11 @@
  * that alias memory share addresses). Not locked: its owner is.
  *
  * A place is what there is to say of its first address; what there is to say of another is that,
- * moved. It is one cache line and stays in its slot as long as it is in the map. For a look-up in a
- * large scene waits for memory more than for anything else: it reads one slot, which is guessed
- * (address_guesses.h). Only where that is wrong, or where buffers overlap, the order of places is
- * searched: slots sorted by address in chunks, so that an insertion moves one chunk at
- * most. Each chunk knows how far it and all before it reach, so that a search walks back no further
- * than there is something to find.
+ * moved. It is one cache line, in a slot. For a look-up in a large scene waits for memory more than
+ * for anything else: it reads one slot, which is guessed (address_guesses.h). Only where that is
+ * wrong, or where buffers overlap, the order of places is searched: slots sorted by address in
+ * chunks, so that an insertion moves one chunk at most. Each chunk knows how far it and all before
+ * it reach, so that a search walks back no further than there is something to find.
  */
 #ifndef ASSAY_STATE_ADDRESS_MAP_H
 #define ASSAY_STATE_ADDRESS_MAP_H
@@ -21,9 +20,9 @@ struct address_chunk;
 
 struct address_map {
     struct address_guesses guesses;
-    uint32_t crowded; /* places for which there was no room among them, since they were tuned */
-    uint32_t place_count, place_capacity;
-    uint32_t unused; /* the slot that was given back last; 0: none. It names the next as address */
+    uint32_t crowded; /* places for which there was no room among them, since slots were chosen */
+    uint32_t place_count, slot_count;
+    size_t cursor; /* the last slot that was taken for its being free */
     /* Arrays side by side, an item a chunk. */
     struct address_chunk **chunks;
     uint64_t *firsts;  /* where each begins, to be searched */

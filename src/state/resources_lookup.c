@@ -231,11 +231,12 @@ void resources_find_address(const struct resources *resources, VkDeviceAddress a
 /* What queries have found before they are answered. */
 struct found {
     const struct accel_record *accels[RESOURCE_ACCEL_QUERIES];
-    const struct address_facts *guesses[RESOURCE_ADDRESS_QUERIES];
+    const struct address_facts *places[RESOURCE_ADDRESS_QUERIES]; /* guessed first */
 };
 
 /* And fetches it into the processor's cache, all together. */
 static inline void locate_all(const struct resources *resources,
+                              const struct address_guesses *guesses,
                               const struct resource_queries *queries, struct found *found)
 {
     for (unsigned i = 0; i < queries->accel_count; i++) {
@@ -243,10 +244,9 @@ static inline void locate_all(const struct resources *resources,
             handle_table_find(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
         __builtin_prefetch(found->accels[i]);
     }
-    const struct address_guesses guesses = guesses_of(resources);
     for (unsigned i = 0; i < queries->address_count; i++) {
-        found->guesses[i] = address_guesses_find(&guesses, queries->addresses[i].address);
-        __builtin_prefetch(found->guesses[i]);
+        found->places[i] = address_guesses_first(guesses, queries->addresses[i].address);
+        __builtin_prefetch(found->places[i]);
     }
 }
 
@@ -255,10 +255,13 @@ ON_RECORDING_PATH void resources_find_all(struct resources *resources,
 {
     struct found found;
     unsigned token = resources_begin_reading(resources);
-    locate_all(resources, queries, &found);
+    const struct address_guesses guesses = guesses_of(resources);
+    locate_all(resources, &guesses, queries, &found);
     for (unsigned i = 0; i < queries->address_count; i++)
-        describe_address(resources, queries->addresses[i].address, found.guesses[i],
-                         queries->addresses[i].facts);
+        describe_address(
+            resources, queries->addresses[i].address,
+            address_guesses_go_on(&guesses, found.places[i], queries->addresses[i].address),
+            queries->addresses[i].facts);
     for (unsigned i = 0; i < queries->accel_count; i++)
         describe_accel(resources, queries->accels[i].handle, found.accels[i],
                        queries->accels[i].facts);

@@ -366,8 +366,9 @@ static void test_without_memory_it_stays_as_it_was(void **state)
         const struct address_facts place = place_in(&world, range);
         range->present = address_map_add(&world.map, &place);
         bool failed = memory_fail_no_more();
-        assert_int_equal(range->present, !failed);
-        if (failed) {
+        /* It may also fail to choose better slots for what is there. */
+        assert_true(range->present || failed);
+        if (!range->present) {
             failures++;
             query(&random, &world, 1);
             add(&world, range);
