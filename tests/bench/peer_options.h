@@ -13,6 +13,7 @@ struct peer_options {
     uint32_t most_builds;
     uint32_t samples;
     bool with_peer, bars;
+    bool cold; /* a sample begins with what the one before left in the processor's caches */
 };
 
 /* Ends the process where the line is wrong, or asks for help. */
