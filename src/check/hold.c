@@ -7,7 +7,7 @@
 #include "state/recording_path.h"
 
 /* Leaves a chain where a row of the level and the command doesn't hold. */
-#define HOLD(name, row_level, view)                                                                \
+#define HOLD(name, row_level, view, alike)                                                         \
     if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
         !(alike && READS_SHAPE_##row_level) && !name(view, NULL))                                  \
         return false;
@@ -15,9 +15,9 @@
 
 #include "check/ask_nobody.h"
 #undef ASK_call
-#define ASK_call(name, level) HOLD(name, level, call)
+#define ASK_call(name, level) HOLD(name, level, call, false)
 
-ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level, bool alike)
+ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level)
 {
 #include "rules.def"
     return true;
@@ -25,7 +25,7 @@ ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level, bool al
 
 #include "check/ask_nobody.h"
 #undef ASK_build
-#define ASK_build(name, level) HOLD(name, level, build)
+#define ASK_build(name, level) HOLD(name, level, build, alike)
 
 ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level, bool alike)
 {
@@ -35,7 +35,7 @@ ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level, bool
 
 #include "check/ask_nobody.h"
 #undef ASK_geometry
-#define ASK_geometry(name, level) HOLD(name, level, geometry)
+#define ASK_geometry(name, level) HOLD(name, level, geometry, alike)
 
 ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level level, bool alike)
 {
@@ -45,9 +45,9 @@ ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level le
 
 #include "check/ask_nobody.h"
 #undef ASK_range
-#define ASK_range(name, level) HOLD(name, level, range)
+#define ASK_range(name, level) HOLD(name, level, range, false)
 
-ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level, bool alike)
+ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level)
 {
 #include "rules.def"
     return true;
@@ -60,8 +60,8 @@ static bool is_asked(const struct call_view *call)
 
 ON_RECORDING_PATH __attribute__((flatten)) bool call_holds(const struct call_view *call)
 {
-    return is_asked(call) && call_rows_hold(call, LEVEL_PARAMETERS, false) &&
-           call_rows_hold(call, LEVEL_STATE, false);
+    return is_asked(call) && call_rows_hold(call, LEVEL_PARAMETERS) &&
+           call_rows_hold(call, LEVEL_STATE);
 }
 
 ON_RECORDING_PATH __attribute__((flatten)) bool
@@ -80,9 +80,9 @@ ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count
                                   bool alike)
 {
     return geometry_rows_hold(range->geometry, LEVEL_PARAMETERS, alike) &&
-           (!has_count || range_rows_hold(range, LEVEL_PARAMETERS, false)) &&
+           (!has_count || range_rows_hold(range, LEVEL_PARAMETERS)) &&
            (!with_state || (geometry_rows_hold(range->geometry, LEVEL_STATE, false) &&
-                            (!has_count || range_rows_hold(range, LEVEL_STATE, false))));
+                            (!has_count || range_rows_hold(range, LEVEL_STATE))));
 }
 
 /* Most geometries are triangles: chains of their own leave out what is asked of others. */

@@ -322,13 +322,11 @@ __attribute__((noinline)) static bool are_apart_in_order(struct sweep *sweep)
 /* Updates are left to the searches: most share their memory with their sources. */
 bool sweep_finds_nothing(struct sweep *sweep)
 {
-    const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
-                            *scratch = &sweep->roles[ROLE_SCRATCH];
-    if (src->count || (dst->handles_unsorted && dst->has_nowhere))
+    const struct range_list *dst = &sweep->roles[ROLE_DST], *scratch = &sweep->roles[ROLE_SCRATCH];
+    if (sweep->roles[ROLE_SRC].count || (dst->handles_unsorted && dst->has_nowhere))
         return false;
-    if (!dst->touching && !scratch->touching && lists_are_apart(dst, scratch))
-        return true;
-    return (dst->unsorted || scratch->unsorted) && are_apart_in_order(sweep);
+    return all_came_apart(sweep) ||
+           ((dst->unsorted || scratch->unsorted) && are_apart_in_order(sweep));
 }
 
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)

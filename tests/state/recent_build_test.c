@@ -137,12 +137,10 @@ static void set_member_of_triangles(struct random *random,
                                     VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
                                     int member)
 {
-    struct random other = *random;
     VkAccelerationStructureGeometryKHR some = {0};
     do
-        set_data(&other, &some);
+        set_data(random, &some);
     while (some.geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR);
-    *random = other;
     switch (member) {
     case 0:
         triangles->vertexFormat = some.geometry.triangles.vertexFormat;
