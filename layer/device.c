@@ -48,8 +48,10 @@ static void free_device(struct layer_device *device)
     object_names_destroy(device->names);
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
-    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        check_free_sweep(atomic_load(&device->spares[i].sweep));
+    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++) {
+        known_builds_release(&device->kept[i].known);
+        check_free_sweep(atomic_load(&device->kept[i].spare_sweep));
+    }
     free(device->queue_families);
     free(device);
 }

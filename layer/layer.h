@@ -26,6 +26,7 @@
 #include "state/events.h"
 #include "state/execution_order.h"
 #include "state/facts.h"
+#include "state/known_builds.h"
 #include "state/object_names.h"
 #include "state/query_pools.h"
 #include "state/reader_lock.h"
@@ -86,12 +87,16 @@ struct layer_device {
     struct submissions *submissions;
     struct execution_order *order;
 
-    /* Memory that checks of large calls leave to each other, a piece for each of the stripes that
-     * threads have, and each in two cache lines of its own; NULL while one uses it. */
+    /* What checks leave to each other, for each of the stripes that threads have, and each in cache
+     * lines of its own: builds that were found valid; memory for large calls, NULL while one uses
+     * it. */
     union {
-        struct sweep *_Atomic sweep;
-        char size[READER_LOCK_STRIPE_SIZE];
-    } spares[READER_LOCK_STRIPES];
+        struct {
+            struct known_builds known;
+            struct sweep *_Atomic spare_sweep;
+        };
+        char size[2 * READER_LOCK_STRIPE_SIZE];
+    } kept[READER_LOCK_STRIPES];
 
     /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices, and as
      * radii of spheres; see formats.h. */

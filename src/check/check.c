@@ -119,8 +119,9 @@ static void find_sizes(const struct walk *walk, struct build_view *build, bool i
         view_keep_recent(context, build, walk->holds);
 }
 
-static void check_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
-                        struct geometry_view *first)
+/* Puts a build to the rules about itself; one that they find valid may be kept as such. */
+static void judge_build(struct walk *walk, struct build_view *build, struct geometry_view *first,
+                        bool keeps)
 {
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
@@ -144,11 +145,22 @@ static void check_build(struct walk *walk, struct sweep *sweep, struct build_vie
         /* The driver is asked for sizes of sound parameters only. */
         if (walk->findings == findings_before)
             find_sizes(walk, build, is_like);
-        if (!build_state_holds(build))
+        bool state_holds = build_state_holds(build);
+        if (!state_holds)
             walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)
             check_host_build(walk, build);
+        if (keeps && walk->holds && state_holds && walk->findings == findings_before)
+            view_keep_known(context, build, first);
     }
+}
+
+/* Puts a build that was judged, now or before, beside the others of its call, and shows it to the
+ * witness. */
+static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
+                          const struct geometry_view *first)
+{
+    struct check_context *context = walk->context;
     pairs_collect(context, sweep, build);
     if (walk->instances)
         pairs_collect_instances(sweep, build, walk->instances);
@@ -168,21 +180,27 @@ static void check_some_builds(struct walk *walk, struct sweep *sweep, const stru
     struct check_context *context = walk->context;
     struct build_view builds[VIEWS_MAX];
     struct geometry_view first_geometries[VIEWS_MAX];
+    bool is_known[VIEWS_MAX] = {false};
     for (uint32_t i = 0; i < count; i++) {
         view_build(context, call, begin + i, &builds[i]);
         if (builds[i].geometry_count)
             view_geometry(context, &builds[i], 0, &first_geometries[i]);
     }
-    if (context->level >= LEVEL_STATE)
-        view_builds_found(context, builds, first_geometries, count);
-    for (uint32_t i = 0; i < count; i++)
-        check_build(walk, sweep, &builds[i], &first_geometries[i]);
+    bool keeps = context->level >= LEVEL_STATE &&
+                 view_builds_found(context, builds, first_geometries, is_known, count);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_known[i])
+            judge_build(walk, &builds[i], &first_geometries[i], keeps);
+        take_in_build(walk, sweep, &builds[i], &first_geometries[i]);
+    }
 }
 
 ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
 {
     struct walk walk;
     walk_start(&walk, context);
+    if (context->known)
+        context->changes = resources_changes(context->resources);
     view_call(context, call);
     if (!call_holds(call))
         walk_all_of_call(&walk, call);

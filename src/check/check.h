@@ -14,6 +14,7 @@
 #include "state/resources.h"
 
 struct built_flags;
+struct known_builds;
 struct recent_build;
 struct sweep;
 
@@ -60,6 +61,8 @@ struct check_context {
     struct readable_cache *readable;
     struct resources *resources;
     struct recent_build *recent_build; /* kept between calls; or NULL */
+    struct known_builds *known;        /* likewise, taken for this check */
+    uint64_t changes;                  /* resources_changes when it began */
     struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
     struct built_flags *flags; /* of structures that builds have found; or NULL */
     const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */

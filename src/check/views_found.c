@@ -2,6 +2,7 @@
 /* What the state knows of the handles and addresses in views, asked for together. */
 #include "check/geometry_data.h"
 #include "check/views.h"
+#include "state/known_builds.h"
 
 enum { ACCELS_OF_BUILD = 2, ADDRESSES_OF_BUILD = 1, ADDRESSES_OF_GEOMETRY = 3 };
 _Static_assert(VIEWS_MAX *ACCELS_OF_BUILD <= RESOURCE_ACCEL_QUERIES &&
@@ -58,17 +59,43 @@ static inline void ask_for_geometry(struct resource_queries *queries,
         ask_for_address(queries, instances->data.deviceAddress, &geometry->data);
 }
 
-void view_builds_found(struct check_context *context, struct build_view *builds,
-                       struct geometry_view *first_geometries, unsigned count)
+/* What is kept of them is fetched together, too. False where none is to be looked for, or kept. */
+static bool recall_all(const struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, bool *is_known, unsigned count)
+{
+    const struct known_build *known[VIEWS_MAX];
+    unsigned found = 0, missed = 0;
+    if (!context->known || known_builds_rest(context->known, count))
+        return false;
+    for (unsigned i = 0; i < count; i++)
+        known[i] = known_builds_find(context->known, builds[i].info->dstAccelerationStructure);
+    for (unsigned i = 0; i < count; i++) {
+        if (!known[i])
+            continue;
+        is_known[i] = view_recall(context, known[i], &builds[i], &first_geometries[i]);
+        found += is_known[i];
+        missed += !is_known[i];
+    }
+    known_builds_note(context->known, found, missed);
+    return true;
+}
+
+bool view_builds_found(struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, bool *is_known, unsigned count)
 {
     struct resource_queries queries;
     queries.accel_count = queries.address_count = 0;
+    bool keeps = recall_all(context, builds, first_geometries, is_known, count);
     for (unsigned i = 0; i < count; i++) {
+        if (is_known[i])
+            continue;
         ask_for_build(&queries, &builds[i]);
         if (builds[i].geometry_count)
             ask_for_geometry(&queries, &first_geometries[i]);
     }
-    resources_find_all(context->resources, &queries);
+    if (queries.accel_count + queries.address_count)
+        resources_find_all(context->resources, &queries);
+    return keeps;
 }
 
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry)

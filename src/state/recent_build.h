@@ -18,21 +18,6 @@ struct recent_build {
     bool holds;              /* all rules of its parameters */
 };
 
-/* Member by member, so that a shape that is only compared need not be written. */
-static inline bool recent_build_has_shape(const struct recent_build *recent,
-                                          const struct small_shape *shape)
-{
-    const struct small_shape *a = &recent->shape, *b = shape;
-    const struct shape_geometry *x = &a->first, *y = &b->first;
-    uint32_t different =
-        (a->build_type ^ b->build_type) | (a->type ^ b->type) | (a->flags ^ b->flags) |
-        (a->geometry_count ^ b->geometry_count) | (x->type ^ y->type) | (x->flags ^ y->flags) |
-        (x->primitive_count ^ y->primitive_count) | (x->vertex_format ^ y->vertex_format) |
-        (x->max_vertex ^ y->max_vertex) | (x->index_type ^ y->index_type) |
-        (x->has_transform ^ y->has_transform) | (x->array_of_pointers ^ y->array_of_pointers);
-    return !different && x->stride == y->stride;
-}
-
 /* Whether a build of one geometry has the same sizes. */
 static inline bool recent_build_is_like(const struct recent_build *recent,
                                         const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -41,7 +26,7 @@ static inline bool recent_build_is_like(const struct recent_build *recent,
 {
     struct small_shape shape;
     return recent->sizes.known && small_shape_of(info, &primitive_count, build_type, &shape) &&
-           recent_build_has_shape(recent, &shape);
+           small_shapes_are_equal(&recent->shape, &shape);
 }
 
 /* Of a build that is like it: whether the rules that read the shape alone hold of it, too. The

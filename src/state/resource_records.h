@@ -107,6 +107,7 @@ struct resources {
     struct address_map addresses;        /* copies of the places of buffers that have one */
     struct memory_record *mapped;        /* all that the host has mapped */
     atomic_uint_fast64_t deaths;         /* of records of any kind */
+    atomic_uint_fast64_t changes;        /* see resources_changes */
     bool incomplete;
     uint32_t unknown_references; /* structures whose address isn't known, where they are set */
     /* A buffer may have been given an address that the application never retrieves: what is in no
@@ -119,6 +120,9 @@ struct resources {
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
 void resources_note_death(struct resources *resources);
+void resources_note_change(struct resources *resources);
+/* From now on what isn't found counts as unknown. */
+void resources_become_incomplete(struct resources *resources);
 void resources_release_nv(struct resources *resources);
 void resources_release_references(struct resources *resources);
 

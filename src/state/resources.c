@@ -67,15 +67,27 @@ bool resources_publish(struct resources *resources, struct handle_table *table, 
 {
     bool kept = record && handle_table_set(table, handle, record);
     if (!kept) {
-        resources->incomplete = true;
+        resources_become_incomplete(resources);
         free(record);
     }
     return kept;
 }
 
+void resources_note_change(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->changes, 1, memory_order_relaxed);
+}
+
 void resources_note_death(struct resources *resources)
 {
     atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
+    resources_note_change(resources);
+}
+
+void resources_become_incomplete(struct resources *resources)
+{
+    resources->incomplete = true;
+    resources_note_change(resources);
 }
 
 /* Memory. */

@@ -127,7 +127,7 @@ void resources_ask_address(struct resources *resources, VkDeviceAddress address,
                            struct address_facts *facts);
 
 /* Look-ups to be answered together. */
-enum { RESOURCE_ACCEL_QUERIES = 16, RESOURCE_ADDRESS_QUERIES = 32 };
+enum { RESOURCE_ACCEL_QUERIES = 32, RESOURCE_ADDRESS_QUERIES = 64 };
 struct resource_queries {
     unsigned accel_count, address_count;
     struct {
@@ -175,6 +175,13 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
 
 /* How many records have died so far; while it stays, all that was found alive still is. */
 uint64_t resources_deaths(struct resources *resources);
+
+/* A number that stays while all that was found of structures that are backed by memory, and of
+ * addresses that are in one buffer, not a sparse one, is as it was. */
+uint64_t resources_changes(struct resources *resources);
+
+/* How many acceleration structures are alive; takes the lock itself. */
+size_t resources_accel_count(struct resources *resources);
 
 /* The id of a thing that the device has by that handle, or 0; takes the lock itself. */
 enum resource_kind { RESOURCE_ACCEL, RESOURCE_ACCEL_NV, RESOURCE_BUFFER, RESOURCE_MICROMAP };

@@ -32,15 +32,21 @@ void buffer_record_release(struct buffer_record *buffer)
     free(buffer);
 }
 
+static void remove_address(struct resources *resources, struct buffer_record *buffer)
+{
+    address_map_remove(&resources->addresses, &buffer->where);
+    buffer->where.address = 0;
+    resources_note_change(resources);
+}
+
 static void remove_buffer(struct resources *resources, VkBuffer handle)
 {
     struct buffer_record *buffer =
         handle_table_remove(&resources->buffers, (uint64_t)(uintptr_t)handle);
     if (!buffer)
         return;
-    if (buffer->where.address)
-        address_map_remove(&resources->addresses, &buffer->where);
-    buffer->where.address = 0; /* who still refers to the record has nothing to update there */
+    if (buffer->where.address) /* who still refers to the record has nothing to update there */
+        remove_address(resources, buffer);
     resources_note_death(resources);
     buffer->alive = false;
     resources_refresh(resources, buffer);
@@ -106,6 +112,27 @@ struct memory_record *resources_memory(const struct resources *resources, VkDevi
     return handle_table_find(&resources->memories, (uint64_t)(uintptr_t)handle);
 }
 
+static void find_shared(const struct address_facts *place, void *is_shared)
+{
+    *(bool *)is_shared |= place->is_shared;
+}
+
+/* Gives a buffer an address; where others share it more is known of that than before. */
+static void add_address(struct resources *resources, struct buffer_record *buffer,
+                        VkDeviceAddress address)
+{
+    bool is_shared = false;
+    buffer->where.address = address;
+    if (!address_map_add(&resources->addresses, &buffer->where)) {
+        buffer->where.address = 0;
+        resources_become_incomplete(resources);
+        return;
+    }
+    address_map_find(&resources->addresses, address, find_shared, &is_shared);
+    if (is_shared)
+        resources_note_change(resources);
+}
+
 /* Applications ask for the same address often, so look before taking the write lock. */
 void resources_set_address(struct resources *resources, VkBuffer handle, VkDeviceAddress address)
 {
@@ -120,12 +147,9 @@ void resources_set_address(struct resources *resources, VkBuffer handle, VkDevic
     struct buffer_record *buffer = resources_buffer(resources, handle);
     if (buffer && buffer->where.address != address) {
         if (buffer->where.address)
-            address_map_remove(&resources->addresses, &buffer->where);
-        buffer->where.address = address;
-        if (address && !address_map_add(&resources->addresses, &buffer->where)) {
-            buffer->where.address = 0;
-            resources->incomplete = true;
-        }
+            remove_address(resources, buffer);
+        if (address)
+            add_address(resources, buffer, address);
     }
     reader_lock_write_done(&resources->lock);
 }

@@ -170,7 +170,7 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     if (before && before != level)
         level = as_record(NV_REFERENCE_UNKNOWN);
     if (!handle_table_set(&resources->nv_references, reference, level))
-        resources->incomplete = true;
+        resources_become_incomplete(resources);
     reader_lock_write_done(&resources->lock);
 }
 

@@ -24,6 +24,19 @@ struct small_shape {
     } first;
 };
 
+/* Member by member, so that a shape that is only compared need not be written. */
+static inline bool small_shapes_are_equal(const struct small_shape *a, const struct small_shape *b)
+{
+    const struct shape_geometry *x = &a->first, *y = &b->first;
+    uint32_t different =
+        (a->build_type ^ b->build_type) | (a->type ^ b->type) | (a->flags ^ b->flags) |
+        (a->geometry_count ^ b->geometry_count) | (x->type ^ y->type) | (x->flags ^ y->flags) |
+        (x->primitive_count ^ y->primitive_count) | (x->vertex_format ^ y->vertex_format) |
+        (x->max_vertex ^ y->max_vertex) | (x->index_type ^ y->index_type) |
+        (x->has_transform ^ y->has_transform) | (x->array_of_pointers ^ y->array_of_pointers);
+    return !different && x->stride == y->stride;
+}
+
 /* These two return false where a chain is present, whose meaning for the sizes isn't known. */
 static inline bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *geometry,
                                      uint32_t primitive_count, struct shape_geometry *shape)

@@ -192,10 +192,10 @@ static bool wants_pointers(const struct test_case *test_case)
 
 static void play_one(struct run *run, const struct case_list *list, const struct play *play)
 {
-    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name,
+    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s%s", list->name,
              play->test_case->name, command_words[play->command],
-             play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
-             play->level != NULL ? play->level : "");
+             play->geometry_pointers ? "+ppGeometries" : "", play->is_known ? "+known" : "",
+             play->level != NULL ? "@" : "", play->level != NULL ? play->level : "");
     if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
         return;
     if (run->tally.list) {
@@ -213,7 +213,8 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
-        struct play play = {&run->platform, test_case, command, false, run->tally.level, false};
+        struct play play = {&run->platform,   test_case, command, false,
+                            run->tally.level, false,     false};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
         play_one(run, list, &play);
@@ -229,8 +230,8 @@ static void play_at_level(struct run *run, const struct case_list *list,
                           const struct test_case *test_case, const char *level)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
-    const struct play play = {&run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE,
-                              false,          level,     true};
+    const struct play play = {
+        &run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE, false, level, true, false};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
         play_one(run, list, &play);
@@ -241,6 +242,15 @@ static void play_at_lower_levels(struct run *run, const struct case_list *list,
 {
     play_at_level(run, list, test_case, "parameters");
     play_at_level(run, list, test_case, "state");
+}
+
+/* What was found valid before is none the less judged, when it is otherwise. */
+static void play_known(struct run *run, const struct case_list *list,
+                       const struct test_case *test_case)
+{
+    const struct play play = {&run->platform, test_case, COMMAND_DEVICE, false, NULL, true, true};
+    if (fits_command(test_case, COMMAND_DEVICE))
+        play_one(run, list, &play);
 }
 
 static void for_all_cases(struct run *run,
@@ -329,6 +339,8 @@ int main(int argc, char **argv)
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);
+    if (run.platform.is_null && run.tally.level == NULL)
+        for_all_cases(&run, play_known);
     world_close(&run.world);
     if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
         check_every_rule_has_a_case(&run);

@@ -77,6 +77,8 @@ static bool make_call(const struct play *play, struct world *world, const struct
     messages_clear(&world->messages);
     world->messages.answer = VK_FALSE;
     struct scene *scene = scene_open(world, play->command);
+    if (play->is_known && scene->skip == NULL)
+        scene_become_known(scene);
     if (call->mutate != NULL)
         call->mutate(scene);
     judge_apply(scene, call->edits);

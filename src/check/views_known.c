@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds that were found valid before: whether a view is of one, and what was known of it. */
+#include <string.h>
+
+#include "check/geometry_data.h"
+#include "check/views.h"
+#include "state/build_info.h"
+#include "state/known_builds.h"
+
+/* The addresses that a geometry has, 0 where it has fewer; false where its data isn't what its type
+ * says. */
+static inline bool read_inputs(const VkAccelerationStructureGeometryKHR *geometry,
+                               VkDeviceAddress inputs[KNOWN_INPUTS])
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
+    inputs[0] = inputs[1] = inputs[2] = 0;
+    if (triangles) {
+        inputs[0] = triangles->vertexData.deviceAddress;
+        inputs[1] = triangles->indexData.deviceAddress;
+        inputs[2] = triangles->transformData.deviceAddress;
+    } else if (aabbs) {
+        inputs[0] = aabbs->data.deviceAddress;
+    } else if (instances) {
+        inputs[0] = instances->data.deviceAddress;
+    }
+    return triangles || aabbs || instances;
+}
+
+/* Builds of one geometry, in an array of its own. */
+static inline bool can_be_known(const struct build_view *build)
+{
+    return build->call->command == COMMAND_DEVICE && build->geometry_count == 1 &&
+           build->geometries && build->ranges;
+}
+
+static inline bool shape_of(const struct build_view *build, struct small_shape *shape)
+{
+    return small_shape_of(build->info, &build->ranges->primitiveCount,
+                          VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, shape);
+}
+
+/* ---- recalling */
+
+static inline bool ranges_are_equal(const struct known_build *known,
+                                    const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    return !((known->primitive_offset ^ range->primitiveOffset) |
+             (known->first_vertex ^ range->firstVertex) |
+             (known->transform_offset ^ range->transformOffset));
+}
+
+/* All that rules read of a build but its dst. */
+static inline bool is_asked_as_before(const struct known_build *known,
+                                      const struct build_view *build)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    const VkAccelerationStructureGeometryKHR *geometry = build->geometries;
+    VkDeviceAddress inputs[KNOWN_INPUTS];
+    struct small_shape shape;
+    return info->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR &&
+           geometry->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR &&
+           known->mode == info->mode && known->src == info->srcAccelerationStructure &&
+           known->scratch_address == info->scratchData.deviceAddress &&
+           read_inputs(geometry, inputs) && known->inputs[0] == inputs[0] &&
+           known->inputs[1] == inputs[1] && known->inputs[2] == inputs[2] &&
+           ranges_are_equal(known, build->ranges) && shape_of(build, &shape) &&
+           small_shapes_are_equal(&known->shape, &shape);
+}
+
+static inline void recall_accel(const struct known_build *known, struct accel_facts *facts)
+{
+    *facts = (struct accel_facts){.id = known->accel.id,
+                                  .size = known->accel.size,
+                                  .begin = known->accel.begin,
+                                  .memory = known->accel.memory,
+                                  .alive = YES,
+                                  .backed = YES,
+                                  .handle = known->dst};
+}
+
+static inline void recall_address(VkDeviceAddress address, uint64_t buffer_id,
+                                  struct address_facts *facts)
+{
+    *facts = (struct address_facts){
+        .address = address, .buffer_id = buffer_id, .status = ADDRESS_IN_BUFFER};
+}
+
+static inline void recall_inputs(const struct known_build *known, struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    if (!triangles) {
+        recall_address(known->inputs[0], known->input_buffers[0], &geometry->data);
+        return;
+    }
+    recall_address(known->inputs[0], known->input_buffers[0], &geometry->vertex);
+    if (index_type_size(triangles->indexType))
+        recall_address(known->inputs[1], known->input_buffers[1], &geometry->index_data);
+    if (known->inputs[2])
+        recall_address(known->inputs[2], known->input_buffers[2], &geometry->transform);
+}
+
+bool view_recall(const struct check_context *context, const struct known_build *known,
+                 struct build_view *build, struct geometry_view *geometry)
+{
+    if (known->changes != context->changes || !can_be_known(build) ||
+        !is_asked_as_before(known, build))
+        return false;
+    recall_accel(known, &build->dst);
+    if (known->src)
+        recall_accel(known, &build->src);
+    else
+        build->src.handle = VK_NULL_HANDLE;
+    recall_address(known->scratch_address, known->scratch.buffer_id, &build->scratch);
+    build->scratch.bytes_left = known->scratch.bytes_left;
+    build->scratch.begin = known->scratch.begin;
+    build->scratch.memory = known->scratch.memory;
+    build->sizes = known->sizes;
+    recall_inputs(known, geometry);
+    return true;
+}
+
+/* ---- keeping */
+
+/* Whether what is known of a structure stays while resources_changes does; of none in a sparse
+ * buffer is it known here whether it is backed. */
+static bool accel_is_settled(const struct accel_facts *accel)
+{
+    return accel->alive == YES && accel->details_known && accel->backed == YES;
+}
+
+/* Likewise. */
+static bool address_is_settled(const struct address_facts *address)
+{
+    return address->status == ADDRESS_IN_BUFFER && !address->in_pieces && !address->is_shared;
+}
+
+static bool inputs_are_settled(const struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    if (!triangles)
+        return address_is_settled(&geometry->data);
+    return address_is_settled(&geometry->vertex) &&
+           (!index_type_size(triangles->indexType) || address_is_settled(&geometry->index_data)) &&
+           (!triangles->transformData.deviceAddress || address_is_settled(&geometry->transform));
+}
+
+static bool is_settled(const struct build_view *build, const struct geometry_view *geometry)
+{
+    return build->sizes.known && !build->micromaps && accel_is_settled(&build->dst) &&
+           (!build->src.handle || build->src.handle == build->dst.handle) &&
+           address_is_settled(&build->scratch) && inputs_are_settled(geometry);
+}
+
+static void keep_inputs(struct known_build *known, const struct geometry_view *geometry)
+{
+    bool has_triangles = triangles_in(geometry->geometry);
+    known->input_buffers[0] = has_triangles ? geometry->vertex.buffer_id : geometry->data.buffer_id;
+    known->input_buffers[1] = has_triangles ? geometry->index_data.buffer_id : 0;
+    known->input_buffers[2] = has_triangles ? geometry->transform.buffer_id : 0;
+}
+
+void view_keep_known(const struct check_context *context, const struct build_view *build,
+                     const struct geometry_view *geometry)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    VkDeviceAddress inputs[KNOWN_INPUTS];
+    struct small_shape shape;
+    if (!can_be_known(build) || !is_settled(build, geometry) ||
+        !read_inputs(geometry->geometry, inputs) || !shape_of(build, &shape))
+        return;
+    if (known_builds_are_many(context->known))
+        known_builds_trim(context->known, resources_accel_count(context->resources));
+    struct known_build *known = known_builds_room(context->known, info->dstAccelerationStructure);
+    if (!known)
+        return;
+    known->changes = context->changes;
+    known->shape = shape;
+    memcpy(known->inputs, inputs, sizeof(inputs));
+    known->src = info->srcAccelerationStructure;
+    known->scratch_address = info->scratchData.deviceAddress;
+    known->mode = info->mode;
+    known->primitive_offset = build->ranges->primitiveOffset;
+    known->first_vertex = build->ranges->firstVertex;
+    known->transform_offset = build->ranges->transformOffset;
+    known->accel.id = build->dst.id;
+    known->accel.size = build->dst.size;
+    known->accel.begin = build->dst.begin;
+    known->accel.memory = build->dst.memory;
+    known->scratch.buffer_id = build->scratch.buffer_id;
+    known->scratch.bytes_left = build->scratch.bytes_left;
+    known->scratch.begin = build->scratch.begin;
+    known->scratch.memory = build->scratch.memory;
+    known->sizes = build->sizes;
+    keep_inputs(known, geometry);
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds that were found valid, and what was known of all that they name. What moves is built again
+ * in every frame, and mostly with the same buffers: a build that is asked for as it was before need
+ * not be judged again, nor looked up, while nothing has changed of what that was found from
+ * (resources_changes).
+ *
+ * Only what is built more than once is kept; of a structure that was built once, its handle. Who
+ * uses them takes them, for one at a time may. */
+#ifndef ASSAY_STATE_KNOWN_BUILDS_H
+#define ASSAY_STATE_KNOWN_BUILDS_H
+
+#include <stdalign.h>
+#include <stdatomic.h>
+
+#include "state/facts.h"
+#include "state/handle_table.h"
+#include "state/small_shape.h"
+
+/* Addresses of a geometry: of its vertices, AABBs or instances; of indices; of a transform. */
+enum { KNOWN_INPUTS = 3, KNOWN_BUILD_ALIGNMENT = 64 };
+
+/* A build by the device, of one geometry without chains, which has no source but its dst. */
+struct known_build {
+    /* What was asked for, */
+    alignas(KNOWN_BUILD_ALIGNMENT) VkAccelerationStructureKHR dst;
+    VkAccelerationStructureKHR src;
+    uint64_t changes; /* and resources_changes then */
+    VkDeviceAddress scratch_address, inputs[KNOWN_INPUTS];
+    VkBuildAccelerationStructureModeKHR mode;
+    uint32_t primitive_offset, first_vertex, transform_offset;
+    struct small_shape shape;
+
+    /* What was found: of dst, which is alive and backed by memory; */
+    struct {
+        uint64_t id;
+        VkDeviceSize size, begin;
+        VkDeviceMemory memory;
+    } accel;
+    /* of addresses, each in a buffer. */
+    struct {
+        uint64_t buffer_id;
+        VkDeviceSize bytes_left, begin;
+        VkDeviceMemory memory;
+    } scratch;
+    uint64_t input_buffers[KNOWN_INPUTS]; /* ids */
+    struct size_facts sizes;
+};
+_Static_assert(sizeof(struct known_build) == 4 * (size_t)KNOWN_BUILD_ALIGNMENT,
+               "four cache lines are fetched for each");
+
+/* Zero-initialized: none. */
+struct known_builds {
+    atomic_bool is_taken;
+    uint32_t count, capacity;
+    struct known_build *builds; /* in the order in which they were kept */
+    uint32_t next;              /* behind the one that was found last: builds mostly come in the
+                                   order in which they came before */
+    uint32_t missed, rest;      /* see known_builds_rest */
+    size_t most;                /* handles, before some are forgotten */
+    struct handle_table by_dst; /* to its build */
+};
+
+/* NULL where somebody else has taken them: then nothing is known. */
+static inline struct known_builds *known_builds_take(struct known_builds *known)
+{
+    return atomic_exchange_explicit(&known->is_taken, true, memory_order_acquire) ? NULL : known;
+}
+
+static inline void known_builds_give_back(struct known_builds *known)
+{
+    if (known)
+        atomic_store_explicit(&known->is_taken, false, memory_order_release);
+}
+
+/* Whether so many builds, the next, are neither to be looked for nor kept. So are most where one
+ * look-up after the other finds what is out of date: builds that change every time, or things that
+ * come and go all the time, make it more work than it spares. */
+enum { KNOWN_MISSED_IN_A_ROW = 256, KNOWN_REST = 4096 };
+static inline bool known_builds_rest(struct known_builds *known, uint32_t count)
+{
+    bool rests = known->rest >= count;
+    known->rest = rests ? known->rest - count : 0;
+    return rests;
+}
+
+/* How many of them were found, and how many were out of date. */
+static inline void known_builds_note(struct known_builds *known, uint32_t found, uint32_t missed)
+{
+    known->missed = found ? 0 : known->missed + missed;
+    if (known->missed < KNOWN_MISSED_IN_A_ROW)
+        return;
+    known->missed = 0;
+    known->rest = KNOWN_REST;
+}
+
+/* The rest of known_builds_find. */
+const struct known_build *known_builds_search(struct known_builds *known,
+                                              VkAccelerationStructureKHR dst);
+
+/* What was kept of a structure, on its way into the processor's cache, until another is kept; NULL:
+ * nothing. */
+static inline const struct known_build *known_builds_find(struct known_builds *known,
+                                                          VkAccelerationStructureKHR dst)
+{
+    const struct known_build *build;
+    if (known->next < known->count && known->builds[known->next].dst == dst)
+        build = &known->builds[known->next++];
+    else
+        build = known_builds_search(known, dst);
+    for (size_t i = 1; build && i < sizeof(*build) / KNOWN_BUILD_ALIGNMENT; i++)
+        __builtin_prefetch((const char *)build + i * KNOWN_BUILD_ALIGNMENT);
+    return build;
+}
+
+/* Where to keep a build of a structure, all but whose dst is to be filled in; NULL: nowhere, as it
+ * is the first, or there is no memory. */
+struct known_build *known_builds_room(struct known_builds *known, VkAccelerationStructureKHR dst);
+
+/* Whether there are so many handles that some should go: all do if few of them are alive. */
+static inline bool known_builds_are_many(const struct known_builds *known)
+{
+    return known->by_dst.count >= known->most;
+}
+void known_builds_trim(struct known_builds *known, size_t alive);
+
+void known_builds_release(struct known_builds *known);
+
+#endif

@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of keeping builds that were found valid, as a table: see known_builds_random_test.c for
+ * what is said of them. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../report/scarce_memory.h"
+#include "state/known_builds.h"
+#include "things.h"
+
+/* Builds a structure, and says whether it is kept now. */
+static bool keep(struct known_builds *known, unsigned n)
+{
+    struct known_build *build = known_builds_room(known, accel(n));
+    if (build)
+        build->changes = n;
+    return build;
+}
+
+static void assert_found(struct known_builds *known, unsigned n)
+{
+    const struct known_build *build = known_builds_find(known, accel(n));
+    assert_non_null(build);
+    assert_ptr_equal(build->dst, accel(n));
+    assert_int_equal(build->changes, n);
+}
+
+static void test_what_is_built_again_is_kept(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    assert_null(known_builds_find(&known, accel(1)));
+    assert_false(keep(&known, 1));
+    assert_null(known_builds_find(&known, accel(1)));
+    assert_true(keep(&known, 1));
+    assert_found(&known, 1);
+    assert_null(known_builds_find(&known, accel(2)));
+    known_builds_release(&known);
+    assert_null(known_builds_find(&known, accel(1)));
+}
+
+static void test_builds_are_found_in_any_order(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    enum { BUILDS = 100 };
+    for (unsigned round = 0; round < 3; round++)
+        for (unsigned n = 1; n <= BUILDS; n++)
+            assert_int_equal(keep(&known, n), round > 0);
+    assert_int_equal(known.count, BUILDS);
+    for (unsigned n = 1; n <= BUILDS; n++)
+        assert_found(&known, n);
+    for (unsigned n = BUILDS; n; n--)
+        assert_found(&known, n);
+    for (unsigned n = 1; n <= BUILDS; n++)
+        assert_found(&known, n * 37 % (BUILDS + 1));
+    known_builds_release(&known);
+}
+
+static bool rests(struct known_builds *known, uint32_t found, uint32_t missed)
+{
+    if (known_builds_rest(known, found + missed))
+        return true;
+    known_builds_note(known, found, missed);
+    return false;
+}
+
+/* Where none of many is found as it was kept, few are looked for. */
+static void test_what_is_out_of_date_is_seldom_looked_for(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    uint32_t rested = 0, looked = 0;
+    for (int i = 0; i < 100000; i++)
+        *(rests(&known, 0, 1) ? &rested : &looked) += 1;
+    assert_in_range(looked, 100000 / 20, 100000 / 10);
+    while (rests(&known, 8, 8)) /* and again when they are found */
+        rested++;
+    for (int i = 0; i < 10000; i++)
+        assert_false(rests(&known, 1, 15));
+}
+
+static void test_one_at_a_time_takes_them(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    assert_ptr_equal(known_builds_take(&known), &known);
+    assert_null(known_builds_take(&known));
+    known_builds_give_back(NULL);
+    assert_null(known_builds_take(&known));
+    known_builds_give_back(&known);
+    assert_ptr_equal(known_builds_take(&known), &known);
+}
+
+/* Structures come and go, and their handles don't come again. */
+static void test_no_more_is_kept_than_a_few_times_what_is_alive(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    enum { ALIVE = 500, ALL = 20000 };
+    for (unsigned n = 1; n <= ALL; n++) {
+        if (known_builds_are_many(&known))
+            known_builds_trim(&known, ALIVE);
+        keep(&known, n);
+        assert_true(keep(&known, n));
+        assert_in_range(known.by_dst.count, 1, 4 * ALIVE);
+        assert_in_range(known.count, 1, 4 * ALIVE);
+    }
+    assert_found(&known, ALL);
+    known_builds_release(&known);
+}
+
+/* Those that are alive are all kept. */
+static void test_what_is_alive_is_kept(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    enum { ALIVE = 5000 };
+    for (unsigned round = 0; round < 2; round++) {
+        for (unsigned n = 1; n <= ALIVE; n++) {
+            if (known_builds_are_many(&known))
+                known_builds_trim(&known, ALIVE);
+            keep(&known, n);
+        }
+    }
+    assert_int_equal(known.count, ALIVE);
+    known_builds_release(&known);
+}
+
+static void test_without_memory_less_is_kept(void **state)
+{
+    (void)state;
+    enum { BUILDS = 40 };
+    for (int after = 0; after < 40; after++) {
+        struct known_builds known = {0};
+        unsigned kept = 0;
+        memory_fail_after(after);
+        for (unsigned round = 0; round < 2; round++)
+            for (unsigned n = 1; n <= BUILDS; n++)
+                kept += keep(&known, n);
+        if (!memory_fail_no_more())
+            assert_int_equal(kept, BUILDS);
+        assert_in_range(kept, BUILDS - 1, BUILDS);
+        for (unsigned n = 1; n <= BUILDS; n++)
+            if (known_builds_find(&known, accel(n)))
+                assert_found(&known, n);
+        known_builds_release(&known);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_what_is_built_again_is_kept),
+        cmocka_unit_test(test_builds_are_found_in_any_order),
+        cmocka_unit_test(test_what_is_out_of_date_is_seldom_looked_for),
+        cmocka_unit_test(test_one_at_a_time_takes_them),
+        cmocka_unit_test(test_no_more_is_kept_than_a_few_times_what_is_alive),
+        cmocka_unit_test(test_what_is_alive_is_kept),
+        cmocka_unit_test(test_without_memory_less_is_kept),
+    };
+    return cmocka_run_group_tests_name("known builds", tests, NULL, NULL);
+}
