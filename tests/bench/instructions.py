@@ -13,7 +13,8 @@ import sys
 import tempfile
 from collections import namedtuple
 
-CASES = [(buffers, order) for buffers in ("shared", "separate") for order in ("created", "shuffled")]
+CASES = [(buffers, order, builds) for buffers in ("shared", "separate")
+         for order in ("created", "shuffled") for builds in ("as before", "changing")]
 BUILDS, TIMES = 1000, 10
 MARGIN = 0.15  # compilers and C libraries differ,
 PROBES_SLACK = 5  # and so do the pages that arrays begin in
@@ -28,13 +29,14 @@ def fail(message):
 
 def count(arguments, case, layer):
     """What recording takes with the layer ("on") or without ("off")."""
-    buffers, order = case
+    buffers, order, builds = case
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(
             [arguments.valgrind, "--tool=callgrind", f"--callgrind-out-file={folder}/out",
              "--collect-atstart=no", "--toggle-collect=profiled_recording",
              arguments.record, "--profile", layer, "--driver", "null", "--buffers", buffers,
-             "--order", order, "--sizes", str(BUILDS), "--times", str(TIMES)],
+             "--order", order, "--sizes", str(BUILDS), "--times", str(TIMES),
+             *(["--changing"] if builds == "changing" else [])],
             capture_output=True, text=True)
     collected = re.search(r"Collected : (\d+)", run.stderr)
     recorded = re.search(r"recorded (\d+) builds, (\d+) probes", run.stdout)
@@ -46,7 +48,7 @@ def count(arguments, case, layer):
 def read_expected(path):
     try:
         with open(path, newline="", encoding="utf-8") as file:
-            return {(row["buffers"], row["order"]):
+            return {(row["buffers"], row["order"], row["builds"]):
                     Counts(int(row["instructions"]), int(row["probes"]))
                     for row in csv.DictReader(file)}
     except (OSError, KeyError, ValueError) as error:
@@ -56,7 +58,7 @@ def read_expected(path):
 def write_expected(path, added):
     with open(path, "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(("buffers", "order", *Counts._fields))
+        rows.writerow(("buffers", "order", "builds", *Counts._fields))
         rows.writerows((*case, *map(round, counts)) for case, counts in added.items())
 
 
@@ -83,7 +85,7 @@ def main():
     added = {}
     worse = False
     print(f"Null driver, {BUILDS} builds a call: instructions a build, probes of memory a call\n")
-    print(f"{'buffers':10}{'order':10}{'without':>9}{'with':>9}{'overhead':>10}{'expected':>10}"
+    print(f"{'buffers':10}{'order':10}{'builds':10}{'without':>9}{'with':>9}{'overhead':>10}{'expected':>10}"
           f"{'probes':>8}{'expected':>10}")
     for case in CASES:
         without, with_layer = (count(arguments, case, layer) for layer in ("off", "on"))
@@ -93,7 +95,7 @@ def main():
             fail(f"{arguments.expected} has no row for {', '.join(case)}")
         told = verdict(added[case], wanted)
         worse = worse or told == "MORE"
-        print(f"{case[0]:10}{case[1]:10}{without.instructions:9.0f}{with_layer.instructions:9.0f}"
+        print(f"{case[0]:10}{case[1]:10}{case[2]:10}{without.instructions:9.0f}{with_layer.instructions:9.0f}"
               f"{added[case].instructions:10.0f}{wanted.instructions:10.0f}"
               f"{added[case].probes:8.0f}{wanted.probes:10.0f}  {told}", flush=True)
     if arguments.update:

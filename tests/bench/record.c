@@ -83,6 +83,7 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
     for (int s = 0; s < SIDES; s++) {
         samples[s] = bench_alloc(count, sizeof(double));
         scene_create(&scenes[s], &bench->sides[s], which->buffers, which->order, which->alive);
+        scenes[s].changes = bench->options->changing;
     }
     take_samples(bench, scenes, which->builds, samples);
     for (uint32_t i = 0; i < count; i++)
@@ -108,7 +109,7 @@ static void measure_memory(const struct bench *bench, enum buffers buffers, stru
     struct scene scenes[SIDES];
     for (int s = 0; s < SIDES; s++) {
         scene_create(&scenes[s], &bench->sides[s], which.buffers, which.order, which.alive);
-        recorder_run(&bench->recorders[s], &scenes[s], MEMORY_BUILDS, 1); /* what is kept once */
+        recorder_run(&bench->recorders[s], &scenes[s], MEMORY_BUILDS, 2); /* what is kept once */
     }
     for (size_t i = 0; i < sizeof(calls_of) / sizeof(calls_of[0]); i++) {
         double without = recorder_memory(&scenes[WITHOUT], calls_of[i]);
@@ -193,7 +194,8 @@ static void profile(const struct options *options)
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,
                  options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED,
                  larger_of(options->sizes[0], options->alive));
-    recorder_run(&recorder, &scene, options->sizes[0], 1);
+    scene.changes = options->changing;
+    recorder_run(&recorder, &scene, options->sizes[0], 2);
     uint64_t probes = probes_count();
     profiled_recording(&recorder, &scene, options->sizes[0], options->profile_times);
     printf("recorded %llu builds, %llu probes\n",
