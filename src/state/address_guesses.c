@@ -45,8 +45,8 @@ static void forget_all(const struct address_guesses *guesses)
 
 /* What was tried, and the best of that. */
 struct choice {
-    const struct address_facts *places;
-    size_t slot_count;
+    const uint64_t *addresses;
+    size_t count;
     unsigned grain_shift;
     uint64_t factor;
     uint64_t cost; /* how many items are looked at in vain until all places are found */
@@ -59,9 +59,8 @@ static void attempt(struct address_guesses *guesses, unsigned grain_shift, uint6
     guesses->grain_shift = grain_shift;
     guesses->factor = factor;
     forget_all(guesses);
-    for (size_t slot = 1; slot < best->slot_count && cost < best->cost; slot++)
-        if (best->places[slot].bytes_left)
-            cost += address_guesses_remember(guesses, best->places[slot].address, (uint32_t)slot);
+    for (size_t i = 0; i < best->count && cost < best->cost; i++)
+        cost += address_guesses_remember(guesses, best->addresses[i], (uint32_t)i + 1);
     if (cost >= best->cost)
         return;
     best->cost = cost;
@@ -72,11 +71,10 @@ static void attempt(struct address_guesses *guesses, unsigned grain_shift, uint6
 /* The largest grains that tell places apart, in their order, are the best: neighbours then share a
  * cache line, and a large buffer takes few guesses. Where places lie too unevenly for that, small
  * ones are spread, by a factor that happens to be good for how they lie. */
-void address_guesses_tune(struct address_guesses *guesses, const struct address_facts *places,
-                          size_t slot_count, size_t place_count)
+void address_guesses_tune(struct address_guesses *guesses, const uint64_t *addresses, size_t count)
 {
-    const uint64_t in_order = (uint64_t)1 << 32, good = place_count / 16;
-    struct choice best = {.places = places, .slot_count = slot_count, .cost = UINT64_MAX};
+    const uint64_t in_order = (uint64_t)1 << 32, good = count / 16;
+    struct choice best = {.addresses = addresses, .count = count, .cost = UINT64_MAX};
     for (unsigned shift = LARGEST_GRAIN; shift >= SMALLEST_GRAIN && best.cost > good; shift--)
         attempt(guesses, shift, in_order, &best);
     uint64_t factor = 0x9e3779b97f4a7c15u; /* 2^64 / phi, and its powers */

@@ -79,9 +79,8 @@ address_guesses_find(const struct address_guesses *guesses, uint64_t address)
 unsigned address_guesses_remember(const struct address_guesses *guesses, uint64_t address,
                                   uint32_t slot);
 
-/* Chooses grains, and where they lead to, for so many places among so many slots; there is no guess
- * of any then. */
-void address_guesses_tune(struct address_guesses *guesses, const struct address_facts *places,
-                          size_t slot_count, size_t place_count);
+/* Chooses grains, and where they lead to, for places that begin at so many addresses, fewer than
+ * there are slots; there is no guess of any then. */
+void address_guesses_tune(struct address_guesses *guesses, const uint64_t *addresses, size_t count);
 
 #endif

@@ -113,6 +113,18 @@ static bool settle_place(const struct address_guesses *guesses, const struct add
     return address_guesses_remember(guesses, place->address, *slot) < ADDRESS_WAYS;
 }
 
+/* Where places begin, in their order; NULL without memory. */
+static uint64_t *begins_of_all(const struct address_map *map)
+{
+    uint64_t *begins = malloc((map->place_count + 1) * sizeof(*begins)), *next = begins;
+    for (size_t c = 0; begins && c < map->chunk_count; c++) {
+        const struct address_chunk *chunk = map->chunks[c];
+        memcpy(next, chunk->begins, chunk->count * sizeof(*next));
+        next += chunk->count;
+    }
+    return begins;
+}
+
 /* Makes so many slots, chosen anew for the places that there are. */
 static bool rebuild(struct address_map *map, uint32_t slot_count)
 {
@@ -121,12 +133,15 @@ static bool rebuild(struct address_map *map, uint32_t slot_count)
         .items = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.items)),
         .places = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.places)),
         .mask = slot_count - 1};
-    if (!guesses.items || !guesses.places) {
+    uint64_t *begins = begins_of_all(map);
+    if (!guesses.items || !guesses.places || !begins) {
         free((void *)guesses.items);
         free(guesses.places);
+        free(begins);
         return false;
     }
-    address_guesses_tune(&guesses, old.places, map->slot_count, map->place_count);
+    address_guesses_tune(&guesses, begins, map->place_count);
+    free(begins);
     memset(guesses.places, 0, slot_count * sizeof(*guesses.places));
     for (size_t c = 0; c < map->chunk_count; c++)
         for (size_t i = 0; i < map->chunks[c]->count; i++) {
@@ -138,15 +153,32 @@ static bool rebuild(struct address_map *map, uint32_t slot_count)
     map->guesses = guesses;
     map->slot_count = slot_count;
     map->crowded = 0;
+    map->chosen_for = map->place_count;
     return true;
 }
 
-/* Half of the slots at least stay free. */
+/* So many that half of them at least stay free, also when one place more comes. */
+static uint32_t slots_for(uint32_t place_count)
+{
+    uint32_t slots = FIRST_SLOTS;
+    while (place_count >= slots / 2)
+        slots *= 2;
+    return slots;
+}
+
 static bool reserve_slot(struct address_map *map)
 {
-    if (map->place_count < map->slot_count / 2)
-        return true;
-    return rebuild(map, map->slot_count ? map->slot_count * 2 : FIRST_SLOTS);
+    return map->place_count < map->slot_count / 2 || rebuild(map, slots_for(map->place_count));
+}
+
+/* Chooses guesses anew, if that succeeds, where they are for others than there are: where places
+ * crowd, and whenever there are twice as many as there were, or half as many, which gives back
+ * slots. */
+static void adapt(struct address_map *map)
+{
+    uint32_t count = map->place_count;
+    if (map->crowded * CROWD > count || count > 2 * map->chosen_for || 2 * count < map->chosen_for)
+        rebuild(map, slots_for(count));
 }
 
 /* ---- chunks */
@@ -264,8 +296,7 @@ bool address_map_add(struct address_map *map, const struct address_facts *place)
     chunk->slots[at] = slot;
     chunk->count++;
     settle(map, c);
-    if (map->crowded * CROWD > map->place_count)
-        rebuild(map, map->slot_count);
+    adapt(map);
     return true;
 }
 
@@ -323,6 +354,7 @@ void address_map_remove(struct address_map *map, const struct address_facts *pla
     if (!chunk->count)
         remove_chunk(map, c);
     settle(map, c);
+    adapt(map);
 }
 
 /* ---- look-ups */

@@ -20,7 +20,8 @@ struct address_chunk;
 
 struct address_map {
     struct address_guesses guesses;
-    uint32_t crowded; /* places for which there was no room among them, since slots were chosen */
+    uint32_t chosen_for; /* so many places */
+    uint32_t crowded;    /* places for which there was no room among them since */
     uint32_t place_count, slot_count;
     size_t cursor; /* the last slot that was taken for its being free */
     /* Arrays side by side, an item a chunk. */

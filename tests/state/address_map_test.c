@@ -351,6 +351,37 @@ static void test_removing_what_is_not_there_does_nothing(void **state)
     address_map_release(&world.map);
 }
 
+/* Many small ranges leave no trace in how a large one is found that stays: any of its addresses at
+ * a glance, after one search, as if they had never been; and their memory is given back. */
+static void test_what_few_are_left_is_found_as_few_are(void **state)
+{
+    (void)state;
+    struct world world;
+    setup(&world, ENTRIES);
+    world.ranges[0] = (struct range){.begin = 0x100000000u, .size = 1 << 24};
+    add(&world, &world.ranges[0]);
+    for (uint32_t i = 1; i < ENTRIES; i++) {
+        world.ranges[i] = (struct range){.begin = 0x10000u + 0x100u * i, .size = 0x100};
+        add(&world, &world.ranges[i]);
+    }
+    assert_true(world.map.slot_count >= ENTRIES);
+    for (uint32_t i = 1; i < ENTRIES; i++) {
+        /* What can't be given back stays for now. */
+        memory_fail_after(i % 3 && i < ENTRIES - 10 ? 0 : 100);
+        take_out(&world, &world.ranges[i]);
+        memory_fail_no_more();
+        if (i % 500 == 0)
+            assert_finds_what_is_there(&world, world.ranges[ENTRIES - i].begin);
+    }
+    assert_in_range(world.map.slot_count, 1, 1024);
+    assert_finds_what_is_there(&world, 0x100000000u);
+    const struct address_guesses guesses = address_map_guesses(&world.map);
+    for (uint64_t offset = 0; offset < 1 << 24; offset += 0x5000)
+        assert_true(place_holds(address_guesses_find(&guesses, 0x100000000u + offset),
+                                0x100000000u + offset));
+    teardown(&world);
+}
+
 static void test_without_memory_it_stays_as_it_was(void **state)
 {
     (void)state;
@@ -391,6 +422,7 @@ int main(void)
         cmocka_unit_test(test_what_is_said_of_one_of_equal_ranges_changes),
         cmocka_unit_test(test_what_has_no_end_is_refused),
         cmocka_unit_test(test_removing_what_is_not_there_does_nothing),
+        cmocka_unit_test(test_what_few_are_left_is_found_as_few_are),
         cmocka_unit_test(test_without_memory_it_stays_as_it_was),
     };
     return cmocka_run_group_tests_name("address map", tests, NULL, NULL);
