@@ -3,13 +3,9 @@
  * build that is recorded is noted. */
 #include "build_notes.h"
 
+#include "state/build_info.h"
 #include "state/built_flags.h"
 #include "state/recording_path.h"
-
-static bool is_update(const struct build_view *build)
-{
-    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-}
 
 static uint32_t position_of(const struct build_call *call, const struct build_view *build)
 {
@@ -113,7 +109,7 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
     const struct micromap_uses *uses = build->micromaps;
     bool may_change =
         build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR;
-    bool updates = is_update(build);
+    bool updates = build_is_update(build->info);
     for (uint32_t i = 0; i < uses->count; i++) {
         const struct micromap_use *use = &uses->items[i];
         struct journal_entry entry = {
@@ -146,7 +142,7 @@ static bool is_backed(const struct accel_facts *accel)
 /* Only updates read src. */
 static inline void note_src(struct journal_entry *entry, const struct build_view *build)
 {
-    if (!is_update(build)) {
+    if (!build_is_update(build->info)) {
         entry->src = entry->src_id = 0;
         entry->src_backed = entry->src_in_pieces = false;
         return;
@@ -188,7 +184,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     struct journal_entry *entry = journal_begin_entry(call->journal);
     if (!entry)
         return;
-    entry->kind = is_update(build) ? JOURNAL_UPDATE : JOURNAL_BUILD;
+    entry->kind = build_is_update(build->info) ? JOURNAL_UPDATE : JOURNAL_BUILD;
     entry->command = (unsigned char)call->view.command;
     entry->judged = false;
     entry->info = build->index;
@@ -215,7 +211,8 @@ static inline void note_inputs(const struct build_call *call, const struct build
     if (geometry)
         note_geometry(&noting, geometry);
     if (build->dst.id && build->sizes.known)
-        note(&noting, is_update(build) ? INPUT_UPDATE_SCRATCH : INPUT_SCRATCH, &build->scratch);
+        note(&noting, build_is_update(build->info) ? INPUT_UPDATE_SCRATCH : INPUT_SCRATCH,
+             &build->scratch);
     journal_end_inputs(call->journal, noting.next);
 }
 

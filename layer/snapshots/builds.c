@@ -6,6 +6,7 @@
 #include "snapshots/commands.h"
 #include "snapshots/gather.h"
 #include "snapshots/recorder.h"
+#include "state/build_info.h"
 #include "state/readable.h"
 
 /* Memory that can't be read yet: what the builder will ask for is copied. */
@@ -102,8 +103,7 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
     build->left_out = recorder->left_out;
     const uint32_t position = build->place.position;
     const struct recorded_item item = {
-        .kind = info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ? ITEM_UPDATE
-                                                                              : ITEM_BUILD,
+        .kind = build_is_update(info) ? ITEM_UPDATE : ITEM_BUILD,
         .dst = (uint64_t)info->dstAccelerationStructure,
         .src = (uint64_t)info->srcAccelerationStructure,
         .build = build,

@@ -73,11 +73,6 @@ bool build_mode_is_valid(const struct build_view *build, struct finding *finding
                     number((uint32_t)mode));
 }
 
-static bool is_update(const struct build_view *build)
-{
-    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-}
-
 static bool is_micromap(const struct build_view *build)
 {
     return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
@@ -86,7 +81,8 @@ static bool is_micromap(const struct build_view *build)
 /* Micromaps can't be updated, and have no source: that is for their own rules to say. */
 bool update_has_a_source(const struct build_view *build, struct finding *finding)
 {
-    return !is_update(build) || is_micromap(build) || build->info->srcAccelerationStructure ||
+    return !build_is_update(build->info) || is_micromap(build) ||
+           build->info->srcAccelerationStructure ||
            violated_plainly(finding, "srcAccelerationStructure",
                             "is VK_NULL_HANDLE, but mode is "
                             "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");
@@ -94,7 +90,7 @@ bool update_has_a_source(const struct build_view *build, struct finding *finding
 
 bool micromap_build_is_no_update(const struct build_view *build, struct finding *finding)
 {
-    return !is_micromap(build) || !is_update(build) ||
+    return !is_micromap(build) || !build_is_update(build->info) ||
            violated_plainly(finding, "mode",
                             "is VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, but micromaps "
                             "can't be updated");

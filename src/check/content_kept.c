@@ -6,6 +6,7 @@
 #include "build/source.h"
 #include "check/content.h"
 #include "check/geometry_data.h"
+#include "state/build_info.h"
 
 /* Where no multiple of the stride leads to the first vertex there is no such memory, either. */
 uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
@@ -138,7 +139,7 @@ static struct geometry_contents *kept_of(struct content *content)
     if (build->call->command != COMMAND_HOST)
         return there && index < there->count ? &there->items[index] : NULL;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
-        build->info->mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+        !build_is_update(build->info))
         return NULL;
     if (!content->walk->contents)
         content->walk->contents = build_contents_create(build->geometry_count);

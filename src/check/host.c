@@ -4,6 +4,7 @@
 
 #include "check/geometry_data.h"
 #include "check/predicates.h"
+#include "state/build_info.h"
 
 /* The call. */
 
@@ -48,7 +49,7 @@ bool previous_deferred_operation_is_complete(const struct call_view *call, struc
 
 static bool is_update(const struct host_build_view *host_build)
 {
-    return host_build->build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    return build_is_update(host_build->build->info);
 }
 
 static struct value structure(const struct accel_facts *accel)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Collecting the ranges of a call, and putting pairs of them to the rules. */
 #include "check/pairs.h"
+#include "state/build_info.h"
 #include "state/recording_path.h"
 
 static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
@@ -18,7 +19,7 @@ static inline struct used_range *begin_range(struct sweep *sweep, const struct b
         *range = (struct used_range){
             .role = role,
             .build = build->index,
-            .is_update = build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR,
+            .is_update = build_is_update(build->info),
             .handle = handle,
         };
     return range;
@@ -135,7 +136,7 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
 {
     VkAccelerationStructureKHR src = build->info->srcAccelerationStructure;
     bool has_state = context->level >= LEVEL_STATE;
-    bool is_update = build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    bool is_update = build_is_update(build->info);
     if (has_state)
         add_structure(sweep, build, ROLE_DST, &build->dst);
     else

@@ -2,11 +2,7 @@
 /* Rules about the structures and the scratch memory of one build. */
 #include "check/names.h"
 #include "check/predicates.h"
-
-static bool is_update(const struct build_view *build)
-{
-    return build->info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-}
+#include "state/build_info.h"
 
 static bool is_build(const struct build_view *build)
 {
@@ -90,7 +86,8 @@ bool dst_is_backed_by_memory(const struct build_view *build, struct finding *fin
 
 bool update_src_is_backed_by_memory(const struct build_view *build, struct finding *finding)
 {
-    return !is_update(build) || is_backed(&build->src, finding, "srcAccelerationStructure");
+    return !build_is_update(build->info) ||
+           is_backed(&build->src, finding, "srcAccelerationStructure");
 }
 
 static bool has_size_of_build(const struct build_view *build, struct finding *finding)
@@ -165,7 +162,7 @@ bool build_scratch_is_in_one_buffer(const struct build_view *build, struct findi
 
 bool update_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
 {
-    return !is_update(build) ||
+    return !build_is_update(build->info) ||
            scratch_is_in_one_buffer(build, finding, build->sizes.update_scratch,
                                     "updateScratchSize");
 }
@@ -193,6 +190,6 @@ bool build_scratch_has_storage_usage(const struct build_view *build, struct find
 
 bool update_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)
 {
-    return !is_update(build) ||
+    return !build_is_update(build->info) ||
            scratch_has_storage_usage(build, finding, build->sizes.update_scratch);
 }

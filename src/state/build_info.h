@@ -3,6 +3,7 @@
 #ifndef ASSAY_STATE_BUILD_INFO_H
 #define ASSAY_STATE_BUILD_INFO_H
 
+#include <stdbool.h>
 #include <vulkan/vulkan_core.h>
 
 /* The geometry-th geometry, by the array that is given. */
@@ -10,6 +11,11 @@ static inline const VkAccelerationStructureGeometryKHR *
 build_geometry(const VkAccelerationStructureBuildGeometryInfoKHR *info, uint32_t geometry)
 {
     return info->pGeometries ? &info->pGeometries[geometry] : info->ppGeometries[geometry];
+}
+
+static inline bool build_is_update(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    return info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
 }
 
 #endif

@@ -12,6 +12,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "state/build_info.h"
 #include "state/contents.h"
 #include "state/facts.h"
 
@@ -141,7 +142,7 @@ void built_forget(struct built *built);
 static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     return (info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
-           info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR ||
+           build_is_update(info) ||
            info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
 }
 

@@ -17,7 +17,7 @@
 #include "state/known_builds.h"
 #include "things.h"
 
-enum { MEMORIES = 2, BUFFERS = 6, ACCELS = 4, SPECS = 6, CALL_MAX = 2, STEPS = 4000, LIVES = 100 };
+enum { MEMORIES = 2, BUFFERS = 6, ACCELS = 4, SPECS = 6, CALL_MAX = 2, STEPS = 4000, LIVES = 40 };
 
 #define BASE_OF(n) (0x100000u + 0x10000u * (n))
 enum { SIZE = 0x1000 };
