@@ -31,7 +31,7 @@ void view_geometry_found(struct check_context *context, struct geometry_view *ge
 
 /* Whether a build with its first geometry was found valid, by what was kept of it: adds
  * what was known then. */
-bool view_recall(const struct check_context *context, const struct known_build *known,
+bool view_recall(const struct check_context *context, struct known_build *known,
                  struct build_view *build, struct geometry_view *geometry);
 /* Keeps one, if what it was judged by is certain. */
 void view_keep_known(const struct check_context *context, const struct build_view *build,

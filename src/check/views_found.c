@@ -63,8 +63,8 @@ static inline void ask_for_geometry(struct resource_queries *queries,
 static bool recall_all(const struct check_context *context, struct build_view *builds,
                        struct geometry_view *first_geometries, bool *is_known, unsigned count)
 {
-    const struct known_build *known[VIEWS_MAX];
-    unsigned found = 0, missed = 0;
+    struct known_build *known[VIEWS_MAX];
+    unsigned found = 0, in_vain = 0;
     if (!context->known || known_builds_rest(context->known, count))
         return false;
     for (unsigned i = 0; i < count; i++)
@@ -74,9 +74,9 @@ static bool recall_all(const struct check_context *context, struct build_view *b
             continue;
         is_known[i] = view_recall(context, known[i], &builds[i], &first_geometries[i]);
         found += is_known[i];
-        missed += !is_known[i];
+        in_vain += !is_known[i] && known[i]->in_vain;
     }
-    known_builds_note(context->known, found, missed);
+    known_builds_note(context->known, found, in_vain);
     return true;
 }
 

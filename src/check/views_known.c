@@ -102,12 +102,13 @@ static inline void recall_inputs(const struct known_build *known, struct geometr
         recall_address(known->inputs[2], known->input_buffers[2], &geometry->transform);
 }
 
-bool view_recall(const struct check_context *context, const struct known_build *known,
+bool view_recall(const struct check_context *context, struct known_build *known,
                  struct build_view *build, struct geometry_view *geometry)
 {
     if (known->changes != context->changes || !can_be_known(build) ||
         !is_asked_as_before(known, build))
         return false;
+    known->in_vain = false;
     recall_accel(known, &build->dst);
     if (known->src)
         recall_accel(known, &build->src);

@@ -25,10 +25,9 @@ static struct known_build *look_up(const struct known_builds *known, VkAccelerat
     return build_of(known, handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst));
 }
 
-const struct known_build *known_builds_search(struct known_builds *known,
-                                              VkAccelerationStructureKHR dst)
+struct known_build *known_builds_search(struct known_builds *known, VkAccelerationStructureKHR dst)
 {
-    const struct known_build *build = look_up(known, dst);
+    struct known_build *build = look_up(known, dst);
     if (build)
         known->next = (uint32_t)(build - known->builds) + 1;
     return build;
@@ -70,7 +69,10 @@ struct known_build *known_builds_room(struct known_builds *known, VkAcceleration
         handle_table_set(&known->by_dst, (uint64_t)(uintptr_t)dst, built_once);
         return NULL;
     }
-    return record == built_once ? add(known, dst) : build_of(known, record);
+    struct known_build *build = record == built_once ? add(known, dst) : build_of(known, record);
+    if (build)
+        build->in_vain = true;
+    return build;
 }
 
 void known_builds_trim(struct known_builds *known, size_t alive)

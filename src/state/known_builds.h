@@ -44,6 +44,7 @@ struct known_build {
     } scratch;
     uint64_t input_buffers[KNOWN_INPUTS]; /* ids */
     struct size_facts sizes;
+    bool in_vain; /* it hasn't been found since it was kept */
 };
 _Static_assert(sizeof(struct known_build) == 4 * (size_t)KNOWN_BUILD_ALIGNMENT,
                "four cache lines are fetched for each");
@@ -55,7 +56,8 @@ struct known_builds {
     struct known_build *builds; /* in the order in which they were kept */
     uint32_t next;              /* behind the one that was found last: builds mostly come in the
                                    order in which they came before */
-    uint32_t missed, rest;      /* see known_builds_rest */
+    int balance;                /* these three: see known_builds_rest */
+    uint32_t rest, pause;
     size_t most;                /* handles, before some are forgotten */
     struct handle_table by_dst; /* to its build */
 };
@@ -72,10 +74,9 @@ static inline void known_builds_give_back(struct known_builds *known)
         atomic_store_explicit(&known->is_taken, false, memory_order_release);
 }
 
-/* Whether so many builds, the next, are neither to be looked for nor kept. So are most where one
- * look-up after the other finds what is out of date: builds that change every time, or things that
- * come and go all the time, make it more work than it spares. */
-enum { KNOWN_MISSED_IN_A_ROW = 256, KNOWN_REST = 4096 };
+/* Whether so many builds, the next, are neither to be looked for nor kept. Where most of what is
+ * looked for is out of date, as builds change every time, or things come and go all the time, it is
+ * more work than it spares: then there are pauses, each twice as long as the one before. */
 static inline bool known_builds_rest(struct known_builds *known, uint32_t count)
 {
     bool rests = known->rest >= count;
@@ -83,26 +84,32 @@ static inline bool known_builds_rest(struct known_builds *known, uint32_t count)
     return rests;
 }
 
-/* How many of them were found, and how many were out of date. */
-static inline void known_builds_note(struct known_builds *known, uint32_t found, uint32_t missed)
+/* How many of them were found, which spares about twice what it takes to keep one in vain, and how
+ * many were out of date that had been. */
+enum { KNOWN_BALANCE = 256, KNOWN_LONGEST_PAUSE = 8192 };
+static inline void known_builds_note(struct known_builds *known, uint32_t found, uint32_t in_vain)
 {
-    known->missed = found ? 0 : known->missed + missed;
-    if (known->missed < KNOWN_MISSED_IN_A_ROW)
-        return;
-    known->missed = 0;
-    known->rest = KNOWN_REST;
+    known->balance += 2 * (int)found - (int)in_vain;
+    if (known->balance >= KNOWN_BALANCE) {
+        known->balance = KNOWN_BALANCE;
+        known->pause = KNOWN_BALANCE;
+    } else if (known->balance <= -KNOWN_BALANCE) {
+        known->balance = 0;
+        known->rest = known->pause;
+        if (known->pause < KNOWN_LONGEST_PAUSE)
+            known->pause = known->pause ? known->pause * 2 : KNOWN_BALANCE;
+    }
 }
 
 /* The rest of known_builds_find. */
-const struct known_build *known_builds_search(struct known_builds *known,
-                                              VkAccelerationStructureKHR dst);
+struct known_build *known_builds_search(struct known_builds *known, VkAccelerationStructureKHR dst);
 
 /* What was kept of a structure, on its way into the processor's cache, until another is kept; NULL:
  * nothing. */
-static inline const struct known_build *known_builds_find(struct known_builds *known,
-                                                          VkAccelerationStructureKHR dst)
+static inline struct known_build *known_builds_find(struct known_builds *known,
+                                                    VkAccelerationStructureKHR dst)
 {
-    const struct known_build *build;
+    struct known_build *build;
     if (known->next < known->count && known->builds[known->next].dst == dst)
         build = &known->builds[known->next++];
     else
@@ -112,8 +119,8 @@ static inline const struct known_build *known_builds_find(struct known_builds *k
     return build;
 }
 
-/* Where to keep a build of a structure, all but whose dst is to be filled in; NULL: nowhere, as it
- * is the first, or there is no memory. */
+/* Where to keep a build of a structure, all but whose dst and in_vain is to be filled in; NULL:
+ * nowhere, as it is the first, or there is no memory. */
 struct known_build *known_builds_room(struct known_builds *known, VkAccelerationStructureKHR dst);
 
 /* Whether there are so many handles that some should go: all do if few of them are alive. */

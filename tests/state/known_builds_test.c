@@ -61,27 +61,52 @@ static void test_builds_are_found_in_any_order(void **state)
     known_builds_release(&known);
 }
 
-static bool rests(struct known_builds *known, uint32_t found, uint32_t missed)
+static bool rests(struct known_builds *known, uint32_t found, uint32_t in_vain)
 {
-    if (known_builds_rest(known, found + missed))
+    if (known_builds_rest(known, found + in_vain))
         return true;
-    known_builds_note(known, found, missed);
+    known_builds_note(known, found, in_vain);
     return false;
 }
 
-/* Where none of many is found as it was kept, few are looked for. */
-static void test_what_is_out_of_date_is_seldom_looked_for(void **state)
+/* Of builds of which so many of a hundred are found, and the others were kept in vain: how many of
+ * a hundred are looked for. */
+static unsigned looked_for(struct known_builds *known, unsigned found)
+{
+    enum { BUILDS = 400000 };
+    unsigned looked = 0;
+    for (unsigned i = 0; i < BUILDS; i++) {
+        bool is_found = i % 100 < found;
+        if (rests(known, is_found, !is_found))
+            continue;
+        looked++;
+    }
+    return looked / (BUILDS / 100);
+}
+
+static void test_what_is_mostly_kept_in_vain_is_seldom_looked_for(void **state)
 {
     (void)state;
     struct known_builds known = {0};
-    uint32_t rested = 0, looked = 0;
-    for (int i = 0; i < 100000; i++)
-        *(rests(&known, 0, 1) ? &rested : &looked) += 1;
-    assert_in_range(looked, 100000 / 20, 100000 / 10);
-    while (rests(&known, 8, 8)) /* and again when they are found */
-        rested++;
-    for (int i = 0; i < 10000; i++)
-        assert_false(rests(&known, 1, 15));
+    assert_in_range(looked_for(&known, 0), 0, 5);
+    assert_in_range(looked_for(&known, 10), 0, 8);
+    assert_in_range(looked_for(&known, 50), 95, 100); /* as soon as it pays */
+    assert_in_range(looked_for(&known, 100), 100, 100);
+    assert_in_range(looked_for(&known, 0), 0, 5);
+}
+
+static void test_what_is_kept_is_in_vain_until_it_is_found(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    keep(&known, 1);
+    assert_true(keep(&known, 1));
+    assert_true(known_builds_find(&known, accel(1))->in_vain);
+    known_builds_find(&known, accel(1))->in_vain = false; /* as who recalls it does */
+    assert_false(known_builds_find(&known, accel(1))->in_vain);
+    assert_true(keep(&known, 1));
+    assert_true(known_builds_find(&known, accel(1))->in_vain);
+    known_builds_release(&known);
 }
 
 static void test_one_at_a_time_takes_them(void **state)
@@ -157,7 +182,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_what_is_built_again_is_kept),
         cmocka_unit_test(test_builds_are_found_in_any_order),
-        cmocka_unit_test(test_what_is_out_of_date_is_seldom_looked_for),
+        cmocka_unit_test(test_what_is_mostly_kept_in_vain_is_seldom_looked_for),
+        cmocka_unit_test(test_what_is_kept_is_in_vain_until_it_is_found),
         cmocka_unit_test(test_one_at_a_time_takes_them),
         cmocka_unit_test(test_no_more_is_kept_than_a_few_times_what_is_alive),
         cmocka_unit_test(test_what_is_alive_is_kept),
