@@ -61,7 +61,7 @@ struct check_context {
     struct readable_cache *readable;
     struct resources *resources;
     struct recent_build *recent_build; /* kept between calls; or NULL */
-    struct known_builds *known;        /* likewise, taken for this check */
+    struct known_builds *known;        /* likewise, taken for this check; of COMMAND_DEVICE alone */
     uint64_t changes;                  /* resources_changes when it began */
     struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
     struct built_flags *flags; /* of structures that builds have found; or NULL */

@@ -35,7 +35,7 @@ bool view_recall(const struct check_context *context, struct known_build *known,
                  struct build_view *build, struct geometry_view *geometry);
 /* Keeps one, if what it was judged by is certain. */
 void view_keep_known(const struct check_context *context, const struct build_view *build,
-                     const struct geometry_view *geometry);
+                     struct geometry_view *geometry);
 
 /* Adds the rest. */
 void view_build_state(struct check_context *context, struct build_view *build);

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds that were found valid before: whether a view is of one, and what was known of it. */
-#include <string.h>
-
 #include "check/geometry_data.h"
 #include "check/views.h"
 #include "state/build_info.h"
@@ -28,11 +26,21 @@ static inline bool read_inputs(const VkAccelerationStructureGeometryKHR *geometr
     return triangles || aabbs || instances;
 }
 
+/* Those of them that are looked up; NULL: the geometry has no such. */
+static inline void list_inputs(struct geometry_view *geometry,
+                               struct address_facts *inputs[KNOWN_INPUTS])
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    inputs[0] = triangles ? &geometry->vertex : &geometry->data;
+    inputs[1] = triangles && index_type_size(triangles->indexType) ? &geometry->index_data : NULL;
+    inputs[2] = triangles && triangles->transformData.deviceAddress ? &geometry->transform : NULL;
+}
+
 /* Builds of one geometry, in an array of its own. */
 static inline bool can_be_known(const struct build_view *build)
 {
-    return build->call->command == COMMAND_DEVICE && build->geometry_count == 1 &&
-           build->geometries && build->ranges;
+    return build->geometry_count == 1 && build->geometries && build->ranges;
 }
 
 static inline bool shape_of(const struct build_view *build, struct small_shape *shape)
@@ -87,21 +95,6 @@ static inline void recall_address(VkDeviceAddress address, uint64_t buffer_id,
         .address = address, .buffer_id = buffer_id, .status = ADDRESS_IN_BUFFER};
 }
 
-static inline void recall_inputs(const struct known_build *known, struct geometry_view *geometry)
-{
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    if (!triangles) {
-        recall_address(known->inputs[0], known->input_buffers[0], &geometry->data);
-        return;
-    }
-    recall_address(known->inputs[0], known->input_buffers[0], &geometry->vertex);
-    if (index_type_size(triangles->indexType))
-        recall_address(known->inputs[1], known->input_buffers[1], &geometry->index_data);
-    if (known->inputs[2])
-        recall_address(known->inputs[2], known->input_buffers[2], &geometry->transform);
-}
-
 bool view_recall(const struct check_context *context, struct known_build *known,
                  struct build_view *build, struct geometry_view *geometry)
 {
@@ -119,7 +112,12 @@ bool view_recall(const struct check_context *context, struct known_build *known,
     build->scratch.begin = known->scratch.begin;
     build->scratch.memory = known->scratch.memory;
     build->sizes = known->sizes;
-    recall_inputs(known, geometry);
+    struct address_facts *inputs[KNOWN_INPUTS];
+    list_inputs(geometry, inputs);
+#pragma GCC unroll 3 /* so that no list is written */
+    for (int i = 0; i < KNOWN_INPUTS; i++)
+        if (inputs[i])
+            recall_address(known->inputs[i], known->input_buffers[i], inputs[i]);
     return true;
 }
 
@@ -138,40 +136,29 @@ static bool address_is_settled(const struct address_facts *address)
     return address->status == ADDRESS_IN_BUFFER && !address->in_pieces && !address->is_shared;
 }
 
-static bool inputs_are_settled(const struct geometry_view *geometry)
+static bool is_settled(const struct build_view *build,
+                       struct address_facts *const inputs[KNOWN_INPUTS])
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    if (!triangles)
-        return address_is_settled(&geometry->data);
-    return address_is_settled(&geometry->vertex) &&
-           (!index_type_size(triangles->indexType) || address_is_settled(&geometry->index_data)) &&
-           (!triangles->transformData.deviceAddress || address_is_settled(&geometry->transform));
-}
-
-static bool is_settled(const struct build_view *build, const struct geometry_view *geometry)
-{
+    for (int i = 0; i < KNOWN_INPUTS; i++)
+        if (inputs[i] && !address_is_settled(inputs[i]))
+            return false;
     return build->sizes.known && !build->micromaps && accel_is_settled(&build->dst) &&
            (!build->src.handle || build->src.handle == build->dst.handle) &&
-           address_is_settled(&build->scratch) && inputs_are_settled(geometry);
-}
-
-static void keep_inputs(struct known_build *known, const struct geometry_view *geometry)
-{
-    bool has_triangles = triangles_in(geometry->geometry);
-    known->input_buffers[0] = has_triangles ? geometry->vertex.buffer_id : geometry->data.buffer_id;
-    known->input_buffers[1] = has_triangles ? geometry->index_data.buffer_id : 0;
-    known->input_buffers[2] = has_triangles ? geometry->transform.buffer_id : 0;
+           address_is_settled(&build->scratch);
 }
 
 void view_keep_known(const struct check_context *context, const struct build_view *build,
-                     const struct geometry_view *geometry)
+                     struct geometry_view *geometry)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
-    VkDeviceAddress inputs[KNOWN_INPUTS];
+    VkDeviceAddress addresses[KNOWN_INPUTS];
+    struct address_facts *inputs[KNOWN_INPUTS];
     struct small_shape shape;
-    if (!can_be_known(build) || !is_settled(build, geometry) ||
-        !read_inputs(geometry->geometry, inputs) || !shape_of(build, &shape))
+    if (!can_be_known(build))
+        return;
+    list_inputs(geometry, inputs);
+    if (!is_settled(build, inputs) || !read_inputs(geometry->geometry, addresses) ||
+        !shape_of(build, &shape))
         return;
     if (known_builds_are_many(context->known))
         known_builds_trim(context->known, resources_accel_count(context->resources));
@@ -180,7 +167,10 @@ void view_keep_known(const struct check_context *context, const struct build_vie
         return;
     known->changes = context->changes;
     known->shape = shape;
-    memcpy(known->inputs, inputs, sizeof(inputs));
+    for (int i = 0; i < KNOWN_INPUTS; i++) {
+        known->inputs[i] = addresses[i];
+        known->input_buffers[i] = inputs[i] ? inputs[i]->buffer_id : 0;
+    }
     known->src = info->srcAccelerationStructure;
     known->scratch_address = info->scratchData.deviceAddress;
     known->mode = info->mode;
@@ -196,5 +186,4 @@ void view_keep_known(const struct check_context *context, const struct build_vie
     known->scratch.begin = build->scratch.begin;
     known->scratch.memory = build->scratch.memory;
     known->sizes = build->sizes;
-    keep_inputs(known, geometry);
 }

@@ -20,14 +20,10 @@ static struct known_build *build_of(const struct known_builds *known, void *reco
     return record && record != built_once ? &known->builds[(uintptr_t)record - 1] : NULL;
 }
 
-static struct known_build *look_up(const struct known_builds *known, VkAccelerationStructureKHR dst)
-{
-    return build_of(known, handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst));
-}
-
 struct known_build *known_builds_search(struct known_builds *known, VkAccelerationStructureKHR dst)
 {
-    struct known_build *build = look_up(known, dst);
+    struct known_build *build =
+        build_of(known, handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst));
     if (build)
         known->next = (uint32_t)(build - known->builds) + 1;
     return build;

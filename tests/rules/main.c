@@ -213,8 +213,10 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
-        struct play play = {&run->platform,   test_case, command, false,
-                            run->tally.level, false,     false};
+        struct play play = {.platform = &run->platform,
+                            .test_case = test_case,
+                            .command = command,
+                            .level = run->tally.level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
         play_one(run, list, &play);
@@ -230,8 +232,11 @@ static void play_at_level(struct run *run, const struct case_list *list,
                           const struct test_case *test_case, const char *level)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
-    const struct play play = {
-        &run->platform, test_case, is_nv ? COMMAND_NV : COMMAND_DEVICE, false, level, true, false};
+    const struct play play = {.platform = &run->platform,
+                              .test_case = test_case,
+                              .command = is_nv ? COMMAND_NV : COMMAND_DEVICE,
+                              .level = level,
+                              .is_mutation_alone = true};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
         play_one(run, list, &play);
@@ -248,7 +253,11 @@ static void play_at_lower_levels(struct run *run, const struct case_list *list,
 static void play_known(struct run *run, const struct case_list *list,
                        const struct test_case *test_case)
 {
-    const struct play play = {&run->platform, test_case, COMMAND_DEVICE, false, NULL, true, true};
+    const struct play play = {.platform = &run->platform,
+                              .test_case = test_case,
+                              .command = COMMAND_DEVICE,
+                              .is_mutation_alone = true,
+                              .is_known = true};
     if (fits_command(test_case, COMMAND_DEVICE))
         play_one(run, list, &play);
 }

@@ -29,13 +29,13 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 void scene_become_known(struct scene *scene)
 {
     enum { TIMES = 2 }; /* once is what many structures are built */
-    const uint32_t family = scene->world->uses_two_queues ? 1 : 0;
+    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
     for (int i = 0; i < TIMES; i++) {
         const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
         scene_begin(scene, command_buffer, 0);
         scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, scene->info_count,
                                                      scene->infos_argument, scene->ranges_argument);
-        expect_success(scene->vk->EndCommandBuffer(command_buffer), "vkEndCommandBuffer");
+        scene_end(scene, command_buffer);
     }
 }
 
