@@ -319,14 +319,45 @@ static void judge_live(struct replay *replay, const struct journal *journal,
         replay_submit_micromap(replay, journal, entry);
 }
 
+static void submit_entry(struct replay *replay, const struct journal *journal,
+                         const struct journal_entry *entry)
+{
+    if (!entry->judged)
+        judge_live(replay, journal, entry);
+    judge_sparse(replay, journal, entry);
+    write_entry(replay, journal, entry);
+}
+
+/* Most of a replay is waiting for live states, which lie in no order: those of so many entries are
+ * fetched together. */
+enum { ENTRIES_TOGETHER = 16 };
+
+static uint32_t next_entries(struct journal_cursor *cursor,
+                             const struct journal_entry *entries[ENTRIES_TOGETHER])
+{
+    uint32_t count = 0;
+    while (count < ENTRIES_TOGETHER && (entries[count] = journal_next(cursor)))
+        count++;
+    return count;
+}
+
+static void fetch_states(const struct build_states *states,
+                         const struct journal_entry *const entries[], uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        build_states_expect(states, entries[i]->dst_id);
+    for (uint32_t i = 0; i < count; i++)
+        build_states_expect_found(states, entries[i]->dst_id);
+}
+
 void replay_submitted(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (!entry->judged)
-            judge_live(replay, journal, entry);
-        judge_sparse(replay, journal, entry);
-        write_entry(replay, journal, entry);
+    const struct journal_entry *entries[ENTRIES_TOGETHER];
+    for (uint32_t count; (count = next_entries(&cursor, entries));) {
+        fetch_states(replay->states, entries, count);
+        for (uint32_t i = 0; i < count; i++)
+            submit_entry(replay, journal, entries[i]);
     }
 }
 

@@ -41,7 +41,7 @@ const struct built *replay_read(struct replay *replay, const struct journal_entr
                                                                       : &built_unknown;
 }
 
-static void note_before(struct replay *replay, uint64_t id, const struct build_state *before)
+static void note_before(struct replay *replay, uint64_t id, struct build_state *before)
 {
     if (replay->undo && !build_undo_note(replay->undo, id, before))
         replay->out_of_memory = true;
@@ -67,7 +67,7 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 
 void replay_erase(struct replay *replay, uint64_t id)
 {
-    const struct build_state *before = build_states_find(replay->states, id);
+    struct build_state *before = build_states_find(replay->states, id);
     if (!before)
         return;
     note_before(replay, id, before);

@@ -12,6 +12,20 @@ struct build_state *build_states_find(const struct build_states *states, uint64_
     return handle_table_find(&states->by_id, id);
 }
 
+void build_states_expect(const struct build_states *states, uint64_t id)
+{
+    handle_table_expect(&states->by_id, id);
+}
+
+void build_states_expect_found(const struct build_states *states, uint64_t id)
+{
+    const struct build_state *state = build_states_find(states, id);
+    if (!state)
+        return;
+    __builtin_prefetch(state, 1);
+    __builtin_prefetch((const char *)(state + 1) - 1, 1);
+}
+
 static struct build_state *find_or_add(struct build_states *states, uint64_t id)
 {
     struct build_state *state = build_states_find(states, id);
@@ -53,7 +67,7 @@ void build_state_replace(struct build_state *state, const struct built *built,
     state->written = written;
 }
 
-bool build_undo_note(struct build_undo *undo, uint64_t id, const struct build_state *state)
+bool build_undo_note(struct build_undo *undo, uint64_t id, struct build_state *state)
 {
     if (undo->count == undo->capacity) {
         size_t capacity = undo->capacity ? undo->capacity * 2 : 64;
@@ -66,8 +80,9 @@ bool build_undo_note(struct build_undo *undo, uint64_t id, const struct build_st
     struct build_state *before = &undo->before[undo->count++];
     *before = (struct build_state){.id = id, .built.state = BUILT_NEVER};
     if (state) {
-        before->built = built_share(&state->built);
+        before->built = state->built;
         before->written = state->written;
+        state->built = (struct built){.state = BUILT_UNKNOWN};
     }
     return true;
 }

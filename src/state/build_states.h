@@ -25,6 +25,10 @@ struct build_states {
 /* NULL where nothing was noted. */
 struct build_state *build_states_find(const struct build_states *states, uint64_t id);
 
+/* Will soon be looked for: fetches where it is found; and then, once that has come, what is. */
+void build_states_expect(const struct build_states *states, uint64_t id);
+void build_states_expect_found(const struct build_states *states, uint64_t id);
+
 /* Notes what the structure was last built with; shares it. Out of memory: an older note is
  * forgotten, and false returned. */
 bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
@@ -44,9 +48,10 @@ struct build_undo {
     size_t count, capacity;
 };
 
-/* Notes what is known of a structure before it is set: `state`, or NULL where nothing is. False
- * without memory. */
-bool build_undo_note(struct build_undo *undo, uint64_t id, const struct build_state *state);
+/* Notes what is known of a structure before it is set or removed: `state`, or NULL where nothing
+ * is. What it was built with moves to the note, and it is BUILT_UNKNOWN. False without memory; then
+ * nothing has changed. */
+bool build_undo_note(struct build_undo *undo, uint64_t id, struct build_state *state);
 void build_undo_carry_out(struct build_undo *undo, struct build_states *states);
 void build_undo_forget(struct build_undo *undo); /* keeps its memory, unless that is much */
 void build_undo_release(struct build_undo *undo);

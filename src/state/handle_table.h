@@ -39,6 +39,13 @@ static inline void *handle_table_find(const struct handle_table *table, uint64_t
     return slot->handle == handle ? slot->record : handle_table_search(table, handle);
 }
 
+/* Will soon be looked for: fetches where its search begins. */
+static inline void handle_table_expect(const struct handle_table *table, uint64_t handle)
+{
+    if (table->slots)
+        __builtin_prefetch(&table->slots[handle_table_home(table, handle)]);
+}
+
 /* False without memory; then the table is as before. An existing record is replaced. */
 bool handle_table_set(struct handle_table *table, uint64_t handle, void *record);
 
