@@ -155,15 +155,28 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
     }
 }
 
+/* Adds what a build uses to what the others of its call do. A call of one build mostly needs no
+ * sweep. */
+static void collect_ranges(const struct walk *walk, struct sweep *sweep,
+                           const struct build_view *build)
+{
+    bool is_alone = build->call->info_count == 1 && !walk->instances;
+    if (is_alone && pairs_has_none_within(walk->context, build))
+        return;
+    if (!sweep->is_begun)
+        sweep_init(sweep);
+    pairs_collect(walk->context, sweep, build);
+    if (walk->instances)
+        pairs_collect_instances(sweep, build, walk->instances);
+}
+
 /* Puts a build that was judged, now or before, beside the others of its call, and shows it to the
  * witness. */
 static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
                           const struct geometry_view *first)
 {
     struct check_context *context = walk->context;
-    pairs_collect(context, sweep, build);
-    if (walk->instances)
-        pairs_collect_instances(sweep, build, walk->instances);
+    collect_ranges(walk, sweep, build);
     build->contents = walk->contents;
     build_contents_tell(walk->contents);
     if (context->witness)
@@ -195,6 +208,15 @@ static void check_some_builds(struct walk *walk, struct sweep *sweep, const stru
     }
 }
 
+/* All pairs of a call's builds. */
+static void check_pairs(struct walk *walk, const struct call_view *call, struct sweep *sweep)
+{
+    const struct check_context *context = walk->context;
+    pairs_walk(walk, call, sweep);
+    if (sweep->noted_count && context->witness)
+        context->witness->see_ranges(context->user, sweep_all_ranges(sweep));
+}
+
 ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
 {
     struct walk walk;
@@ -208,17 +230,15 @@ ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_v
         return;
 
     struct sweep own, *sweep = context->sweep ? context->sweep : &own;
-    if (sweep == &own)
-        sweep_init(&own);
-    else
+    own.is_begun = false;
+    if (sweep != &own)
         sweep_empty(sweep);
     for (uint32_t i = 0; i < call->info_count; i += VIEWS_MAX)
         check_some_builds(&walk, sweep, call, i,
                           call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
-    pairs_walk(&walk, call, sweep);
-    if (sweep->noted_count && context->witness)
-        context->witness->see_ranges(context->user, sweep_all_ranges(sweep));
-    if (sweep == &own)
+    if (sweep->is_begun)
+        check_pairs(&walk, call, sweep);
+    if (own.is_begun)
         sweep_release(&own);
     free(walk.micromaps.items);
     content_free_instances(walk.instances);

@@ -44,6 +44,25 @@ __attribute__((noinline)) static void note_sparse_accel(struct sweep *sweep,
     note_sparse(sweep, range, &bytes);
 }
 
+/* A build accesses no more of a structure than its size needs, whatever the structure was created
+ * with; where that isn't known nothing is said of its bytes. */
+static inline VkDeviceSize size_in_structure(const struct build_view *build,
+                                             const struct accel_facts *accel)
+{
+    return build->sizes.known ? smaller_of(accel->size, build->sizes.acceleration_structure) : 0;
+}
+
+static inline VkDeviceSize size_of_scratch(const struct build_view *build)
+{
+    return build_is_update(build->info) ? build->sizes.update_scratch : build->sizes.build_scratch;
+}
+
+static inline struct memory_span span_of_scratch(const struct address_facts *scratch,
+                                                 VkDeviceSize size)
+{
+    return memory_span_of(scratch->memory, scratch->begin, smaller_of(scratch->bytes_left, size));
+}
+
 /* A range at the beginning of a structure, no longer than that. It is kept in any case, for its
  * handle. */
 static inline void keep_in_accel(struct sweep *sweep, struct used_range *range,
@@ -55,19 +74,14 @@ static inline void keep_in_accel(struct sweep *sweep, struct used_range *range,
         note_sparse_accel(sweep, range, accel, size);
 }
 
-/* A build accesses no more of a structure than its size needs, whatever the structure was created
- * with; where that isn't known nothing is said of its bytes. */
 __attribute__((always_inline)) static inline void add_structure(struct sweep *sweep,
                                                                 const struct build_view *build,
                                                                 enum range_role role,
                                                                 const struct accel_facts *accel)
 {
     struct used_range *range = begin_range(sweep, build, role, accel->handle);
-    VkDeviceSize size = 0;
-    if (build->sizes.known)
-        size = smaller_of(accel->size, build->sizes.acceleration_structure);
     if (range)
-        keep_in_accel(sweep, range, accel, size);
+        keep_in_accel(sweep, range, accel, size_in_structure(build, accel));
 }
 
 /* A structure of which no more than its handle is known, or matters. */
@@ -121,8 +135,7 @@ static inline void collect_scratch(struct sweep *sweep, const struct build_view 
     struct used_range *range = begin_range(sweep, build, ROLE_SCRATCH, VK_NULL_HANDLE);
     if (!range)
         return;
-    range->span =
-        memory_span_of(scratch->memory, scratch->begin, smaller_of(scratch->bytes_left, size));
+    range->span = span_of_scratch(scratch, size);
     if (scratch->in_pieces)
         note_sparse(sweep, range,
                     &(struct sparse_bytes){scratch->buffer, scratch->buffer_id, scratch->begin,
@@ -151,14 +164,26 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
         collect_micromaps(sweep, build);
     if (!build->sizes.known)
         return;
-    VkDeviceSize scratch_size =
-        is_update ? build->sizes.update_scratch : build->sizes.build_scratch;
+    VkDeviceSize scratch_size = size_of_scratch(build);
     if (build->scratch.status == ADDRESS_IN_BUFFER)
         collect_scratch(sweep, build, scratch_size);
     else if (build->call->command == COMMAND_HOST)
         resources_find_host_pieces(context->resources, build->info->scratchData.hostAddress,
                                    scratch_size, add_host_piece,
                                    &(struct host_scratch){sweep, build});
+}
+
+bool pairs_has_none_within(const struct check_context *context, const struct build_view *build)
+{
+    const struct accel_facts *dst = &build->dst;
+    const struct address_facts *scratch = &build->scratch;
+    if (context->level < LEVEL_STATE || !build->sizes.known ||
+        build->info->srcAccelerationStructure || build->micromaps ||
+        scratch->status != ADDRESS_IN_BUFFER || dst->in_pieces || scratch->in_pieces)
+        return false;
+    struct memory_span a = memory_span_of(dst->memory, dst->begin, size_in_structure(build, dst));
+    struct memory_span b = span_of_scratch(scratch, size_of_scratch(build));
+    return a.memory != b.memory || a.end <= b.begin || b.end <= a.begin;
 }
 
 void pairs_collect_dst(struct sweep *sweep, const struct build_view *build)

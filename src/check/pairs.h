@@ -10,6 +10,9 @@
 /* Adds what a build uses. */
 void pairs_collect(const struct check_context *context, struct sweep *sweep,
                    const struct build_view *build);
+/* Whether it is plain that a build alone makes no pair: most use their dst and a scratch, which are
+ * apart. */
+bool pairs_has_none_within(const struct check_context *context, const struct build_view *build);
 /* Its dst alone. */
 void pairs_collect_dst(struct sweep *sweep, const struct build_view *build);
 /* What its instances refer to. */

@@ -32,6 +32,7 @@ ON_RECORDING_PATH void sweep_init(struct sweep *sweep)
     sweep->space = NULL;
     sweep->space_size = 0;
     sweep->has_memory = false;
+    sweep->is_begun = true;
     sweep_empty(sweep);
 }
 

@@ -28,6 +28,7 @@ struct sweep {
     uint32_t noted_count, noted_capacity;
     bool out_of_memory; /* ranges were lost: nothing is reported */
     bool has_memory;    /* of its own, to be released */
+    bool is_begun;      /* false: all else is not set */
     void *space;        /* of a search, kept for the next one */
     size_t space_size;  /* bytes */
 };

@@ -55,7 +55,7 @@ struct known_builds {
     uint32_t count, capacity;
     struct known_build *builds; /* in the order in which they were kept */
     uint32_t next;              /* behind the one that was found last: builds mostly come in the
-                                   order in which they came before */
+                                   order in which they came before, time and again */
     int balance;                /* these three: see known_builds_rest */
     uint32_t rest, pause;
     size_t most;                /* handles, before some are forgotten */
@@ -109,11 +109,14 @@ struct known_build *known_builds_search(struct known_builds *known, VkAccelerati
 static inline struct known_build *known_builds_find(struct known_builds *known,
                                                     VkAccelerationStructureKHR dst)
 {
+    uint32_t next = known->next < known->count ? known->next : 0;
     struct known_build *build;
-    if (known->next < known->count && known->builds[known->next].dst == dst)
-        build = &known->builds[known->next++];
-    else
+    if (known->count && known->builds[next].dst == dst) {
+        build = &known->builds[next];
+        known->next = next + 1;
+    } else {
         build = known_builds_search(known, dst);
+    }
     for (size_t i = 1; build && i < sizeof(*build) / KNOWN_BUILD_ALIGNMENT; i++)
         __builtin_prefetch((const char *)build + i * KNOWN_BUILD_ALIGNMENT);
     return build;

@@ -13,13 +13,17 @@ import sys
 import tempfile
 from collections import namedtuple
 
-CASES = [(buffers, order, builds) for buffers in ("shared", "separate")
-         for order in ("created", "shuffled") for builds in ("as before", "changing")]
-BUILDS, TIMES = 1000, 10
+STRUCTURES, TIMES = 1000, 10
+
+# Of STRUCTURES, in calls of so many builds.
+Case = namedtuple("Case", "buffers order builds call")
+CASES = [Case(buffers, order, builds, call) for call in (STRUCTURES, 1)
+         for buffers in ("shared", "separate") for order in ("created", "shuffled")
+         for builds in ("as before", "changing")]
 MARGIN = 0.15  # compilers and C libraries differ,
 PROBES_SLACK = 5  # and so do the pages that arrays begin in
 
-# Instructions of a build, probes of a call of BUILDS builds.
+# Instructions of a build, probes of a round of all.
 Counts = namedtuple("Counts", "instructions probes")
 
 
@@ -29,14 +33,14 @@ def fail(message):
 
 def count(arguments, case, layer):
     """What recording takes with the layer ("on") or without ("off")."""
-    buffers, order, builds = case
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(
             [arguments.valgrind, "--tool=callgrind", f"--callgrind-out-file={folder}/out",
              "--collect-atstart=no", "--toggle-collect=profiled_recording",
-             arguments.record, "--profile", layer, "--driver", "null", "--buffers", buffers,
-             "--order", order, "--sizes", str(BUILDS), "--times", str(TIMES),
-             *(["--changing"] if builds == "changing" else [])],
+             arguments.record, "--profile", layer, "--driver", "null", "--buffers",
+             case.buffers, "--order", case.order, "--sizes", str(case.call), "--alive",
+             str(STRUCTURES), "--times", str(TIMES),
+             *(["--changing"] if case.builds == "changing" else [])],
             capture_output=True, text=True)
     collected = re.search(r"Collected : (\d+)", run.stderr)
     recorded = re.search(r"recorded (\d+) builds, (\d+) probes", run.stdout)
@@ -48,7 +52,7 @@ def count(arguments, case, layer):
 def read_expected(path):
     try:
         with open(path, newline="", encoding="utf-8") as file:
-            return {(row["buffers"], row["order"], row["builds"]):
+            return {Case(row["buffers"], row["order"], row["builds"], int(row["call"])):
                     Counts(int(row["instructions"]), int(row["probes"]))
                     for row in csv.DictReader(file)}
     except (OSError, KeyError, ValueError) as error:
@@ -58,7 +62,7 @@ def read_expected(path):
 def write_expected(path, added):
     with open(path, "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(("buffers", "order", "builds", *Counts._fields))
+        rows.writerow((*Case._fields, *Counts._fields))
         rows.writerows((*case, *map(round, counts)) for case, counts in added.items())
 
 
@@ -84,18 +88,19 @@ def main():
     expected = {} if arguments.update else read_expected(arguments.expected)
     added = {}
     worse = False
-    print(f"Null driver, {BUILDS} builds a call: instructions a build, probes of memory a call\n")
-    print(f"{'buffers':10}{'order':10}{'builds':10}{'without':>9}{'with':>9}{'overhead':>10}{'expected':>10}"
-          f"{'probes':>8}{'expected':>10}")
+    print(f"Null driver, {STRUCTURES} structures: instructions a build, probes of memory a round\n")
+    print(f"{'buffers':10}{'order':10}{'builds':10}{'a call':>6}{'without':>9}{'with':>9}"
+          f"{'overhead':>10}{'expected':>10}{'probes':>8}{'expected':>10}")
     for case in CASES:
         without, with_layer = (count(arguments, case, layer) for layer in ("off", "on"))
         added[case] = Counts(with_layer.instructions - without.instructions, with_layer.probes)
         wanted = added[case] if arguments.update else expected.get(case)
         if not wanted:
-            fail(f"{arguments.expected} has no row for {', '.join(case)}")
+            fail(f"{arguments.expected} has no row for {', '.join(map(str, case))}")
         told = verdict(added[case], wanted)
         worse = worse or told == "MORE"
-        print(f"{case[0]:10}{case[1]:10}{case[2]:10}{without.instructions:9.0f}{with_layer.instructions:9.0f}"
+        print(f"{case.buffers:10}{case.order:10}{case.builds:10}{case.call:6}"
+              f"{without.instructions:9.0f}{with_layer.instructions:9.0f}"
               f"{added[case].instructions:10.0f}{wanted.instructions:10.0f}"
               f"{added[case].probes:8.0f}{wanted.probes:10.0f}  {told}", flush=True)
     if arguments.update:

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Structures and scratch of one call that are the same or lie on each other, in one buffer. */
+#include <string.h>
+
 #include "case.h"
 #include "placing.h"
 
@@ -215,6 +217,53 @@ static void overlap_refit_with_scratch(struct scene *scene)
     place_scratch(scene, REFIT, &buffer, 0);
 }
 
+/* ---- a call of one build ---- */
+
+static void leave_alone(struct scene *scene, uint32_t build)
+{
+    memcpy(scene->geometries[0], scene->geometries[build], sizeof(scene->geometries[0]));
+    memcpy(scene->ranges[0], scene->ranges[build], sizeof(scene->ranges[0]));
+    scene->infos[0] = scene->infos[build];
+    scene->infos[0].pGeometries = scene->geometries[0];
+    scene->info_count = 1;
+}
+
+static void overlap_dst_with_scratch_alone(struct scene *scene)
+{
+    overlap_dst_with_own_scratch(scene);
+    leave_alone(scene, AABBS);
+}
+
+static void put_dst_beside_scratch_alone(struct scene *scene)
+{
+    put_dst_beside_own_scratch(scene);
+    leave_alone(scene, AABBS);
+}
+
+static void overlap_update_alone(struct scene *scene)
+{
+    overlap_update(scene);
+    leave_alone(scene, UPDATE);
+}
+
+static void put_update_side_by_side_alone(struct scene *scene)
+{
+    put_update_side_by_side(scene);
+    leave_alone(scene, UPDATE);
+}
+
+static void overlap_src_with_scratch_alone(struct scene *scene)
+{
+    overlap_src_with_own_scratch(scene);
+    leave_alone(scene, UPDATE);
+}
+
+static void put_src_beside_scratch_alone(struct scene *scene)
+{
+    put_src_beside_own_scratch(scene);
+    leave_alone(scene, UPDATE);
+}
+
 static const struct test_case cases[] = {
     {.name = "dst_built_twice",
      RULES(RULE_no_dst_is_built_twice),
@@ -296,6 +345,21 @@ static const struct test_case cases[] = {
     {.name = "scratch_overlaps_refit",
      RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
      .mutate = overlap_refit_with_scratch},
+    {.name = "dst_overlaps_scratch_alone",
+     RULES(RULE_dst_and_scratch_are_apart),
+     .mutate = overlap_dst_with_scratch_alone,
+     .mutate_twin = put_dst_beside_scratch_alone,
+     .path = "with pInfos[0].scratchData"},
+    {.name = "update_overlaps_itself_alone",
+     RULES(RULE_update_src_and_dst_do_not_alias),
+     .mutate = overlap_update_alone,
+     .mutate_twin = put_update_side_by_side_alone,
+     .path = "pInfos[0].srcAccelerationStructure"},
+    {.name = "scratch_overlaps_src_alone",
+     RULES(RULE_scratch_and_update_src_are_apart),
+     .mutate = overlap_src_with_scratch_alone,
+     .mutate_twin = put_src_beside_scratch_alone,
+     .path = "pInfos[0].scratchData"},
 };
 
 CASE_LIST(cases_overlap, cases);

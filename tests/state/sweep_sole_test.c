@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of builds of which it is plain, before anything is collected, that they make no pair. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "check/pairs.h"
+#include "random.h"
+#include "sweep_things.h"
+
+enum { MEMORIES = 3, PLACES = 8, ROUNDS = 20000 };
+
+struct sole {
+    VkAccelerationStructureBuildGeometryInfoKHR info;
+    struct call_view call;
+    struct micromap_use micromap;
+    struct micromap_uses micromaps;
+    struct build_view view;
+};
+
+/* Of memory 0 nothing is known. */
+static struct accel_facts random_accel(struct random *random, uintptr_t handle)
+{
+    return (struct accel_facts){
+        .handle = (VkAccelerationStructureKHR)handle,
+        .size = 1 + random_below(random, PLACES),
+        .memory = (VkDeviceMemory)(uintptr_t)random_below(random, MEMORIES),
+        .begin = random_below(random, PLACES),
+        .in_pieces = random_one_in(random, 20),
+    };
+}
+
+static struct address_facts random_scratch(struct random *random)
+{
+    return (struct address_facts){
+        .status = random_one_in(random, 20) ? ADDRESS_UNKNOWN : ADDRESS_IN_BUFFER,
+        .bytes_left = random_below(random, PLACES),
+        .memory = (VkDeviceMemory)(uintptr_t)random_below(random, MEMORIES),
+        .begin = random_below(random, PLACES),
+        .in_pieces = random_one_in(random, 20),
+    };
+}
+
+static struct size_facts random_sizes(struct random *random)
+{
+    if (random_one_in(random, 20))
+        return (struct size_facts){0};
+    return (struct size_facts){.known = true,
+                               .acceleration_structure = random_below(random, PLACES),
+                               .build_scratch = random_below(random, PLACES),
+                               .update_scratch = random_below(random, PLACES)};
+}
+
+/* A structure that the build reads beside its dst: one that is updated, or a micromap. */
+static void add_source(struct random *random, struct sole *sole)
+{
+    const uintptr_t handle = 1 + random_below(random, 2);
+    if (random_one_in(random, 2)) {
+        sole->info.srcAccelerationStructure = (VkAccelerationStructureKHR)handle;
+        sole->view.src = random_accel(random, handle);
+        return;
+    }
+    sole->micromap = (struct micromap_use){.handle = handle, .accel = random_accel(random, handle)};
+    sole->micromaps = (struct micromap_uses){.items = &sole->micromap, .count = 1};
+    sole->view.micromaps = &sole->micromaps;
+}
+
+static void make_random(struct random *random, struct sole *sole)
+{
+    *sole = (struct sole){
+        .info.mode = random_one_in(random, 3) ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                              : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+        .call.command = COMMAND_DEVICE,
+        .call.info_count = 1,
+    };
+    sole->view = (struct build_view){.call = &sole->call,
+                                     .info = &sole->info,
+                                     .dst = random_accel(random, 1),
+                                     .scratch = random_scratch(random),
+                                     .sizes = random_sizes(random)};
+    if (random_one_in(random, 4))
+        add_source(random, sole);
+}
+
+/* What the whole way finds: pairs, and ranges that are to be compared later. */
+static uint32_t count_by_sweep(const struct check_context *context, const struct build_view *build)
+{
+    struct sweep sweep;
+    sweep_init(&sweep);
+    pairs_collect(context, &sweep, build);
+    uint32_t found = sweep.noted_count;
+    sweep_equal_handles(&sweep, count_pair, &found);
+    sweep_shared_memory(&sweep, count_pair, &found);
+    sweep_release(&sweep);
+    return found;
+}
+
+static void test_plain_builds_have_no_pairs(void **state)
+{
+    (void)state;
+    const struct check_context context = {.level = LEVEL_STATE};
+    struct random random = random_of("sweep_sole");
+    uint32_t plain = 0, without_pairs = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        struct sole sole;
+        make_random(&random, &sole);
+        const bool is_plain = pairs_has_none_within(&context, &sole.view);
+        const uint32_t found = count_by_sweep(&context, &sole.view);
+        if (is_plain)
+            assert_int_equal(found, 0);
+        plain += is_plain;
+        without_pairs += found == 0;
+    }
+    assert_in_range(plain, without_pairs / 2, without_pairs);
+    assert_in_range(without_pairs, ROUNDS / 2, ROUNDS * 9 / 10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain_builds_have_no_pairs)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
