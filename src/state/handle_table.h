@@ -46,7 +46,8 @@ static inline void handle_table_expect(const struct handle_table *table, uint64_
         __builtin_prefetch(&table->slots[handle_table_home(table, handle)]);
 }
 
-/* False without memory; then the table is as before. An existing record is replaced. */
+/* False without memory; then the table is as before. An existing record is replaced, which can't
+ * fail. */
 bool handle_table_set(struct handle_table *table, uint64_t handle, void *record);
 
 /* Returns the record that was there, or NULL. */

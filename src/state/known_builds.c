@@ -5,7 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST_CAPACITY = 16, FEW_HANDLES = 1024 };
+/* Gaps are closed before the array grows if they are more than a GAPS_SHARE-th of it. In the order
+ * in which they lie, builds come but for a few jumps in a row. */
+enum { FIRST_CAPACITY = 16, FEW_HANDLES = 1024, GAPS_SHARE = 4, JUMPS_IN_ORDER = 4 };
 
 /* The table's records are indices of builds, plus 1; this one stands for what was built once. */
 static void *const built_once = (void *)UINTPTR_MAX;
@@ -15,15 +17,16 @@ static void *record_of(uint32_t index)
     return (void *)((uintptr_t)index + 1);
 }
 
-static struct known_build *build_of(const struct known_builds *known, void *record)
+static struct known_build *find_build(const struct known_builds *known,
+                                      VkAccelerationStructureKHR dst)
 {
+    void *record = handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst);
     return record && record != built_once ? &known->builds[(uintptr_t)record - 1] : NULL;
 }
 
 struct known_build *known_builds_search(struct known_builds *known, VkAccelerationStructureKHR dst)
 {
-    struct known_build *build =
-        build_of(known, handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst));
+    struct known_build *build = find_build(known, dst);
     if (build)
         known->next = (uint32_t)(build - known->builds) + 1;
     return build;
@@ -46,26 +49,76 @@ static bool grow(struct known_builds *known)
     return true;
 }
 
-/* A new one, behind the others. */
-static struct known_build *add(struct known_builds *known, VkAccelerationStructureKHR dst)
+/* A handle in the table has a place there: this can't fail. */
+static void note_place(struct known_builds *known, uint32_t index)
 {
-    if (known->count == known->capacity && !grow(known))
+    handle_table_set(&known->by_dst, (uint64_t)(uintptr_t)known->builds[index].dst,
+                     record_of(index));
+}
+
+static void close_gaps(struct known_builds *known)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < known->count; i++) {
+        if (!known->builds[i].dst)
+            continue;
+        known->builds[count] = known->builds[i];
+        note_place(known, count++);
+    }
+    known->count = count;
+    known->gaps = 0;
+}
+
+static bool make_room(struct known_builds *known)
+{
+    if (known->count < known->capacity)
+        return true;
+    if (known->gaps <= known->capacity / GAPS_SHARE)
+        return grow(known);
+    close_gaps(known);
+    return true;
+}
+
+/* A place behind the others, instead of the one that there is; NULL without memory: then nothing
+ * has changed. */
+static struct known_build *put_behind(struct known_builds *known, VkAccelerationStructureKHR dst)
+{
+    if (!make_room(known))
         return NULL;
-    struct known_build *build = &known->builds[known->count];
+    struct known_build *build = find_build(known, dst);
+    if (build) {
+        build->dst = VK_NULL_HANDLE;
+        build->changes = UINT64_MAX;
+        known->gaps++;
+    }
+    build = &known->builds[known->count];
     build->dst = dst;
-    handle_table_set(&known->by_dst, (uint64_t)(uintptr_t)dst,
-                     record_of(known->count++)); /* it has a place there */
+    note_place(known, known->count++);
+    known->kept = known->count;
     return build;
+}
+
+/* Whether builds are no longer kept in the order in which they lie. */
+static bool is_out_of_order(struct known_builds *known, const struct known_build *build)
+{
+    uint32_t index = (uint32_t)(build - known->builds);
+    known->jumps = index == known->kept ? 0 : known->jumps + 1;
+    known->kept = index + 1;
+    return known->jumps > JUMPS_IN_ORDER && known->kept < known->count;
 }
 
 struct known_build *known_builds_room(struct known_builds *known, VkAccelerationStructureKHR dst)
 {
-    void *record = handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst);
-    if (!record) {
-        handle_table_set(&known->by_dst, (uint64_t)(uintptr_t)dst, built_once);
+    uint64_t handle = (uint64_t)(uintptr_t)dst;
+    if (!handle_table_find(&known->by_dst, handle)) {
+        handle_table_set(&known->by_dst, handle, built_once);
         return NULL;
     }
-    struct known_build *build = record == built_once ? add(known, dst) : build_of(known, record);
+    struct known_build *build = find_build(known, dst), *behind = NULL;
+    if (!build || is_out_of_order(known, build))
+        behind = put_behind(known, dst);
+    if (behind)
+        build = behind;
     if (build)
         build->in_vain = true;
     return build;
@@ -85,4 +138,5 @@ void known_builds_release(struct known_builds *known)
     known->by_dst = (struct handle_table){0};
     known->builds = NULL;
     known->count = known->capacity = known->next = 0;
+    known->kept = known->jumps = known->gaps = 0;
 }

@@ -53,9 +53,12 @@ _Static_assert(sizeof(struct known_build) == 4 * (size_t)KNOWN_BUILD_ALIGNMENT,
 struct known_builds {
     atomic_bool is_taken;
     uint32_t count, capacity;
-    struct known_build *builds; /* in the order in which they were kept */
+    struct known_build *builds; /* in the order in which they were kept, and gaps */
     uint32_t next;              /* behind the one that was found last: builds mostly come in the
                                    order in which they came before, time and again */
+    uint32_t kept;              /* behind the one that was kept last; and how many did not lie */
+    uint32_t jumps;             /* behind the one before, in a row, until then */
+    uint32_t gaps;              /* builds of no structure, which nobody asks for */
     int balance;                /* these three: see known_builds_rest */
     uint32_t rest, pause;
     size_t most;                /* handles, before some are forgotten */

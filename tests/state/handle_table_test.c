@@ -209,6 +209,23 @@ static void test_what_was_removed_can_be_set_without_memory(void **state)
     handle_table_release(&table);
 }
 
+/* As full as it gets before it grows. */
+static void test_a_record_is_replaced_without_memory(void **state)
+{
+    (void)state;
+    struct handle_table table = {0};
+    for (uint64_t key = 1; key <= 42; key++)
+        assert_true(handle_table_set(&table, key, bytes));
+    for (uint64_t key = 1; key <= 42; key++) {
+        memory_fail_after(0);
+        assert_true(handle_table_set(&table, key, &bytes[key]));
+        assert_false(memory_fail_no_more());
+        assert_ptr_equal(handle_table_find(&table, key), &bytes[key]);
+    }
+    assert_int_equal(table.count, 42);
+    handle_table_release(&table);
+}
+
 static size_t longest_run(const struct handle_table *table)
 {
     size_t longest = 0, run = 0;
@@ -243,6 +260,7 @@ int main(void)
         cmocka_unit_test(test_null_is_never_in_it),
         cmocka_unit_test(test_without_memory_it_stays_as_it_was),
         cmocka_unit_test(test_what_was_removed_can_be_set_without_memory),
+        cmocka_unit_test(test_a_record_is_replaced_without_memory),
         cmocka_unit_test(test_regular_handles_spread),
     };
     return cmocka_run_group_tests_name("handle table", tests, NULL, NULL);

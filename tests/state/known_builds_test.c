@@ -61,6 +61,69 @@ static void test_builds_are_found_in_any_order(void **state)
     known_builds_release(&known);
 }
 
+/* The n-th of an order of its own for each round. */
+static unsigned in_order_of(unsigned round, unsigned n, unsigned builds)
+{
+    static const unsigned steps[] = {1, 37, 61, 89};
+    return 1 + n * steps[round % 4] % builds;
+}
+
+/* Builds that come out of date all the time, as a new scene has the handles of the one before, are
+ * soon kept in the order in which they come now, as what comes next is guessed by that. */
+static void test_what_is_kept_anew_is_in_its_new_order(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    enum { BUILDS = 1000, ROUNDS = 20, FEW = BUILDS / 50 };
+    for (unsigned n = 0; n < BUILDS; n++)
+        keep(&known, 1 + n);
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        for (unsigned n = 0; n < BUILDS; n++)
+            assert_true(keep(&known, in_order_of(round, n, BUILDS)));
+        assert_in_range(known.capacity, BUILDS, 4 * BUILDS);
+        unsigned guessed = 0;
+        for (unsigned n = 0; n < BUILDS; n++) {
+            const uint32_t next = known.next;
+            assert_found(&known, in_order_of(round, n, BUILDS));
+            guessed += known.next == next + 1;
+        }
+        assert_in_range(guessed, BUILDS - FEW, BUILDS);
+    }
+    known_builds_release(&known);
+}
+
+/* Where the order stays, or a few come out of it, all stay in their places. */
+static void test_what_is_kept_again_stays_where_it_is(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    enum { BUILDS = 100, ROUNDS = 50 };
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        for (unsigned n = 1; n <= BUILDS; n++)
+            keep(&known, n);
+        keep(&known, 1 + round);
+    }
+    assert_int_equal(known.count, BUILDS);
+    known_builds_release(&known);
+}
+
+static void test_no_structure_is_not_found(void **state)
+{
+    (void)state;
+    struct known_builds known = {0};
+    enum { BUILDS = 100 };
+    for (unsigned round = 0; round < 4; round++)
+        for (unsigned n = 0; n < BUILDS; n++)
+            keep(&known, in_order_of(round, n, BUILDS));
+    for (unsigned n = 1; n <= BUILDS; n++) {
+        assert_found(&known, n);
+        const struct known_build *none = known_builds_find(&known, VK_NULL_HANDLE);
+        assert_true(!none || none->changes == UINT64_MAX); /* which none is asked for with */
+        assert_null(known_builds_room(&known, VK_NULL_HANDLE));
+    }
+    known_builds_release(&known);
+}
+
 static bool rests(struct known_builds *known, uint32_t found, uint32_t in_vain)
 {
     if (known_builds_rest(known, found + in_vain))
@@ -177,17 +240,41 @@ static void test_without_memory_less_is_kept(void **state)
     }
 }
 
+static void test_without_memory_what_is_kept_stays_found(void **state)
+{
+    (void)state;
+    enum { BUILDS = 42, ROUNDS = 12 }; /* as many as fill a table */
+    for (int after = 0; after < 10; after++) {
+        struct known_builds known = {0};
+        for (unsigned round = 0; round < 2; round++)
+            for (unsigned n = 1; n <= BUILDS; n++)
+                keep(&known, n);
+        memory_fail_after(after);
+        for (unsigned round = 0; round < ROUNDS; round++)
+            for (unsigned n = 0; n < BUILDS; n++)
+                assert_true(keep(&known, in_order_of(round, n, BUILDS)));
+        memory_fail_no_more();
+        for (unsigned n = 1; n <= BUILDS; n++)
+            assert_found(&known, n);
+        known_builds_release(&known);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_what_is_built_again_is_kept),
         cmocka_unit_test(test_builds_are_found_in_any_order),
+        cmocka_unit_test(test_what_is_kept_anew_is_in_its_new_order),
+        cmocka_unit_test(test_what_is_kept_again_stays_where_it_is),
+        cmocka_unit_test(test_no_structure_is_not_found),
         cmocka_unit_test(test_what_is_mostly_kept_in_vain_is_seldom_looked_for),
         cmocka_unit_test(test_what_is_kept_is_in_vain_until_it_is_found),
         cmocka_unit_test(test_one_at_a_time_takes_them),
         cmocka_unit_test(test_no_more_is_kept_than_a_few_times_what_is_alive),
         cmocka_unit_test(test_what_is_alive_is_kept),
         cmocka_unit_test(test_without_memory_less_is_kept),
+        cmocka_unit_test(test_without_memory_what_is_kept_stays_found),
     };
     return cmocka_run_group_tests_name("known builds", tests, NULL, NULL);
 }
