@@ -160,7 +160,7 @@ void view_keep_known(const struct check_context *context, const struct build_vie
     if (!is_settled(build, inputs) || !read_inputs(geometry->geometry, addresses) ||
         !shape_of(build, &shape))
         return;
-    if (known_builds_are_many(context->known))
+    if (known_builds_wants_trim(context->known))
         known_builds_trim(context->known, resources_accel_count(context->resources));
     struct known_build *known = known_builds_room(context->known, info->dstAccelerationStructure);
     if (!known)

@@ -4,7 +4,8 @@
 
 #include <stdlib.h>
 
-enum { FIRST_SLOTS = 64 };
+/* Of a table that is not small, one slot of so many is in use. */
+enum { FIRST_SLOTS = 64, SHARE_AT_LEAST = 8 };
 
 static struct handle_slot *find_slot(const struct handle_table *table, uint64_t handle)
 {
@@ -19,22 +20,34 @@ void *handle_table_search(const struct handle_table *table, uint64_t handle)
     return find_slot(table, handle)->record;
 }
 
-static bool grow(struct handle_table *table)
+static bool resize(struct handle_table *table, size_t size)
 {
-    size_t size = table->slots ? (table->mask + 1) * 2 : FIRST_SLOTS;
-    struct handle_table larger = {.slots = calloc(size, sizeof(*larger.slots)),
-                                  .mask = size - 1,
-                                  .shift = 64 - (unsigned)__builtin_ctzll(size)};
-    if (!larger.slots)
+    struct handle_table resized = {.slots = calloc(size, sizeof(*resized.slots)),
+                                   .count = table->count,
+                                   .mask = size - 1,
+                                   .shift = 64 - (unsigned)__builtin_ctzll(size)};
+    if (!resized.slots)
         return false;
 
     for (size_t i = 0; table->slots && i <= table->mask; i++)
         if (table->slots[i].handle)
-            *find_slot(&larger, table->slots[i].handle) = table->slots[i];
-    larger.count = table->count;
+            *find_slot(&resized, table->slots[i].handle) = table->slots[i];
     free(table->slots);
-    *table = larger;
+    *table = resized;
     return true;
+}
+
+static bool grow(struct handle_table *table)
+{
+    return resize(table, table->slots ? (table->mask + 1) * 2 : FIRST_SLOTS);
+}
+
+/* What few handles are spread over is in no cache. Without memory the table stays large. */
+static void shrink(struct handle_table *table)
+{
+    size_t size = table->mask + 1;
+    if (size > FIRST_SLOTS && table->count < size / SHARE_AT_LEAST)
+        resize(table, size / 2);
 }
 
 bool handle_table_set(struct handle_table *table, uint64_t handle, void *record)
@@ -73,6 +86,7 @@ void *handle_table_remove(struct handle_table *table, uint64_t handle)
     }
     table->slots[gap] = (struct handle_slot){0};
     table->count--;
+    shrink(table);
     return record;
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A hash table from handles to records that somebody else owns. Not locked: its owner is.
  *
- * Open addressing with linear probing, at most two thirds full. Key 0 (VK_NULL_HANDLE) is never in
- * a table. */
+ * Open addressing with linear probing, at most two thirds full and, unless it is small, at least
+ * one eighth. Key 0 (VK_NULL_HANDLE) is never in a table. */
 #ifndef ASSAY_STATE_HANDLE_TABLE_H
 #define ASSAY_STATE_HANDLE_TABLE_H
 
@@ -50,7 +50,7 @@ static inline void handle_table_expect(const struct handle_table *table, uint64_
  * fail. */
 bool handle_table_set(struct handle_table *table, uint64_t handle, void *record);
 
-/* Returns the record that was there, or NULL. */
+/* Returns the record that was there, or NULL. There is room for another then. */
 void *handle_table_remove(struct handle_table *table, uint64_t handle);
 
 /* Frees the table, not the records. */

@@ -5,9 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Gaps are closed before the array grows if they are more than a GAPS_SHARE-th of it. In the order
- * in which they lie, builds come but for a few jumps in a row. */
-enum { FIRST_CAPACITY = 16, FEW_HANDLES = 1024, GAPS_SHARE = 4, JUMPS_IN_ORDER = 4 };
+/* Gaps are closed before the array grows if they are more than a GAPS_SHARE-th of it; and of its
+ * handles one of HANDLES_SHARE is of what is alive. In the order in which they lie, builds come but
+ * for a few jumps in a row. */
+enum { FIRST_CAPACITY = 16, GAPS_SHARE = 4, HANDLES_SHARE = 4, JUMPS_IN_ORDER = 4 };
 
 /* The table's records are indices of builds, plus 1; this one stands for what was built once. */
 static void *const built_once = (void *)UINTPTR_MAX;
@@ -110,6 +111,7 @@ static bool is_out_of_order(struct known_builds *known, const struct known_build
 struct known_build *known_builds_room(struct known_builds *known, VkAccelerationStructureKHR dst)
 {
     uint64_t handle = (uint64_t)(uintptr_t)dst;
+    known->keeps++;
     if (!handle_table_find(&known->by_dst, handle)) {
         handle_table_set(&known->by_dst, handle, built_once);
         return NULL;
@@ -126,9 +128,9 @@ struct known_build *known_builds_room(struct known_builds *known, VkAcceleration
 
 void known_builds_trim(struct known_builds *known, size_t alive)
 {
-    if (known->by_dst.count / 2 > alive)
+    if (known->by_dst.count / HANDLES_SHARE > alive)
         known_builds_release(known);
-    known->most = alive > FEW_HANDLES / 4 ? alive * 4 : FEW_HANDLES;
+    known->keeps = 0;
 }
 
 void known_builds_release(struct known_builds *known)

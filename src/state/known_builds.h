@@ -61,7 +61,7 @@ struct known_builds {
     uint32_t gaps;              /* builds of no structure, which nobody asks for */
     int balance;                /* these three: see known_builds_rest */
     uint32_t rest, pause;
-    size_t most;                /* handles, before some are forgotten */
+    uint32_t keeps;             /* since known_builds_trim */
     struct handle_table by_dst; /* to its build */
 };
 
@@ -129,11 +129,15 @@ static inline struct known_build *known_builds_find(struct known_builds *known,
  * nowhere, as it is the first, or there is no memory. */
 struct known_build *known_builds_room(struct known_builds *known, VkAccelerationStructureKHR dst);
 
-/* Whether there are so many handles that some should go: all do if few of them are alive. */
-static inline bool known_builds_are_many(const struct known_builds *known)
+/* Whether so many were kept that it is time to ask how many structures are alive. */
+enum { KNOWN_KEEPS_BEFORE_TRIM = 1024 };
+static inline bool known_builds_wants_trim(const struct known_builds *known)
 {
-    return known->by_dst.count >= known->most;
+    return known->keeps >= KNOWN_KEEPS_BEFORE_TRIM;
 }
+
+/* Where few of those that it has handles of are alive, forgets all: those that are, are soon kept
+ * again. */
 void known_builds_trim(struct known_builds *known, size_t alive);
 
 void known_builds_release(struct known_builds *known);
