@@ -18,7 +18,8 @@ enum {
     SUBMIT_MOST_BUILDS = 1000, /* drivers for the CPU execute them */
     SUBMIT_SAMPLES = 9,
     THREAD_BUILDS = 1000,
-    THREAD_SAMPLE_NS = 3 * 1000 * 1000 /* short: it may pass undisturbed */
+    THREAD_SAMPLE_NS = 3 * 1000 * 1000, /* short: it may pass undisturbed, */
+    THREAD_SAMPLES = 10                 /* and many, for each of another figure */
 };
 
 static const uint32_t sizes[] = {1, 10, 100, 1000, 10000, 100000};
@@ -288,7 +289,7 @@ static void measure_threads(struct comparison *comparison)
         wall[t] = cpu[t] = none;
     begin_figure(comparison, &same_builds, MOST_THREADS * THREAD_BUILDS);
     plan_threads(comparison, &plan);
-    for (uint32_t i = 0; i < comparison->options->samples; i++) {
+    for (uint32_t i = 0; i < comparison->options->samples * THREAD_SAMPLES; i++) {
         for (int t = 0; t < THREAD_COUNTS; t++) {
             plan.threads = 1u << t;
             take_samples(comparison, 1, take_threads, &plan);
