@@ -56,8 +56,8 @@ struct known_builds {
     struct known_build *builds; /* in the order in which they were kept, and gaps */
     uint32_t next;              /* behind the one that was found last: builds mostly come in the
                                    order in which they came before, time and again */
-    uint32_t kept;              /* behind the one that was kept last; and how many did not lie */
-    uint32_t jumps;             /* behind the one before, in a row, until then */
+    uint32_t kept;              /* behind the one that was kept last */
+    uint32_t jumps;             /* how many in a row were not kept behind the one before */
     uint32_t gaps;              /* builds of no structure, which nobody asks for */
     int balance;                /* these three: see known_builds_rest */
     uint32_t rest, pause;
