@@ -226,6 +226,31 @@ static void test_a_record_is_replaced_without_memory(void **state)
     handle_table_release(&table);
 }
 
+static void test_few_are_not_spread_over_many_slots(void **state)
+{
+    (void)state;
+    enum { MANY = 5000, FEW = 100 };
+    for (int is_scarce = 0; is_scarce < 2; is_scarce++) {
+        struct handle_table table = {0};
+        for (uint64_t key = 1; key <= MANY; key++)
+            assert_true(handle_table_set(&table, key, &bytes[key % sizeof(bytes)]));
+        for (uint64_t key = FEW + 1; key <= MANY; key++) {
+            if (is_scarce)
+                memory_fail_after(0);
+            assert_ptr_equal(handle_table_remove(&table, key), &bytes[key % sizeof(bytes)]);
+            memory_fail_no_more();
+        }
+        for (uint64_t key = 1; key <= MANY; key++)
+            assert_ptr_equal(handle_table_find(&table, key), key <= FEW ? &bytes[key] : NULL);
+        assert_int_equal(table.count, FEW);
+        if (is_scarce)
+            assert_true(table.mask >= MANY);
+        else
+            assert_in_range(table.mask, FEW, 8 * FEW);
+        handle_table_release(&table);
+    }
+}
+
 static size_t longest_run(const struct handle_table *table)
 {
     size_t longest = 0, run = 0;
@@ -261,6 +286,7 @@ int main(void)
         cmocka_unit_test(test_without_memory_it_stays_as_it_was),
         cmocka_unit_test(test_what_was_removed_can_be_set_without_memory),
         cmocka_unit_test(test_a_record_is_replaced_without_memory),
+        cmocka_unit_test(test_few_are_not_spread_over_many_slots),
         cmocka_unit_test(test_regular_handles_spread),
     };
     return cmocka_run_group_tests_name("handle table", tests, NULL, NULL);
