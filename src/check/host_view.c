@@ -6,7 +6,6 @@
 #include "check/geometry_data.h"
 #include "check/host.h"
 #include "check/predicates.h"
-#include "state/build_info.h"
 
 /* ---- geometries */
 
@@ -137,8 +136,7 @@ void check_host_build(struct walk *walk, const struct build_view *build)
     view.scratch.address = build->info->scratchData.hostAddress;
     view.scratch.begin = (uint64_t)(uintptr_t)view.scratch.address;
     if (build->sizes.known)
-        view.scratch.size =
-            build_is_update(build->info) ? build->sizes.update_scratch : build->sizes.build_scratch;
+        view.scratch.size = build_scratch_size(build);
     view.scratch.unreadable =
         !readable(walk->context->readable, view.scratch.address, view.scratch.size);
     walk_host_build(walk, &view);

@@ -52,11 +52,6 @@ static inline VkDeviceSize size_in_structure(const struct build_view *build,
     return build->sizes.known ? smaller_of(accel->size, build->sizes.acceleration_structure) : 0;
 }
 
-static inline VkDeviceSize size_of_scratch(const struct build_view *build)
-{
-    return build_is_update(build->info) ? build->sizes.update_scratch : build->sizes.build_scratch;
-}
-
 static inline struct memory_span span_of_scratch(const struct address_facts *scratch,
                                                  VkDeviceSize size)
 {
@@ -164,7 +159,7 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
         collect_micromaps(sweep, build);
     if (!build->sizes.known)
         return;
-    VkDeviceSize scratch_size = size_of_scratch(build);
+    VkDeviceSize scratch_size = build_scratch_size(build);
     if (build->scratch.status == ADDRESS_IN_BUFFER)
         collect_scratch(sweep, build, scratch_size);
     else if (build->call->command == COMMAND_HOST)
@@ -182,7 +177,7 @@ bool pairs_has_none_within(const struct check_context *context, const struct bui
         scratch->status != ADDRESS_IN_BUFFER || dst->in_pieces || scratch->in_pieces)
         return false;
     struct memory_span a = memory_span_of(dst->memory, dst->begin, size_in_structure(build, dst));
-    struct memory_span b = span_of_scratch(scratch, size_of_scratch(build));
+    struct memory_span b = span_of_scratch(scratch, build_scratch_size(build));
     return a.memory != b.memory || a.end <= b.begin || b.end <= a.begin;
 }
 

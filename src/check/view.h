@@ -8,6 +8,7 @@
 #define ASSAY_CHECK_VIEW_H
 
 #include "rules.h"
+#include "state/build_info.h"
 #include "state/built.h"
 #include "state/facts.h"
 #include "state/journal.h"
@@ -63,6 +64,12 @@ struct build_view {
     struct address_facts scratch; /* device commands only */
     struct size_facts sizes;
 };
+
+/* Bytes of scratch that a build needs in its mode, where its sizes are known. */
+static inline VkDeviceSize build_scratch_size(const struct build_view *build)
+{
+    return build_is_update(build->info) ? build->sizes.update_scratch : build->sizes.build_scratch;
+}
 
 /* A pNext chain, walked once. */
 struct chain_facts {

@@ -8,6 +8,7 @@
 #include "cpu/make.h"
 #include "cpu/pins.h"
 #include "snapshots/micromap_info.h"
+#include "state/build_info.h"
 
 struct build_call {
     struct cpu_device *device;
@@ -68,7 +69,7 @@ static VkResult run(void *context, uint32_t part)
     struct cpu_structure_info dst;
     if (!cpu_structures_find(structures, (uint64_t)build->info.dstAccelerationStructure, &dst))
         return VK_ERROR_VALIDATION_FAILED;
-    if (build->info.mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+    if (!build_is_update(&build->info))
         return build_into(call, build, dst.size, NULL);
     struct cpu_tree *source =
         cpu_structures_tree(structures, (uint64_t)build->info.srcAccelerationStructure);

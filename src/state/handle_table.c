@@ -56,10 +56,11 @@ bool handle_table_set(struct handle_table *table, uint64_t handle, void *record)
         return false;
     struct handle_slot *slot = table->slots ? find_slot(table, handle) : NULL;
     if (!slot || !slot->handle) {
-        bool full = !slot || (table->count + 1) * 3 > (table->mask + 1) * 2;
-        if (full && !grow(table))
-            return false;
-        slot = find_slot(table, handle);
+        if (!slot || (table->count + 1) * 3 > (table->mask + 1) * 2) {
+            if (!grow(table))
+                return false;
+            slot = find_slot(table, handle);
+        }
         table->count++;
     }
     *slot = (struct handle_slot){.handle = handle, .record = record};

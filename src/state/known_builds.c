@@ -18,11 +18,15 @@ static void *record_of(uint32_t index)
     return (void *)((uintptr_t)index + 1);
 }
 
+static struct known_build *build_of(const struct known_builds *known, void *record)
+{
+    return record && record != built_once ? &known->builds[(uintptr_t)record - 1] : NULL;
+}
+
 static struct known_build *find_build(const struct known_builds *known,
                                       VkAccelerationStructureKHR dst)
 {
-    void *record = handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst);
-    return record && record != built_once ? &known->builds[(uintptr_t)record - 1] : NULL;
+    return build_of(known, handle_table_find(&known->by_dst, (uint64_t)(uintptr_t)dst));
 }
 
 struct known_build *known_builds_search(struct known_builds *known, VkAccelerationStructureKHR dst)
@@ -99,25 +103,27 @@ static struct known_build *put_behind(struct known_builds *known, VkAcceleration
     return build;
 }
 
-/* Whether builds are no longer kept in the order in which they lie. */
-static bool is_out_of_order(struct known_builds *known, const struct known_build *build)
+/* Notes which build is kept again; returns whether they still are in the order in which they lie.
+ */
+static bool note_order(struct known_builds *known, const struct known_build *build)
 {
     uint32_t index = (uint32_t)(build - known->builds);
     known->jumps = index == known->kept ? 0 : known->jumps + 1;
     known->kept = index + 1;
-    return known->jumps > JUMPS_IN_ORDER && known->kept < known->count;
+    return known->jumps <= JUMPS_IN_ORDER || known->kept == known->count;
 }
 
 struct known_build *known_builds_room(struct known_builds *known, VkAccelerationStructureKHR dst)
 {
     uint64_t handle = (uint64_t)(uintptr_t)dst;
+    void *record = handle_table_find(&known->by_dst, handle);
     known->keeps++;
-    if (!handle_table_find(&known->by_dst, handle)) {
+    if (!record) {
         handle_table_set(&known->by_dst, handle, built_once);
         return NULL;
     }
-    struct known_build *build = find_build(known, dst), *behind = NULL;
-    if (!build || is_out_of_order(known, build))
+    struct known_build *build = build_of(known, record), *behind = NULL;
+    if (!build || !note_order(known, build))
         behind = put_behind(known, dst);
     if (behind)
         build = behind;

@@ -228,41 +228,19 @@ static void leave_alone(struct scene *scene, uint32_t build)
     scene->info_count = 1;
 }
 
-static void overlap_dst_with_scratch_alone(struct scene *scene)
-{
-    overlap_dst_with_own_scratch(scene);
-    leave_alone(scene, AABBS);
-}
+#define ALONE(place, build)                                                                        \
+    static void place##_alone(struct scene *scene)                                                 \
+    {                                                                                              \
+        place(scene);                                                                              \
+        leave_alone(scene, build);                                                                 \
+    }
 
-static void put_dst_beside_scratch_alone(struct scene *scene)
-{
-    put_dst_beside_own_scratch(scene);
-    leave_alone(scene, AABBS);
-}
-
-static void overlap_update_alone(struct scene *scene)
-{
-    overlap_update(scene);
-    leave_alone(scene, UPDATE);
-}
-
-static void put_update_side_by_side_alone(struct scene *scene)
-{
-    put_update_side_by_side(scene);
-    leave_alone(scene, UPDATE);
-}
-
-static void overlap_src_with_scratch_alone(struct scene *scene)
-{
-    overlap_src_with_own_scratch(scene);
-    leave_alone(scene, UPDATE);
-}
-
-static void put_src_beside_scratch_alone(struct scene *scene)
-{
-    put_src_beside_own_scratch(scene);
-    leave_alone(scene, UPDATE);
-}
+ALONE(overlap_dst_with_own_scratch, AABBS)
+ALONE(put_dst_beside_own_scratch, AABBS)
+ALONE(overlap_update, UPDATE)
+ALONE(put_update_side_by_side, UPDATE)
+ALONE(overlap_src_with_own_scratch, UPDATE)
+ALONE(put_src_beside_own_scratch, UPDATE)
 
 static const struct test_case cases[] = {
     {.name = "dst_built_twice",
@@ -347,8 +325,8 @@ static const struct test_case cases[] = {
      .mutate = overlap_refit_with_scratch},
     {.name = "dst_overlaps_scratch_alone",
      RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_scratch_alone,
-     .mutate_twin = put_dst_beside_scratch_alone,
+     .mutate = overlap_dst_with_own_scratch_alone,
+     .mutate_twin = put_dst_beside_own_scratch_alone,
      .path = "with pInfos[0].scratchData"},
     {.name = "update_overlaps_itself_alone",
      RULES(RULE_update_src_and_dst_do_not_alias),
@@ -357,8 +335,8 @@ static const struct test_case cases[] = {
      .path = "pInfos[0].srcAccelerationStructure"},
     {.name = "scratch_overlaps_src_alone",
      RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_scratch_alone,
-     .mutate_twin = put_src_beside_scratch_alone,
+     .mutate = overlap_src_with_own_scratch_alone,
+     .mutate_twin = put_src_beside_own_scratch_alone,
      .path = "pInfos[0].scratchData"},
 };
 
