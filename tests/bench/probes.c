@@ -1,21 +1,40 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Stands before the C library's syscall. */
+/* Replaces the C library's syscall and clock_gettime. The program exports both, so the dynamic
+ * linker gives them to the layer, too. */
 #define _GNU_SOURCE /* RTLD_NEXT */
 #include "probes.h"
 
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 
 static uint64_t count;
+static time_t coarse_seconds; /* 0: the clock is the system's */
 
 uint64_t probes_count(void)
 {
     return count;
 }
 
-/* The program exports it, so the dynamic linker gives it to the layer, too. */
+void probes_advance_clock(void)
+{
+    coarse_seconds++;
+}
+
+__attribute__((visibility("default"))) int clock_gettime(clockid_t clock, struct timespec *now)
+{
+    static int (*next)(clockid_t, struct timespec *);
+    if (coarse_seconds && clock == CLOCK_MONOTONIC_COARSE) {
+        *now = (struct timespec){.tv_sec = coarse_seconds};
+        return 0;
+    }
+    if (!next)
+        next = (int (*)(clockid_t, struct timespec *))dlsym(RTLD_NEXT, "clock_gettime");
+    return next(clock, now);
+}
+
 __attribute__((visibility("default"))) long syscall(long sysno, ...)
 {
     static long (*next)(long, ...);

@@ -9,4 +9,9 @@
 /* Since the process began. */
 uint64_t probes_count(void);
 
+/* The layer forgets which memory is readable when CLOCK_MONOTONIC_COARSE advances. From the first
+ * call on that clock stands still and advances by these calls only, so that the number of probes
+ * doesn't depend on how fast the machine is. */
+void probes_advance_clock(void);
+
 #endif

@@ -175,12 +175,11 @@ static bool measure(const struct options *options)
 
 /* A profiler that collects only in here sees recordings, and nothing of what leads to them. */
 __attribute__((noipa)) void profiled_recording(const struct recorder *recorder,
-                                               const struct scene *scene, uint32_t builds_per_call,
-                                               uint32_t times);
+                                               const struct scene *scene, uint32_t builds_per_call);
 void profiled_recording(const struct recorder *recorder, const struct scene *scene,
-                        uint32_t builds_per_call, uint32_t times)
+                        uint32_t builds_per_call)
 {
-    recorder_run(recorder, scene, builds_per_call, times);
+    recorder_run(recorder, scene, builds_per_call, 1);
 }
 
 static void profile(const struct options *options)
@@ -195,9 +194,13 @@ static void profile(const struct options *options)
                  options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED,
                  larger_of(options->sizes[0], options->alive));
     scene.changes = options->changing;
+    probes_advance_clock();
     recorder_run(&recorder, &scene, options->sizes[0], 2);
     uint64_t probes = probes_count();
-    profiled_recording(&recorder, &scene, options->sizes[0], options->profile_times);
+    for (uint32_t i = 0; i < options->profile_times; i++) {
+        probes_advance_clock();
+        profiled_recording(&recorder, &scene, options->sizes[0]);
+    }
     printf("recorded %llu builds, %llu probes\n",
            (unsigned long long)options->profile_times * scene.count,
            (unsigned long long)(probes_count() - probes));
