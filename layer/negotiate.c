@@ -31,20 +31,27 @@ static PFN_vkVoidFunction find_command(const struct named_command *commands, siz
     return NULL;
 }
 
-/* A command that the next layer doesn't have the layer doesn't have either. */
+static PFN_vkVoidFunction find_intercept(const char *name)
+{
+    PFN_vkVoidFunction own = FIND(global_commands, name);
+    if (!own)
+        own = FIND(instance_commands, name);
+    return own ? own : FIND(device_commands, name);
+}
+
+/* Old layers ask for vkCreateDevice, among others, without an instance. Every intercept is answered
+ * then, as the Khronos layer does. With an instance, the layer lacks the commands that the next
+ * layer lacks. */
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance instance,
                                                                    const char *pName)
 {
-    PFN_vkVoidFunction own = FIND(global_commands, pName);
+    PFN_vkVoidFunction own = find_intercept(pName);
     struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
-    if (own || !state)
+    if (!state || FIND(global_commands, pName))
         return own;
     PFN_vkVoidFunction next = state->vk.GetInstanceProcAddr(instance, pName);
     if (state->backend == BACKEND_CPU)
         next = cpu_overlay_instance_command(pName, next);
-    own = FIND(instance_commands, pName);
-    if (!own)
-        own = FIND(device_commands, pName);
     return next && own ? own : next;
 }
 

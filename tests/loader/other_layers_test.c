@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* other_layers_test null|lavapipe: the layer above and below others. Some of those ask the next
+ * layer for vkCreateDevice without an instance, which the Khronos layer answers, too. */
+#include <dlfcn.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "intercepts.h"
+#include "scene.h"
+#include "strict_layer.h"
+
+#define OVERLAY_NAME "VK_LAYER_MESA_overlay"
+
+static struct platform platform;
+
+static void need_layer(const char *name)
+{
+    setenv("VK_LAYER_PATH", SYSTEM_FOLDER, 1);
+    static VkLayerProperties layers[64];
+    uint32_t count = 64;
+    const PFN_vkEnumerateInstanceLayerProperties enumerate =
+        (PFN_vkEnumerateInstanceLayerProperties)platform.get_instance_proc_addr(
+            NULL, "vkEnumerateInstanceLayerProperties");
+    enumerate(&count, layers);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(layers[i].layerName, name) == 0)
+            return;
+    print_message("%s is not installed\n", name);
+    skip();
+}
+
+/* One valid call, and one with a mistake. Loaders order layers by the variable that enables them,
+ * or by the folders in which they find them: the nearest to the application is first. */
+static void find_mistake(bool is_below, const char *other, const char *folder)
+{
+    static struct world world;
+    const struct setup setup = {.by_environment = true};
+    char layers[256], path[1024];
+
+    snprintf(layers, sizeof(layers), "%s:%s", is_below ? other : LAYER_NAME,
+             is_below ? LAYER_NAME : other);
+    snprintf(path, sizeof(path), "%s:%s", is_below ? folder : EXPLICIT_FOLDER,
+             is_below ? EXPLICIT_FOLDER : folder);
+    setenv("VK_INSTANCE_LAYERS", layers, 1);
+    setenv("VK_LAYER_PATH", path, 1);
+    assert_null(world_open(&world, &platform, &setup));
+    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    scene_call(scene);
+    assert_int_equal(world.messages.count, 0);
+    scene->info_count = 0;
+    world.messages.answer = VK_TRUE;
+    scene_call(scene);
+    assert_int_equal(world.messages.count, 1);
+    assert_string_equal(world.messages.items[0].id,
+                        "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength");
+    scene_close(scene);
+    world_close(&world);
+    unsetenv("VK_INSTANCE_LAYERS");
+}
+
+static void test_below_the_strict_layer(void **state)
+{
+    (void)state;
+    find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
+}
+
+static void test_above_the_strict_layer(void **state)
+{
+    (void)state;
+    find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
+}
+
+static void test_below_the_overlay(void **state)
+{
+    (void)state;
+    need_layer(OVERLAY_NAME);
+    find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
+}
+
+static void test_above_the_overlay(void **state)
+{
+    (void)state;
+    need_layer(OVERLAY_NAME);
+    find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
+}
+
+/* All that is intercepted is answered without an instance, and nothing else. */
+static void test_names_without_an_instance(void **state)
+{
+    (void)state;
+#define NAME(name) "vk" #name,
+    static const char *const names[] = {ASSAY_GLOBAL_INTERCEPTS(NAME) ASSAY_INSTANCE_INTERCEPTS(
+        NAME) ASSAY_DEVICE_INTERCEPTS(NAME)};
+#undef NAME
+    static const char *const others[] = {"vkEnumeratePhysicalDevices", "vkCmdDraw", "vkNone", ""};
+    void *library = dlopen(LAYER_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    assert_non_null(library);
+    const PFN_vkNegotiateLoaderLayerInterfaceVersion negotiate =
+        (PFN_vkNegotiateLoaderLayerInterfaceVersion)dlsym(library,
+                                                          "vkNegotiateLoaderLayerInterfaceVersion");
+    VkNegotiateLayerInterface interface = {.sType = LAYER_NEGOTIATE_INTERFACE_STRUCT,
+                                           .loaderLayerInterfaceVersion = 2};
+    assert_non_null(negotiate);
+    assert_int_equal(negotiate(&interface), VK_SUCCESS);
+    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
+        if (!interface.pfnGetInstanceProcAddr(NULL, names[i]))
+            fail_msg("%s is not answered", names[i]);
+    for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
+        assert_null(interface.pfnGetInstanceProcAddr(NULL, others[i]));
+    assert_null(interface.pfnGetDeviceProcAddr(NULL, "vkDestroyDevice"));
+    dlclose(library);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_names_without_an_instance),
+        cmocka_unit_test(test_below_the_strict_layer),
+        cmocka_unit_test(test_above_the_strict_layer),
+        cmocka_unit_test(test_below_the_overlay),
+        cmocka_unit_test(test_above_the_overlay),
+    };
+    if (argc != 2) {
+        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
+        return 2;
+    }
+    const char *missing = platform_open(&platform, argv[1]);
+    if (missing != NULL) {
+        printf("%s: %s\n", argv[1], missing);
+        return 77;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
