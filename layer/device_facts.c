@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "layer.h"
+#include "physical_device.h"
 #include "registry.h"
 #include "state/chain.h"
 
@@ -131,10 +132,8 @@ static void keep_micromap_limits(struct micromap_support *support,
 /* Limits that can't be asked for bound nothing. */
 static void collect_limits(struct layer_device *device)
 {
-    const VkuInstanceDispatchTable *vk = &device->instance->vk;
-    PFN_vkGetPhysicalDeviceProperties2 get_properties = vk->GetPhysicalDeviceProperties2
-                                                            ? vk->GetPhysicalDeviceProperties2
-                                                            : vk->GetPhysicalDeviceProperties2KHR;
+    PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(
+        device->instance, &device->instance->vk, device->physical_device);
     VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits = &device->facts.limits;
     VkPhysicalDeviceRayTracingPropertiesNV *nv_limits = &device->facts.nv_limits;
     limits->sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
@@ -163,14 +162,6 @@ static void collect_limits(struct layer_device *device)
     limits->pNext = nv_limits->pNext = NULL;
 }
 
-static uint32_t usable_api_version(const struct layer_device *device)
-{
-    VkPhysicalDeviceProperties properties;
-    device->instance->vk.GetPhysicalDeviceProperties(device->physical_device, &properties);
-    uint32_t asked = device->instance->api_version;
-    return properties.apiVersion < asked ? properties.apiVersion : asked;
-}
-
 static VkResult collect_queue_families(struct layer_device *device)
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
@@ -193,7 +184,8 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     device->physical_device_count =
         group && group->physicalDeviceCount ? group->physicalDeviceCount : 1;
     device->facts.handle = device->handle;
-    device->facts.api_version = usable_api_version(device);
+    device->facts.api_version =
+        physical_device_api_version(device->instance, device->physical_device);
     collect_extensions(&device->facts, create_info);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);

@@ -5,6 +5,7 @@
 #include <stdatomic.h>
 
 #include "check/formats.h"
+#include "physical_device.h"
 
 static enum tristate ask_for_vertices(const struct layer_device *device, VkFormat format)
 {
@@ -20,10 +21,8 @@ static enum tristate ask_for_vertices(const struct layer_device *device, VkForma
 /* A driver that doesn't know the structure leaves all bits on. */
 static enum tristate ask_for_radii(const struct layer_device *device, VkFormat format)
 {
-    const VkuInstanceDispatchTable *vk = &device->instance->vk;
-    PFN_vkGetPhysicalDeviceFormatProperties2 get_properties =
-        vk->GetPhysicalDeviceFormatProperties2 ? vk->GetPhysicalDeviceFormatProperties2
-                                               : vk->GetPhysicalDeviceFormatProperties2KHR;
+    PFN_vkGetPhysicalDeviceFormatProperties2 get_properties = physical_device_format_properties2(
+        device->instance, &device->instance->vk, device->physical_device);
     VkFormatProperties3 features = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3,
                                     .bufferFeatures = UINT64_MAX};
     VkFormatProperties2 properties = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,

@@ -45,6 +45,7 @@ struct layer_instance {
     struct layer_link link; /* first */
     VkInstance handle;
     uint32_t api_version; /* that the application asked for */
+    bool has_properties2; /* it enabled VK_KHR_get_physical_device_properties2 */
     VkuInstanceDispatchTable vk;
     PFN_GetPhysicalDeviceProcAddr next_physical_device_proc_addr;
     struct reporter *reporter;

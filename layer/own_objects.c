@@ -60,9 +60,11 @@ static VkDeviceAddress address_of(const struct own_device *device, VkBuffer buff
 {
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
-    PFN_vkGetBufferDeviceAddress get = device->vk->GetBufferDeviceAddress
-                                           ? device->vk->GetBufferDeviceAddress
-                                           : device->vk->GetBufferDeviceAddressKHR;
+    /* There is none of the extension unless the application enables it, but layers below may return
+     * a core command that the application's version doesn't have. */
+    PFN_vkGetBufferDeviceAddress get = device->vk->GetBufferDeviceAddressKHR
+                                           ? device->vk->GetBufferDeviceAddressKHR
+                                           : device->vk->GetBufferDeviceAddress;
     return get(device->handle, &info);
 }
 

@@ -9,11 +9,14 @@
 #include "compare/enable.h"
 #include "compare/kept.h"
 #include "compare/summary.h"
+#include "physical_device.h"
 #include "snapshots/snapshots.h"
 
 /* ---- creation */
 
-static void find_limits(const struct layer_device *device, struct compare_device *below)
+static void find_limits(const struct layer_device *device,
+                        PFN_vkGetPhysicalDeviceProperties2 get_properties,
+                        struct compare_device *below)
 {
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
@@ -22,7 +25,7 @@ static void find_limits(const struct layer_device *device, struct compare_device
         .pNext = below->has_queries ? NULL : &groups};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &limits};
-    device->instance->vk.GetPhysicalDeviceProperties2(device->physical_device, &properties);
+    get_properties(device->physical_device, &properties);
     uint32_t alignment = limits.minAccelerationStructureScratchOffsetAlignment;
     below->scratch_alignment = alignment ? alignment : 1;
     below->group_handle_size = groups.shaderGroupHandleSize;
@@ -35,7 +38,9 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
     struct snapshots *snapshots = device->snapshots;
     if (!enabling->is_wanted || !snapshots)
         return VK_SUCCESS;
-    if (!enabling->is_enabled || !device->instance->vk.GetPhysicalDeviceProperties2) {
+    PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(
+        device->instance, &device->instance->vk, device->physical_device);
+    if (!enabling->is_enabled || !get_properties) {
         reporter_warn(device->instance->reporter,
                       "assay_validation.compare_rays needs VK_KHR_ray_query or "
                       "VK_KHR_ray_tracing_pipeline, which the device doesn't have, or which needs "
@@ -56,7 +61,7 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         .queue_lock = &snapshots->queue_lock,
         .has_queries = enabling->has_queries,
     };
-    find_limits(device, &comparer->below);
+    find_limits(device, get_properties, &comparer->below);
     device->comparer = comparer;
     return VK_SUCCESS;
 }

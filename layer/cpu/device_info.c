@@ -104,8 +104,10 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
 {
     if (!cpu_offers(device->instance, device->physical_device)) {
         reporter_warn(device->instance->reporter,
-                      "assay_validation.backend = cpu needs Vulkan 1.1 and the feature "
-                      "bufferDeviceAddress, which this device lacks; it is used as it is.");
+                      "assay_validation.backend = cpu needs a physical device of Vulkan 1.1 with "
+                      "the feature bufferDeviceAddress, and an application that asks for Vulkan "
+                      "1.1 or enables VK_KHR_get_physical_device_properties2; the driver executes "
+                      "builds itself.");
         return create(device->physical_device, create_info, allocator, handle);
     }
     VkResult result = check_extensions(device->instance, create_info);

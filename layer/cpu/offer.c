@@ -10,26 +10,22 @@
 #include "build/formats.h"
 #include "build/micromap.h"
 #include "cpu/commands.h"
+#include "physical_device.h"
 #include "registry.h"
-
-uint32_t cpu_api_version(const struct layer_instance *instance, VkPhysicalDevice physical_device)
-{
-    VkPhysicalDeviceProperties properties;
-    instance->next.GetPhysicalDeviceProperties(physical_device, &properties);
-    return properties.apiVersion < instance->api_version ? properties.apiVersion
-                                                         : instance->api_version;
-}
 
 bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical_device)
 {
-    if (cpu_api_version(instance, physical_device) < VK_API_VERSION_1_1 ||
-        !instance->next.GetPhysicalDeviceFeatures2)
+    VkPhysicalDeviceProperties properties;
+    PFN_vkGetPhysicalDeviceFeatures2 get_features =
+        physical_device_features2(instance, &instance->next, physical_device);
+    instance->next.GetPhysicalDeviceProperties(physical_device, &properties);
+    if (properties.apiVersion < VK_API_VERSION_1_1 || !get_features)
         return false;
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES};
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                           .pNext = &addresses};
-    instance->next.GetPhysicalDeviceFeatures2(physical_device, &features);
+    get_features(physical_device, &features);
     return addresses.bufferDeviceAddress;
 }
 

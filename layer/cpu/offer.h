@@ -6,7 +6,8 @@
 #include "layer.h"
 
 /* Whether the backend offers acceleration structures there: Vulkan 1.1 and buffer device addresses
- * are what VK_KHR_acceleration_structure needs. */
+ * are what VK_KHR_acceleration_structure needs of a physical device. The application may ask for
+ * Vulkan 1.0 if it enables VK_KHR_get_physical_device_properties2, as VK_NV_ray_tracing demands. */
 bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical_device);
 
 /* Whether an extension is among those that the backend offers, where it offers any. */
@@ -22,8 +23,5 @@ extern const struct cpu_features cpu_features[CPU_FEATURES];
 
 /* Of a structure's type, or NULL. */
 const struct cpu_features *cpu_find_features(VkStructureType type);
-
-/* The lower of what the physical device has and the application asked for. */
-uint32_t cpu_api_version(const struct layer_instance *instance, VkPhysicalDevice physical_device);
 
 #endif

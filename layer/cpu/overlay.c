@@ -46,17 +46,15 @@ static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extens
     return false;
 }
 
+/* Zeros for applications that ask for Vulkan 1.0, which has no ids; nor has it the commands that
+ * serialize structures, which is what the id is for. */
 static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_UUID_SIZE])
 {
-    const VkuInstanceDispatchTable *vk = &device->instance->vk;
-    PFN_vkGetPhysicalDeviceProperties2 get = vk->GetPhysicalDeviceProperties2
-                                                 ? vk->GetPhysicalDeviceProperties2
-                                                 : vk->GetPhysicalDeviceProperties2KHR;
     VkPhysicalDeviceIDProperties ids = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &ids};
-    if (get)
-        get(device->physical_device, &properties);
+    if (device->facts.api_version >= VK_API_VERSION_1_1)
+        device->instance->vk.GetPhysicalDeviceProperties2(device->physical_device, &properties);
     memcpy(uuid, ids.driverUUID, VK_UUID_SIZE);
 }
 

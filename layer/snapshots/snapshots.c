@@ -85,7 +85,9 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     snapshots->next = device->cpu ? device->cpu->next : device->vk;
     snapshots->uses_queues =
         device->cpu || reporter_settings(device->instance->reporter)->compare_rays;
-    snapshots->has_addresses = enables_addresses(create_info);
+    snapshots->has_addresses =
+        enables_addresses(create_info) &&
+        (device->vk.GetBufferDeviceAddress || device->vk.GetBufferDeviceAddressKHR);
     snapshots->set_loader_data = find_loader_data_setter(create_info);
     snapshots->expected_last = &snapshots->expected;
     device->snapshots = snapshots;

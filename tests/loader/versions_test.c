@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* versions_test null|lavapipe: the layer calls no command of a physical device that the application
+ * itself may not call, for the version that it asks for or for want of an extension. The strict
+ * layer, below this one, counts such calls. */
+#include <dlfcn.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "scene.h"
+#include "strict_layer.h"
+
+enum { GEOMETRIES = 257 }; /* one more than the null driver's limit */
+
+static struct platform platform;
+static unsigned (*violations)(void);
+static struct messages messages;
+
+struct application {
+    uint32_t api_version, driver_version; /* 0: VK_API_VERSION_1_3 */
+    bool has_properties2;                 /* enables VK_KHR_get_physical_device_properties2 */
+    const char *backend;                  /* NULL: driver */
+};
+
+static void configure(const struct application *application)
+{
+    if (!platform.is_null)
+        return;
+    struct null_driver_config config = platform.null_driver.default_config();
+    if (application->driver_version)
+        config.api_version = application->driver_version;
+    platform.null_driver.configure(&config);
+}
+
+static VkInstance create_instance(const struct application *application)
+{
+    static const char *const layers[] = {LAYER_NAME, STRICT_LAYER_NAME};
+    static const char *const extensions[] = {
+        VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME};
+    const VkLayerSettingEXT setting = {LAYER_NAME, "backend", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
+                                       &application->backend};
+    const VkLayerSettingsCreateInfoEXT settings = {
+        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+        .settingCount = application->backend ? 1 : 0,
+        .pSettings = &setting,
+    };
+    const VkApplicationInfo info = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                    .apiVersion = application->api_version};
+    const VkInstanceCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pNext = &settings,
+        .pApplicationInfo = &info,
+        .enabledLayerCount = 2,
+        .ppEnabledLayerNames = layers,
+        .enabledExtensionCount = application->has_properties2 ? 2 : 1,
+        .ppEnabledExtensionNames = extensions,
+    };
+    VkInstance instance;
+    configure(application);
+    expect_success(((PFN_vkCreateInstance)platform.get_instance_proc_addr(
+                       NULL, "vkCreateInstance"))(&create_info, NULL, &instance),
+                   "vkCreateInstance");
+    return instance;
+}
+
+static bool offers(const VkuInstanceDispatchTable *vki, VkPhysicalDevice physical_device,
+                   const char *extension)
+{
+    static VkExtensionProperties list[512];
+    uint32_t count = 512;
+    expect_success(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list),
+                   "vkEnumerateDeviceExtensionProperties");
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(list[i].extensionName, extension) == 0)
+            return true;
+    return false;
+}
+
+/* Records a build of more geometries than the null driver takes. */
+static void build(VkDevice device, const VkuDeviceDispatchTable *vk)
+{
+    static VkGeometryNV geometries[GEOMETRIES];
+    const VkAccelerationStructureInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+        .geometryCount = GEOMETRIES,
+        .pGeometries = geometries,
+    };
+    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    VkCommandBufferAllocateInfo allocate_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandBufferCount = 1};
+    const VkCommandBufferBeginInfo begin_info = {.sType =
+                                                     VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    VkCommandBuffer commands;
+    for (int i = 0; i < GEOMETRIES; i++)
+        geometries[i].sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
+    expect_success(vk->CreateCommandPool(device, &pool_info, NULL, &allocate_info.commandPool),
+                   "vkCreateCommandPool");
+    expect_success(vk->AllocateCommandBuffers(device, &allocate_info, &commands),
+                   "vkAllocateCommandBuffers");
+    vk->BeginCommandBuffer(commands, &begin_info);
+    messages_clear(&messages);
+    messages.answer = VK_TRUE;
+    vk->CmdBuildAccelerationStructureNV(commands, &info, VK_NULL_HANDLE, 0, VK_FALSE,
+                                        VK_NULL_HANDLE, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
+    messages.answer = VK_FALSE;
+    vk->DestroyCommandPool(device, allocate_info.commandPool, NULL);
+}
+
+static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,
+                       VkPhysicalDevice physical_device)
+{
+    static const char *const extensions[] = {VK_KHR_GET_MEMORY_REQUIREMENTS_2_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME};
+    const PFN_vkGetInstanceProcAddr get = platform.get_instance_proc_addr;
+    const float priority = 1;
+    const VkDeviceQueueCreateInfo queue = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+        .queueCount = 1,
+        .pQueuePriorities = &priority,
+    };
+    const VkDeviceCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+        .queueCreateInfoCount = 1,
+        .pQueueCreateInfos = &queue,
+        .enabledExtensionCount = offers(vki, physical_device, extensions[1]) ? 2 : 1,
+        .ppEnabledExtensionNames = extensions,
+    };
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    expect_success(((PFN_vkCreateDevice)get(instance, "vkCreateDevice"))(physical_device, &info,
+                                                                         NULL, &device),
+                   "vkCreateDevice");
+    vkuInitDeviceDispatchTable(device, &vk,
+                               (PFN_vkGetDeviceProcAddr)get(instance, "vkGetDeviceProcAddr"));
+    if (info.enabledExtensionCount == 2)
+        build(device, &vk);
+    vk.DestroyDevice(device, NULL);
+}
+
+/* Whether the application finds VK_NV_ray_tracing. What it does with that is in `messages`. */
+static bool run(const struct application *application)
+{
+    const VkInstance instance = create_instance(application);
+    const VkDebugUtilsMessengerCreateInfoEXT info = messages_messenger(&messages);
+    VkuInstanceDispatchTable vki;
+    VkDebugUtilsMessengerEXT messenger;
+    VkPhysicalDevice physical_device;
+    uint32_t count = 1;
+
+    vkuInitInstanceDispatchTable(instance, &vki, platform.get_instance_proc_addr);
+    messages_clear(&messages);
+    expect_success(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger),
+                   "vkCreateDebugUtilsMessengerEXT");
+    vki.EnumeratePhysicalDevices(instance, &count, &physical_device);
+    assert_int_equal(count, 1);
+    const bool has_extension = offers(&vki, physical_device, VK_NV_RAY_TRACING_EXTENSION_NAME);
+    use_device(&vki, instance, physical_device);
+    vki.DestroyDebugUtilsMessengerEXT(instance, messenger, NULL);
+    vki.DestroyInstance(instance, NULL);
+    assert_int_equal(violations(), 0);
+    return has_extension;
+}
+
+static bool limit_was_exceeded(void)
+{
+    return messages_count(&messages, "VUID-VkAccelerationStructureInfoNV-geometryCount-02422",
+                          NULL) > 0;
+}
+
+/* ---- backend driver: limits that the application may not ask for bound nothing */
+
+static void test_1_0_with_the_extension(void **state)
+{
+    (void)state;
+    const bool has_extension =
+        run(&(struct application){.api_version = VK_API_VERSION_1_0, .has_properties2 = true});
+    assert_int_equal(has_extension, platform.is_null);
+    assert_int_equal(limit_was_exceeded(), platform.is_null);
+}
+
+static void test_1_0_without_the_extension(void **state)
+{
+    (void)state;
+    run(&(struct application){.api_version = VK_API_VERSION_1_0});
+    assert_false(limit_was_exceeded());
+}
+
+static void test_no_version(void **state)
+{
+    (void)state;
+    run(&(struct application){0});
+    assert_false(limit_was_exceeded());
+}
+
+static void test_1_1(void **state)
+{
+    (void)state;
+    run(&(struct application){.api_version = VK_API_VERSION_1_1});
+    assert_int_equal(limit_was_exceeded(), platform.is_null);
+}
+
+/* The physical device's version counts, too. */
+static void test_1_1_over_a_driver_of_1_0(void **state)
+{
+    (void)state;
+    if (!platform.is_null)
+        skip();
+    struct application application = {.api_version = VK_API_VERSION_1_1,
+                                      .driver_version = VK_API_VERSION_1_0};
+    run(&application);
+    assert_false(limit_was_exceeded());
+    application.has_properties2 = true;
+    run(&application);
+    assert_true(limit_was_exceeded());
+}
+
+/* ---- backend cpu */
+
+static void test_cpu_1_0_with_the_extension(void **state)
+{
+    (void)state;
+    assert_true(run(&(struct application){
+        .api_version = VK_API_VERSION_1_0, .has_properties2 = true, .backend = "cpu"}));
+    assert_false(limit_was_exceeded());
+}
+
+/* VK_NV_ray_tracing needs the extension, or Vulkan 1.1. */
+static void test_cpu_1_0_without_the_extension(void **state)
+{
+    (void)state;
+    const bool has_extension =
+        run(&(struct application){.api_version = VK_API_VERSION_1_0, .backend = "cpu"});
+    assert_int_equal(has_extension, platform.is_null); /* the null driver's own */
+}
+
+static void test_cpu_1_1(void **state)
+{
+    (void)state;
+    assert_true(run(&(struct application){.api_version = VK_API_VERSION_1_1, .backend = "cpu"}));
+}
+
+/* ---- commands of devices */
+
+static void test_addresses_of_the_extension(void **state)
+{
+    (void)state;
+    static struct world world;
+    const struct setup setup = {.level = "content", .route = ROUTE_KHR, .by_environment = true};
+    setenv("VK_INSTANCE_LAYERS", LAYER_NAME ":" STRICT_LAYER_NAME, 1);
+    assert_null(world_open(&world, &platform, &setup));
+    unsetenv("VK_INSTANCE_LAYERS");
+    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    scene_call(scene);
+    assert_int_equal(world.messages.count, 0);
+    scene_close(scene);
+    world_close(&world);
+    assert_int_equal(violations(), 0);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_1_0_with_the_extension),
+        cmocka_unit_test(test_1_0_without_the_extension),
+        cmocka_unit_test(test_no_version),
+        cmocka_unit_test(test_1_1),
+        cmocka_unit_test(test_1_1_over_a_driver_of_1_0),
+        cmocka_unit_test(test_cpu_1_0_with_the_extension),
+        cmocka_unit_test(test_cpu_1_0_without_the_extension),
+        cmocka_unit_test(test_cpu_1_1),
+        cmocka_unit_test(test_addresses_of_the_extension),
+    };
+    if (argc != 2) {
+        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
+        return 2;
+    }
+    const char *missing = platform_open(&platform, argv[1]);
+    if (missing != NULL) {
+        printf("%s: %s\n", argv[1], missing);
+        return 77;
+    }
+    setenv("VK_LAYER_PATH", EXPLICIT_FOLDER ":" STRICT_FOLDER, 1);
+    void *library = dlopen(STRICT_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    violations = library ? (unsigned (*)(void))dlsym(library, "strict_layer_violations") : NULL;
+    if (violations == NULL) {
+        fprintf(stderr, "%s\n", dlerror());
+        return 1;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
