@@ -10,6 +10,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "report/elevated.h"
 #include "report/message.h"
 #include "report/messengers.h"
 #include "report/text_buffer.h"
@@ -148,19 +149,21 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
         return;
     }
     /* Appended to, because a process may have several instances, and a run several processes. */
-    FILE *file = fopen(filename, "ae");
+    FILE *file = process_is_elevated() ? NULL : fopen(filename, "ae");
     if (file) {
         reporter->log = file;
         reporter->log_is_owned = true;
         return;
     }
+    const char *reason = process_is_elevated() ? "a process with elevated privileges writes no file"
+                                               : strerror(errno);
     char line[1024];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
     text_append(&text,
                 "assay_validation.log_filename: \"%.512s\" cannot be opened for writing (%s); it "
                 "takes a file name; the default, stderr, is used.",
-                filename, strerror(errno));
+                filename, reason);
     keep_line(kept, line);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where settings come from: the environment, vk_layer_settings.txt and VK_EXT_layer_settings, in
- * this order of precedence, as the Vulkan utility library reads them. */
+ * this order of precedence, as the Vulkan utility library reads them. In a process with elevated
+ * privileges only VK_EXT_layer_settings counts. */
 #ifndef ASSAY_REPORT_SETTINGS_SOURCE_H
 #define ASSAY_REPORT_SETTINGS_SOURCE_H
 
@@ -8,7 +9,7 @@
 #include <vulkan/layer/vk_layer_settings.h>
 
 struct settings_source {
-    VkuLayerSettingSet set;
+    VkuLayerSettingSet set; /* VK_NULL_HANDLE if the process has elevated privileges */
     /* What the application gave for this layer, without the entries that cannot be read. */
     VkLayerSettingEXT *given;
     VkLayerSettingsCreateInfoEXT given_info;
@@ -20,6 +21,9 @@ void settings_source_close(struct settings_source *source);
 
 /* The values of a key, comma-separated, for the caller to free; NULL where it isn't set. */
 VkResult settings_source_list(const struct settings_source *source, const char *key, char **list);
+
+/* The same of what the application gave alone. */
+VkResult settings_source_given(const struct settings_source *source, const char *key, char **list);
 
 /* The same for a key whose value is a file name, which may have commas and colons of its own. */
 VkResult settings_source_filename(const struct settings_source *source, const char *key,

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "report/elevated.h"
 #include "report/settings_source.h"
 
 extern char **environ;
@@ -115,6 +116,8 @@ void settings_source_unknown(const struct settings_source *source, bool (*known)
         snprintf(name, sizeof(name), FILE_PREFIX "%s", key);
         visit(context, name);
     }
+    if (process_is_elevated())
+        return;
     search_environment(&search);
     search_file(&search);
 }

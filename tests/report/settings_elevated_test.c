@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the settings in a process with elevated privileges: what the application gives counts,
+ * and nothing else. getauxval() is wrapped. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/auxv.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "hearing.h"
+#include "reading.h"
+#include "report/settings_source.h"
+#include "scarce_memory.h"
+
+#define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
+
+static bool is_elevated;
+
+unsigned long __real_getauxval(unsigned long type);
+unsigned long __wrap_getauxval(unsigned long type);
+
+unsigned long __wrap_getauxval(unsigned long type)
+{
+    return type == AT_SECURE ? is_elevated : __real_getauxval(type);
+}
+
+static int clear(void **state)
+{
+    (void)state;
+    surrounding_clear(NULL);
+    is_elevated = true;
+    return 0;
+}
+
+static VkLayerSettingsCreateInfoEXT give(const VkLayerSettingEXT *settings, uint32_t count)
+{
+    return (VkLayerSettingsCreateInfoEXT){VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT, NULL,
+                                          count, settings};
+}
+
+static void test_environment_and_file(void **state)
+{
+    (void)state;
+    surrounding_clear("assay_validation.backend = cpu\nassay_validation.bakcend = cpu\n");
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
+    struct settings settings = settings_read(NULL);
+    assert_default_settings(&settings);
+    assert_int_equal(warned.count, 0);
+    settings_release(&settings);
+
+    is_elevated = false; /* the same is read */
+    settings = settings_read(NULL);
+    assert_int_equal(settings.level, LEVEL_STATE);
+    assert_int_equal(settings.backend, BACKEND_CPU);
+    assert_int_equal(warned.count, 1);
+    settings_release(&settings);
+}
+
+static void test_what_the_application_gives(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    const char *level = "state", *flags[] = {"error", "info"};
+    const uint32_t limit = 4;
+    VkLayerSettingEXT given[] = {
+        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level),
+        setting_given("report_flags", VK_LAYER_SETTING_TYPE_STRING_EXT, flags),
+        setting_given("duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, &limit),
+        setting_given("levle", VK_LAYER_SETTING_TYPE_STRING_EXT, &level),
+    };
+    given[1].valueCount = 2;
+    const VkLayerSettingsCreateInfoEXT info = give(given, LENGTH(given));
+    struct settings settings = settings_read(&info);
+    assert_int_equal(settings.level, LEVEL_STATE);
+    assert_int_equal(settings.report_flags, REPORT_ERROR | REPORT_INFO);
+    assert_int_equal(settings.duplicate_message_limit, 4);
+    ASSERT_WARNED("assay_validation.levle");
+    settings_release(&settings);
+}
+
+/* ---- the same text as the utility library's */
+
+static char *read_list(const VkLayerSettingsCreateInfoEXT *info, const char *key, bool elevated)
+{
+    const VkInstanceCreateInfo create_info = {.pNext = info};
+    struct settings_source source;
+    char *list;
+    is_elevated = elevated;
+    assert_int_equal(settings_source_open(&source, &create_info), VK_SUCCESS);
+    assert_int_equal(settings_source_list(&source, key, &list), VK_SUCCESS);
+    settings_source_close(&source);
+    return list;
+}
+
+static void assert_same_list(const VkLayerSettingEXT *settings, uint32_t count,
+                             const char *expected)
+{
+    const VkLayerSettingsCreateInfoEXT info = give(settings, count);
+    char *plain = read_list(&info, "key", false), *elevated = read_list(&info, "key", true);
+    if (expected) {
+        assert_string_equal(plain, expected);
+        assert_string_equal(elevated, expected);
+    } else {
+        assert_null(plain);
+        assert_null(elevated);
+    }
+    free(plain);
+    free(elevated);
+}
+
+static void test_types(void **state)
+{
+    (void)state;
+    static const VkBool32 truths[] = {VK_TRUE, VK_FALSE};
+    static const int32_t signed32[] = {INT32_MIN, 7};
+    static const int64_t signed64[] = {INT64_MIN, 7};
+    static const uint32_t unsigned32[] = {UINT32_MAX, 7};
+    static const uint64_t unsigned64[] = {UINT64_MAX, 7};
+    static const float floats[] = {1.5f, -2.25f};
+    static const double doubles[] = {1.5, -2.25};
+    static const char *const texts[] = {"one", "two, three"};
+    static const struct {
+        VkLayerSettingTypeEXT type;
+        const void *values;
+        const char *text;
+    } cases[] = {
+        {VK_LAYER_SETTING_TYPE_BOOL32_EXT, truths, "true,false"},
+        {VK_LAYER_SETTING_TYPE_INT32_EXT, signed32, "-2147483648,7"},
+        {VK_LAYER_SETTING_TYPE_INT64_EXT, signed64, "-9223372036854775808,7"},
+        {VK_LAYER_SETTING_TYPE_UINT32_EXT, unsigned32, "4294967295,7"},
+        {VK_LAYER_SETTING_TYPE_UINT64_EXT, unsigned64, "18446744073709551615,7"},
+        {VK_LAYER_SETTING_TYPE_FLOAT32_EXT, floats, "1.500000,-2.250000"},
+        {VK_LAYER_SETTING_TYPE_FLOAT64_EXT, doubles, "1.500000,-2.250000"},
+        {VK_LAYER_SETTING_TYPE_STRING_EXT, texts, "one,two, three"},
+        {(VkLayerSettingTypeEXT)77, unsigned64, NULL},
+    };
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        VkLayerSettingEXT setting = setting_given("key", cases[i].type, cases[i].values);
+        setting.valueCount = 2;
+        assert_same_list(&setting, 1, cases[i].text);
+        setting.valueCount = 0;
+        assert_same_list(&setting, 1, NULL);
+    }
+}
+
+static void test_a_key_twice(void **state)
+{
+    (void)state;
+    const char *const first = "first", *const second = "second";
+    const VkLayerSettingEXT settings[] = {
+        setting_given("other", VK_LAYER_SETTING_TYPE_STRING_EXT, &second),
+        setting_given("key", VK_LAYER_SETTING_TYPE_STRING_EXT, &first),
+        setting_given("key", VK_LAYER_SETTING_TYPE_STRING_EXT, &second),
+    };
+    assert_same_list(settings, LENGTH(settings), "first");
+}
+
+/* ---- the log */
+
+static void test_log_file(void **state)
+{
+    (void)state;
+    const char *name = "assay.log";
+    const VkLayerSettingEXT setting =
+        setting_given("log_filename", VK_LAYER_SETTING_TYPE_STRING_EXT, &name);
+    const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_of(&info);
+    send_one(reporter);
+    const char *text = capture_end();
+    assert_non_null(strstr(text, "assay_validation.log_filename: \"assay.log\""));
+    assert_non_null(strstr(text, "elevated privileges"));
+    assert_non_null(strstr(text, SENT_ID));
+    assert_int_equal(access(name, F_OK), -1);
+    reporter_destroy(reporter);
+
+    is_elevated = false;
+    reporter = reporter_of(&info);
+    assert_int_equal(access(name, F_OK), 0);
+    reporter_destroy(reporter);
+    unlink(name);
+}
+
+static void test_log_to_stdout(void **state)
+{
+    (void)state;
+    const char *name = "stdout";
+    const VkLayerSettingEXT setting =
+        setting_given("log_filename", VK_LAYER_SETTING_TYPE_STRING_EXT, &name);
+    const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
+    capture_begin(STDOUT_FILENO);
+    struct reporter *reporter = reporter_of(&info);
+    send_one(reporter);
+    const char *text = capture_end();
+    assert_non_null(strstr(text, SENT_ID));
+    assert_null(strstr(text, "log_filename"));
+    reporter_destroy(reporter);
+}
+
+/* ---- no memory */
+
+static void test_without_memory(void **state)
+{
+    (void)state;
+    const char *level = "contents";
+    const VkLayerSettingEXT setting =
+        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level);
+    const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
+    bool failed = true;
+    int count;
+    for (count = 0; failed; count++) {
+        struct settings settings;
+        memory_fail_after(count);
+        const VkResult result = settings_try(&info, &settings);
+        failed = memory_fail_no_more();
+        if (result == VK_SUCCESS) {
+            assert_int_equal(warned.count, 1);
+            settings_release(&settings);
+        } else {
+            assert_true(failed);
+            assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+        }
+    }
+    assert_true(count > 2); /* memory did run out */
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_environment_and_file, clear),
+        cmocka_unit_test_setup(test_what_the_application_gives, clear),
+        cmocka_unit_test_setup(test_types, clear),
+        cmocka_unit_test_setup(test_a_key_twice, clear),
+        cmocka_unit_test_setup(test_log_file, clear),
+        cmocka_unit_test_setup(test_log_to_stdout, clear),
+        cmocka_unit_test_setup(test_without_memory, clear),
+    };
+    return cmocka_run_group_tests_name("settings_elevated", tests, NULL, surrounding_remove);
+}
