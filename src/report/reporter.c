@@ -13,6 +13,7 @@
 #include "report/elevated.h"
 #include "report/message.h"
 #include "report/messengers.h"
+#include "report/reported_lines.h"
 #include "report/text_buffer.h"
 
 /* Everything but the messengers and the counts stays as it was created. */
@@ -47,14 +48,19 @@ static bool take(_Atomic uint32_t *messages, bool *last)
     return true;
 }
 
-static bool deliver(struct reporter *reporter, const struct message *message)
+static bool is_logged(const struct reporter *reporter, bool heard)
 {
     uint32_t action = reporter->settings.debug_action;
-    bool heard;
-    bool skip = messengers_call(&reporter->messengers, message, &heard);
-    if (action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !heard))
+    return action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !heard);
+}
+
+/* Sets `heard` if a messenger got the message. */
+static bool deliver(struct reporter *reporter, const struct message *message, bool *heard)
+{
+    bool skip = messengers_call(&reporter->messengers, message, heard);
+    if (is_logged(reporter, *heard))
         message_write(message, reporter->log);
-    if (action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
+    if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
         raise(SIGTRAP);
     return skip;
 }
@@ -69,14 +75,14 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
                    const struct call_origin *origin, const struct finding *finding)
 {
     enum vuid vuid = rule_infos[rule].vuid[location->command];
-    bool last;
+    bool last, heard;
     if (vuid == VUID_NONE || !take(&reporter->left[vuid], &last))
         return false;
 
     struct message message;
     message_of_finding(&message, vuid, location, origin, finding, reporter->settings.vuid_names,
                        last ? reporter->settings.duplicate_message_limit : 0);
-    return deliver(reporter, &message);
+    return deliver(reporter, &message, &heard);
 }
 
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
@@ -88,24 +94,24 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
                               const struct location *location, const struct call_origin *origin,
                               const struct finding *finding)
 {
-    bool last;
+    bool last, heard;
     if (!take(&reporter->differences_left[difference], &last))
         return;
     struct message message;
     message_of_difference(&message, difference, location, origin, finding,
                           last ? reporter->settings.duplicate_message_limit : 0);
-    deliver(reporter, &message);
+    deliver(reporter, &message, &heard);
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
                       enum report_flag severity, const char *line)
 {
-    bool last;
+    bool last, heard;
     if (!take(messages, &last))
         return;
     struct message message;
     message_of_layer(&message, severity, line);
-    deliver(reporter, &message);
+    deliver(reporter, &message, &heard);
 }
 
 void reporter_warn(struct reporter *reporter, const char *line)
@@ -189,15 +195,26 @@ static void allow_messages(struct reporter *reporter)
                                                             : allowed(settings, REPORT_WARNING));
 }
 
-/* Each is told, whatever the limit of duplicates: no two are the same. */
-static void send_kept_lines(struct reporter *reporter, struct kept_lines *kept)
+/* Once in a process. */
+static void send_kept_line(struct reporter *reporter, const char *line)
 {
     struct message message;
+    bool heard;
+    if (!reporter->left[VUID_NONE] || !reported_lines_add(line))
+        return;
+    message_of_layer(&message, REPORT_WARNING, line);
+    deliver(reporter, &message, &heard);
+    if (heard || is_logged(reporter, heard))
+        reported_lines_keep();
+    else
+        reported_lines_remove(line);
+}
+
+/* Whatever the limit of duplicates: no two are the same. */
+static void send_kept_lines(struct reporter *reporter, struct kept_lines *kept)
+{
     for (size_t i = 0; i < kept->count; i++) {
-        if (reporter->left[VUID_NONE]) {
-            message_of_layer(&message, REPORT_WARNING, kept->lines[i]);
-            deliver(reporter, &message);
-        }
+        send_kept_line(reporter, kept->lines[i]);
         free(kept->lines[i]);
     }
     free(kept->lines);

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -126,13 +127,29 @@ static void test_interleaved_loading(void **state)
     }
 }
 
+/* The layer stays loaded after a warning about a setting, so that the next instance brings none. */
+static void test_one_warning_of_a_setting(void **state)
+{
+    (void)state;
+    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "bogus", 1);
+    for (int round = 0; round < 3; round++) {
+        assert_null(world_open(&worlds[0], &platform, &plain));
+        assert_int_equal(worlds[0].messages.count, round == 0);
+        world_close(&worlds[0]);
+    }
+    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "another", 1);
+    assert_null(world_open(&worlds[0], &platform, &plain));
+    assert_int_equal(worlds[0].messages.count, 1);
+    world_close(&worlds[0]);
+    unsetenv("VK_ASSAY_VALIDATION_VUID_NAMES");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_several_instances),
-        cmocka_unit_test(test_several_devices),
-        cmocka_unit_test(test_unload_and_load_again),
-        cmocka_unit_test(test_interleaved_loading),
+        cmocka_unit_test(test_several_instances),        cmocka_unit_test(test_several_devices),
+        cmocka_unit_test(test_unload_and_load_again),    cmocka_unit_test(test_interleaved_loading),
+        cmocka_unit_test(test_one_warning_of_a_setting), /* last: the layer stays loaded */
     };
     const char *missing = platform_open(&platform, "null");
     if (missing != NULL) {
