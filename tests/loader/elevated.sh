@@ -74,7 +74,7 @@ check() {
         run $kind VK_ASSAY_VALIDATION_LEVEL=bogus-variable VK_ASSAY_VALIDATION_LEVLE=state "$@" ||
             result=1
         for word in bogus-file bogus-variable LEVLE; do
-            if [ $kind = plain ]; then has $word || result=1; else ! has $word || result=1; fi
+            if [ "$kind" = plain ]; then has $word || result=1; else ! has $word || result=1; fi
         done
         has bogus-given || result=1
         tell "${kind}_$name" $result
@@ -89,7 +89,7 @@ for kind in plain elevated; do
     clear
     result=0
     run $kind VK_ASSAY_VALIDATION_LOG_FILENAME=assay.log || result=1
-    if [ $kind = plain ]; then
+    if [ "$kind" = plain ]; then
         grep -q bogus-given "$folder/work/assay.log" || result=1
     else
         has bogus-given || result=1

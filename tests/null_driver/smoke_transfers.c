@@ -76,7 +76,7 @@ static void test_updates_and_fills(void **state)
 {
     struct bytes bytes = open_bytes(*state);
     const VkuDeviceDispatchTable *t = &bytes.f->device_table;
-    char data[4] = "data";
+    char data[4] = {'d', 'a', 't', 'a'};
     t->CmdFillBuffer(bytes.commands, bytes.seen, 4, VK_WHOLE_SIZE, 0x01020304);
     t->CmdUpdateBuffer(bytes.commands, bytes.seen, 8, sizeof(data), data);
     memset(data, 0, sizeof(data)); /* it was copied when it was recorded */
