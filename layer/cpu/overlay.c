@@ -46,8 +46,8 @@ static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extens
     return false;
 }
 
-/* Zeros for applications that ask for Vulkan 1.0, which has no ids; nor has it the commands that
- * serialize structures, which is what the id is for. */
+/* Zeros if the version is 1.0: VkPhysicalDeviceIDProperties came with Vulkan 1.1, and so did what
+ * the commands that serialize structures, which use the id, depend on. */
 static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_UUID_SIZE])
 {
     VkPhysicalDeviceIDProperties ids = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};

@@ -77,17 +77,25 @@ static void test_above_the_strict_layer(void **state)
     find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
 
+/* Mesa's overlay leaves memory behind that only its own library refers to: while that stays loaded,
+ * the sanitizer counts no leak. */
+static void need_overlay(void)
+{
+    need_layer(OVERLAY_NAME);
+    dlopen("libVkLayer_MESA_overlay.so", RTLD_NOW | RTLD_LOCAL);
+}
+
 static void test_below_the_overlay(void **state)
 {
     (void)state;
-    need_layer(OVERLAY_NAME);
+    need_overlay();
     find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
 static void test_above_the_overlay(void **state)
 {
     (void)state;
-    need_layer(OVERLAY_NAME);
+    need_overlay();
     find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
