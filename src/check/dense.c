@@ -36,6 +36,13 @@ void check_dense_build(struct walk *walk, struct build_view *build)
         walk_dense_build(walk, &view, LEVEL_PARAMETERS);
 }
 
+/* Whether a build reads none of the data: as geometry_is_empty, of geometries that have their count
+ * here. */
+static bool is_empty(const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
+{
+    return !data->numTriangles || !data->dataSize;
+}
+
 void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
     if (!is_dense(geometry->geometry))
@@ -47,7 +54,7 @@ void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_st
     walk_dense(walk, &view, LEVEL_PARAMETERS);
     if (!with_state)
         return;
-    if (view.data && geometry->build->call->command != COMMAND_HOST)
+    if (view.data && geometry->build->call->command != COMMAND_HOST && !is_empty(view.data))
         view.address = chained_input(walk->context, geometry, INPUT_DENSE_DATA,
                                      view.data->compressedData.deviceAddress);
     walk_dense(walk, &view, LEVEL_STATE);
@@ -148,7 +155,7 @@ static const char *data_field(const struct dense_view *dense)
 /* Of addresses that are not 0 the rules about all inputs speak. */
 bool dense_data_is_valid(const struct dense_view *dense, struct finding *finding)
 {
-    return !dense->data ||
+    return !dense->data || is_empty(dense->data) ||
            address_is_given(finding, data_field(dense), dense->data->compressedData.deviceAddress);
 }
 

@@ -74,6 +74,8 @@ const struct address_facts *chained_input(struct check_context *context,
     struct chained_inputs *chained = geometry->chained;
     uint32_t i = chained->count++;
     chained->items[i].role = role;
-    resources_ask_address(context->resources, address, &chained->items[i].facts);
+    chained->items[i].facts = (struct address_facts){.status = ADDRESS_UNKNOWN};
+    if (!geometry_is_empty(geometry))
+        resources_ask_address(context->resources, address, &chained->items[i].facts);
     return &chained->items[i].facts;
 }

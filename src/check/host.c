@@ -4,6 +4,7 @@
 
 #include "check/geometry_data.h"
 #include "check/predicates.h"
+#include "check/statements.h"
 #include "state/build_info.h"
 
 /* The call. */
@@ -166,18 +167,14 @@ static bool is_readable(const struct host_bytes *bytes, struct finding *finding,
                     hex(bytes->begin));
 }
 
-static bool is_given(const struct host_bytes *bytes, struct finding *finding, const char *field)
-{
-    return bytes->address || violated_plainly(finding, field, "is NULL");
-}
-
 bool vertex_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                      struct finding *finding)
 {
     static const char field[] = "geometry.triangles.vertexData.hostAddress";
     const struct host_bytes *vertices = &host_geometry->vertices;
     return !triangles_in(host_geometry->geometry->geometry) ||
-           (is_given(vertices, finding, field) && is_readable(vertices, finding, field));
+           (host_input_is_given(host_geometry->geometry, finding, field, vertices->address) &&
+            is_readable(vertices, finding, field));
 }
 
 bool index_host_address_is_readable(const struct host_geometry_view *host_geometry,
@@ -188,7 +185,8 @@ bool index_host_address_is_readable(const struct host_geometry_view *host_geomet
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(host_geometry->geometry->geometry);
     return !triangles || !index_type_size(triangles->indexType) ||
-           (is_given(indices, finding, field) && is_readable(indices, finding, field));
+           (host_input_is_given(host_geometry->geometry, finding, field, indices->address) &&
+            is_readable(indices, finding, field));
 }
 
 bool transform_host_address_is_null_or_readable(const struct host_geometry_view *host_geometry,
@@ -203,7 +201,8 @@ bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometr
 {
     static const char field[] = "geometry.aabbs.data.hostAddress";
     return !aabbs_in(host_geometry->geometry->geometry) ||
-           (is_given(&host_geometry->data, finding, field) &&
+           (host_input_is_given(host_geometry->geometry, finding, field,
+                                host_geometry->data.address) &&
             is_readable(&host_geometry->data, finding, field));
 }
 
@@ -212,6 +211,7 @@ bool instance_host_address_is_readable(const struct host_geometry_view *host_geo
 {
     static const char field[] = "geometry.instances.data.hostAddress";
     return !instances_in(host_geometry->geometry->geometry) ||
-           (is_given(&host_geometry->data, finding, field) &&
+           (host_input_is_given(host_geometry->geometry, finding, field,
+                                host_geometry->data.address) &&
             is_readable(&host_geometry->data, finding, field));
 }

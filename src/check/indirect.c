@@ -79,7 +79,7 @@ bool indirect_buffer_has_indirect_usage(const struct indirect_view *indirect,
                                         struct finding *finding)
 {
     const struct address_facts *facts = &indirect->facts;
-    return facts->status != ADDRESS_IN_BUFFER ||
+    return facts->status != ADDRESS_IN_BUFFER || !indirect->build->info->geometryCount ||
            (facts->usage & VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT) ||
            violated(
                finding, input_field(INPUT_INDIRECT),

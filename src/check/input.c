@@ -112,8 +112,9 @@ bool vertex_address_is_given(const struct geometry_view *geometry, struct findin
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles || address_is_given(finding, "geometry.triangles.vertexData.deviceAddress",
-                                          triangles->vertexData.deviceAddress);
+    return !triangles ||
+           input_is_given(geometry, finding, "geometry.triangles.vertexData.deviceAddress",
+                          triangles->vertexData.deviceAddress);
 }
 
 bool vertex_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
@@ -130,8 +131,8 @@ bool index_address_is_given(const struct geometry_view *geometry, struct finding
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     return !triangles || !index_type_size(triangles->indexType) ||
-           address_is_given(finding, "geometry.triangles.indexData.deviceAddress",
-                            triangles->indexData.deviceAddress);
+           input_is_given(geometry, finding, "geometry.triangles.indexData.deviceAddress",
+                          triangles->indexData.deviceAddress);
 }
 
 bool index_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
@@ -163,8 +164,8 @@ bool transform_address_is_aligned(const struct geometry_view *geometry, struct f
 bool aabb_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    return !aabbs || address_is_given(finding, "geometry.aabbs.data.deviceAddress",
-                                      aabbs->data.deviceAddress);
+    return !aabbs || input_is_given(geometry, finding, "geometry.aabbs.data.deviceAddress",
+                                    aabbs->data.deviceAddress);
 }
 
 bool aabb_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
@@ -178,8 +179,8 @@ bool instance_address_is_given(const struct geometry_view *geometry, struct find
 {
     const VkAccelerationStructureGeometryInstancesDataKHR *instances =
         instances_in(geometry->geometry);
-    return !instances || address_is_given(finding, "geometry.instances.data.deviceAddress",
-                                          instances->data.deviceAddress);
+    return !instances || input_is_given(geometry, finding, "geometry.instances.data.deviceAddress",
+                                        instances->data.deviceAddress);
 }
 
 bool instance_array_is_aligned(const struct geometry_view *geometry, struct finding *finding)

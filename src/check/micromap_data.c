@@ -124,6 +124,8 @@ bool micromap_addresses_are_given(const struct micromap_data_view *micromap_data
                                   struct finding *finding)
 {
     const VkAccelerationStructureGeometryMicromapDataKHR *data = micromap_data->data;
+    if (usages_are_empty(&micromap_data->usages, data->usageCountsCount))
+        return true;
     return address_is_given(finding, MICROMAP_DATA "data", data->data) &&
            address_is_given(finding, MICROMAP_DATA "triangleArray", data->triangleArray);
 }

@@ -34,9 +34,10 @@ static inline bool micromap_index_stride_fits_32_bits(struct finding *finding, c
 }
 
 static inline bool micromap_indices_are_given(struct finding *finding, const char *field,
+                                              const struct geometry_view *geometry,
                                               VkIndexType type, uint64_t address)
 {
-    return type == VK_INDEX_TYPE_NONE_KHR || address ||
+    return type == VK_INDEX_TYPE_NONE_KHR || address || geometry_is_empty(geometry) ||
            violated(finding, field, "is 0, but indexType is {}", index_type(type));
 }
 

@@ -54,7 +54,7 @@ bool opacity_without_indices_has_no_index_buffer(const struct opacity_view *opac
 
 bool opacity_index_buffer_is_given(const struct opacity_view *opacity, struct finding *finding)
 {
-    return micromap_indices_are_given(finding, OPACITY_DATA "indexBuffer",
+    return micromap_indices_are_given(finding, OPACITY_DATA "indexBuffer", opacity->geometry,
                                       opacity->opacity->indexType, opacity->opacity->indexBuffer);
 }
 

@@ -135,7 +135,7 @@ static const char *index_field(const struct opacity_ext_view *opacity)
 bool ext_opacity_index_address_is_given(const struct opacity_ext_view *opacity_ext,
                                         struct finding *finding)
 {
-    return micromap_indices_are_given(finding, index_field(opacity_ext),
+    return micromap_indices_are_given(finding, index_field(opacity_ext), opacity_ext->geometry,
                                       opacity_ext->opacity->indexType,
                                       opacity_ext->opacity->indexBuffer.deviceAddress);
 }

@@ -15,6 +15,9 @@ const char *usages_field(const struct micromap_usages *usages);
 /* The sum of their counts. */
 uint64_t usages_sum(const struct micromap_usages *usages);
 
+/* Whether the sum is known to be 0. */
+bool usages_are_empty(const struct micromap_usages *usages, uint32_t usage_counts_count);
+
 /* Each is a rule of all structures with usages: true, or false and a finding. */
 bool usages_are_given_once(const struct micromap_usages *usages, struct finding *finding);
 bool usage_array_is_readable(const struct micromap_usages *usages, struct finding *finding);

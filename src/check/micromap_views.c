@@ -6,6 +6,7 @@
 #include "check/extensions.h"
 #include "check/geometry_data.h"
 #include "check/input.h"
+#include "check/micromap_usages.h"
 #include "state/build_info.h"
 #include "state/chain.h"
 
@@ -169,7 +170,11 @@ static bool has_addresses(const struct geometry_view *geometry)
 void view_micromap_data_state(struct check_context *context, struct geometry_view *geometry,
                               struct micromap_data_view *view)
 {
+    static const struct address_facts of_nothing = {.status = ADDRESS_UNKNOWN};
     if (!has_addresses(geometry))
+        return;
+    view->data_facts = view->triangles_facts = &of_nothing;
+    if (usages_are_empty(&view->usages, view->data->usageCountsCount))
         return;
     view->data_facts = chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
     view->triangles_facts =

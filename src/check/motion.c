@@ -112,9 +112,10 @@ bool motion_vertex_address_is_given(const struct motion_triangles_view *motion_t
     const VkAccelerationStructureGeometryMotionTrianglesDataNV *data = motion_triangles->data;
     if (!data)
         return true;
-    if (motion_triangles->geometry->build->call->command == COMMAND_HOST)
-        return host_address_is_given(finding, MOTION_DATA "vertexData.hostAddress",
-                                     data->vertexData.hostAddress);
-    return address_is_given(finding, MOTION_DATA "vertexData.deviceAddress",
-                            data->vertexData.deviceAddress);
+    const struct geometry_view *geometry = motion_triangles->geometry;
+    if (geometry->build->call->command == COMMAND_HOST)
+        return host_input_is_given(geometry, finding, MOTION_DATA "vertexData.hostAddress",
+                                   data->vertexData.hostAddress);
+    return input_is_given(geometry, finding, MOTION_DATA "vertexData.deviceAddress",
+                          data->vertexData.deviceAddress);
 }

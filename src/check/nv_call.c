@@ -169,16 +169,24 @@ bool nv_info_scratch_has_ray_tracing_usage(const struct nv_call_view *nv_call,
     return has_ray_tracing_usage(&nv_call->scratch_facts, finding, "scratch");
 }
 
+/* Without instances none of the data is read. */
+static bool instances_have_ray_tracing_usage(const struct nv_call_view *nv_call,
+                                             struct finding *finding)
+{
+    return (nv_call->info && !nv_call->info->instanceCount) ||
+           has_ray_tracing_usage(&nv_call->instance_facts, finding, "instanceData");
+}
+
 bool nv_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                             struct finding *finding)
 {
-    return has_ray_tracing_usage(&nv_call->instance_facts, finding, "instanceData");
+    return instances_have_ray_tracing_usage(nv_call, finding);
 }
 
 bool nv_info_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                                  struct finding *finding)
 {
-    return has_ray_tracing_usage(&nv_call->instance_facts, finding, "instanceData");
+    return instances_have_ray_tracing_usage(nv_call, finding);
 }
 
 /* ---- what dst was created for */

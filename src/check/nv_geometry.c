@@ -258,6 +258,7 @@ bool nv_indexed_triangles_have_index_data(const struct nv_geometry_view *nv_geom
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
     return !triangles || !index_type_size(triangles->indexType) || triangles->indexData ||
+           nv_geometry_is_empty(nv_geometry) ||
            violated(finding, TRIANGLES "indexData", "is VK_NULL_HANDLE, but indexType is {}",
                     index_type(triangles->indexType));
 }

@@ -25,8 +25,9 @@ bool nv_vertex_offset_is_in_the_buffer(const struct nv_geometry_view *nv_geometr
                                        struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || is_in_buffer(&nv_geometry->vertex, finding, TRIANGLES "vertexOffset",
-                                      triangles->vertexOffset);
+    return !triangles || nv_geometry_is_empty(nv_geometry) ||
+           is_in_buffer(&nv_geometry->vertex, finding, TRIANGLES "vertexOffset",
+                        triangles->vertexOffset);
 }
 
 bool nv_index_data_is_null_or_a_valid_buffer(const struct nv_geometry_view *nv_geometry,
@@ -39,8 +40,9 @@ bool nv_index_offset_is_in_the_buffer(const struct nv_geometry_view *nv_geometry
                                       struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || is_in_buffer(&nv_geometry->index_data, finding, TRIANGLES "indexOffset",
-                                      triangles->indexOffset);
+    return !triangles || nv_geometry_is_empty(nv_geometry) ||
+           is_in_buffer(&nv_geometry->index_data, finding, TRIANGLES "indexOffset",
+                        triangles->indexOffset);
 }
 
 bool nv_transform_data_is_a_valid_buffer(const struct nv_geometry_view *nv_geometry,
@@ -53,8 +55,9 @@ bool nv_transform_offset_is_in_the_buffer(const struct nv_geometry_view *nv_geom
                                           struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || is_in_buffer(&nv_geometry->transform, finding, TRIANGLES "transformOffset",
-                                      triangles->transformOffset);
+    return !triangles || nv_geometry_is_empty(nv_geometry) ||
+           is_in_buffer(&nv_geometry->transform, finding, TRIANGLES "transformOffset",
+                        triangles->transformOffset);
 }
 
 /* Of this device, or all of another: what the command's own handles are of isn't asked here. */
@@ -86,5 +89,6 @@ bool nv_aabb_offset_is_in_the_buffer(const struct nv_geometry_view *nv_geometry,
                                      struct finding *finding)
 {
     const VkGeometryAABBNV *aabbs = nv_geometry->aabbs;
-    return !aabbs || is_in_buffer(&nv_geometry->boxes, finding, BOXES "offset", aabbs->offset);
+    return !aabbs || nv_geometry_is_empty(nv_geometry) ||
+           is_in_buffer(&nv_geometry->boxes, finding, BOXES "offset", aabbs->offset);
 }

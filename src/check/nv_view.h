@@ -50,4 +50,13 @@ struct nv_geometry_view {
     struct buffer_facts vertex, index_data, transform, boxes;
 };
 
+/* As geometry_is_empty. Handles are validated all the same: they are parameters. */
+static inline bool nv_geometry_is_empty(const struct nv_geometry_view *geometry)
+{
+    const VkGeometryTrianglesNV *triangles = geometry->triangles;
+    if (triangles && triangles->indexType != VK_INDEX_TYPE_NONE_NV)
+        return !triangles->indexCount;
+    return triangles ? !triangles->vertexCount : geometry->aabbs && !geometry->aabbs->numAABBs;
+}
+
 #endif

@@ -158,8 +158,8 @@ static bool union_is_given(const struct sphere_data *data, struct finding *findi
 {
     if (!data->given)
         return true;
-    return is_host(data) ? host_address_is_given(finding, path, address.hostAddress)
-                         : address_is_given(finding, path, address.deviceAddress);
+    return is_host(data) ? host_input_is_given(data->geometry, finding, path, address.hostAddress)
+                         : input_is_given(data->geometry, finding, path, address.deviceAddress);
 }
 
 static bool vertices_are_given(const struct sphere_data *data, struct finding *finding,
@@ -281,7 +281,8 @@ bool successive_swept_spheres_have_index_data(const struct swept_spheres_view *s
         swept_spheres->indexing_mode != VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)
         return true;
     bool is_null = is_host(data) ? !data->indices.hostAddress : !data->indices.deviceAddress;
-    return !is_null || violated_plainly(finding, SWEPT_DATA "indexData",
-                                        "is NULL, but indexingMode is "
-                                        "VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV");
+    return !is_null || geometry_is_empty(data->geometry) ||
+           violated_plainly(finding, SWEPT_DATA "indexData",
+                            "is NULL, but indexingMode is "
+                            "VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV");
 }

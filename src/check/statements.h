@@ -4,17 +4,26 @@
 #define ASSAY_CHECK_STATEMENTS_H
 
 #include "check/finding.h"
+#include "check/view.h"
+
+/* Of the data of a geometry; see geometry_is_empty. */
+static inline bool input_is_given(const struct geometry_view *geometry, struct finding *finding,
+                                  const char *field, VkDeviceAddress address)
+{
+    return address || geometry_is_empty(geometry) || violated_plainly(finding, field, "is 0");
+}
+
+static inline bool host_input_is_given(const struct geometry_view *geometry,
+                                       struct finding *finding, const char *field,
+                                       const void *address)
+{
+    return address || geometry_is_empty(geometry) || violated_plainly(finding, field, "is NULL");
+}
 
 static inline bool address_is_given(struct finding *finding, const char *field,
                                     VkDeviceAddress address)
 {
     return address || violated_plainly(finding, field, "is 0");
-}
-
-static inline bool host_address_is_given(struct finding *finding, const char *field,
-                                         const void *address)
-{
-    return address || violated_plainly(finding, field, "is NULL");
 }
 
 /* Alignment 0: none is known. */

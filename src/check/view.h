@@ -99,10 +99,23 @@ struct geometry_view {
     struct chain_facts chain, triangles_chain;
     struct chained_inputs *chained; /* NULL where no extension has any */
 
-    /* From level STATE on; ADDRESS_UNKNOWN where the geometry has no such address. */
+    /* From level STATE on; ADDRESS_UNKNOWN if the geometry has no such address, or is empty. */
     struct address_facts vertex, index_data, transform, data; /* data: AABBs or instances */
     enum tristate vertex_format_supported;
 };
+
+/* Whether a build certainly reads no data of a geometry: its primitive count is 0, or in indirect
+ * builds the maximum. Such geometries are common (translation layers build an empty TLAS with an
+ * instance address of 0), so no rule about what an address leads to is asked of them, although the
+ * sentences make no exception: without a read there is nothing that could go wrong. False for
+ * geometries whose count is elsewhere or unknown. */
+static inline bool geometry_is_empty(const struct geometry_view *geometry)
+{
+    const struct build_view *build = geometry->build;
+    if (build->ranges)
+        return !build->ranges[geometry->index].primitiveCount;
+    return build->max_primitive_counts && !build->max_primitive_counts[geometry->index];
+}
 
 /* One geometry with its build range (or, for the indirect command, its maximum count). */
 struct range_view {

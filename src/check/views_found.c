@@ -44,7 +44,7 @@ static inline void ask_for_geometry(struct resource_queries *queries,
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances =
         instances_in(geometry->geometry);
-    if (geometry->build->call->command == COMMAND_HOST)
+    if (geometry->build->call->command == COMMAND_HOST || geometry_is_empty(geometry))
         return;
     if (triangles) {
         ask_for_address(queries, triangles->vertexData.deviceAddress, &geometry->vertex);

@@ -12,6 +12,27 @@ static struct shape instances(void)
     return shape;
 }
 
+/* Of geometries without primitives nothing is read, so their inputs may go. */
+static struct shape no_triangles(void)
+{
+    struct shape shape = shape_plain();
+    shape.primitive_count = 0;
+    return shape;
+}
+
+static struct shape no_instances(void)
+{
+    struct shape shape = instances();
+    shape.primitive_count = 0;
+    return shape;
+}
+
+#define UNREAD_INPUT_DIES(name_, action, shape_)                                                   \
+    {                                                                                              \
+        .name = name_, .steps = STEPS(RECORD_BUILD(A, X, GOOD), action, RUN(A)), .once = true,     \
+        .shape = (shape_)                                                                          \
+    }
+
 /* Its address is taken over by another buffer before the submission: as good as before. */
 #define INPUT_IS_RENEWED(name_, input, shape_)                                                     \
     {                                                                                              \
@@ -45,6 +66,12 @@ static const struct program programs[] = {
                RULE_build_scratch_is_in_one_buffer, ".scratchData.deviceAddress", NULL),
     INPUT_DIES("scratch_memory_freed", SCRATCH, FREE_INPUT, RULE_build_scratch_is_in_one_buffer,
                ".scratchData.deviceAddress", NULL),
+
+    UNREAD_INPUT_DIES("unread_vertex_buffer_destroyed", DESTROY_INPUT(VERTICES), no_triangles),
+    UNREAD_INPUT_DIES("unread_index_memory_freed", FREE_INPUT(INDICES), no_triangles),
+    UNREAD_INPUT_DIES("unread_transform_buffer_destroyed", DESTROY_INPUT(TRANSFORMS), no_triangles),
+    UNREAD_INPUT_DIES("unread_instance_buffer_destroyed", DESTROY_INPUT(INSTANCES_INPUT),
+                      no_instances),
 
     INPUT_IS_RENEWED("vertex_buffer_renewed", VERTICES, NULL),
     INPUT_IS_RENEWED("index_buffer_renewed", INDICES, NULL),

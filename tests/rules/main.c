@@ -25,6 +25,7 @@ static const struct case_list *const lists[] = {
     &cases_chain,
     &cases_address,
     &cases_alignment,
+    &cases_empty,
     &cases_range,
     &cases_indirect,
     &cases_overlap,
