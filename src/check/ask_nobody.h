@@ -6,6 +6,7 @@
 #undef ASK_build
 #undef ASK_geometry
 #undef ASK_range
+#undef ASK_address
 #undef ASK_indirect
 #undef ASK_indirect_range
 #undef ASK_host_build
@@ -46,6 +47,7 @@
 #define ASK_build(name, level)
 #define ASK_geometry(name, level)
 #define ASK_range(name, level)
+#define ASK_address(name, level)
 #define ASK_indirect(name, level)
 #define ASK_indirect_range(name, level)
 #define ASK_host_build(name, level)

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/address.h"
 #include "check/content.h"
 #include "check/extensions.h"
 #include "check/hold.h"
@@ -46,8 +47,10 @@ __attribute__((cold)) static void walk_all_of_geometry(struct walk *walk,
     walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
     if (range->geometry->build->call->command == COMMAND_HOST)
         check_host_geometry(walk, range);
-    if (with_state)
-        walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
+    if (!with_state)
+        return;
+    walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
+    check_geometry_addresses(walk, range->geometry);
 }
 
 /* Whether the witness sees a geometry with its build: one alone, unless it has more
@@ -85,6 +88,8 @@ __attribute__((cold)) static void
 walk_all_of_build(struct walk *walk, const struct build_view *build, enum level level)
 {
     walk_build(walk, build, level);
+    if (level == LEVEL_STATE)
+        check_scratch_address(walk, build);
 }
 
 __attribute__((cold)) static void walk_all_of_call(struct walk *walk, const struct call_view *call)

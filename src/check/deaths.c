@@ -106,14 +106,14 @@ static void check_entry(struct replay *replay, const struct journal *journal,
 
 static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
 {
+    if (status == ADDRESS_UNBOUND)
+        return RULE_input_buffer_is_bound;
     if (input->role == INPUT_SCRATCH)
         return RULE_build_scratch_is_in_one_buffer;
     if (input->role == INPUT_UPDATE_SCRATCH)
         return RULE_update_scratch_is_in_one_buffer;
     if (input->role == INPUT_INDIRECT)
         return RULE_indirect_ranges_are_in_one_buffer;
-    if (status == ADDRESS_UNBOUND)
-        return RULE_input_buffer_is_bound;
     return input->role == INPUT_TRANSFORM ? RULE_transform_address_is_valid
                                           : RULE_input_address_is_in_a_buffer;
 }

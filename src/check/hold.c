@@ -2,6 +2,7 @@
 /* The rows as chains of comparisons: rules.def is included once a subject. */
 #include "check/hold.h"
 
+#include "check/address.h"
 #include "check/geometry_data.h"
 #include "check/predicates.h"
 #include "state/recording_path.h"
@@ -73,7 +74,8 @@ build_parameters_hold(const struct build_view *build, bool alike)
 
 ON_RECORDING_PATH __attribute__((flatten)) bool build_state_holds(const struct build_view *build)
 {
-    return is_asked(build->call) && build_rows_hold(build, LEVEL_STATE, false);
+    return is_asked(build->call) && build_rows_hold(build, LEVEL_STATE, false) &&
+           scratch_address_holds(build);
 }
 
 ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count, bool with_state,
@@ -82,6 +84,7 @@ ROWS_HOLD geometry_and_range_hold(const struct range_view *range, bool has_count
     return geometry_rows_hold(range->geometry, LEVEL_PARAMETERS, alike) &&
            (!has_count || range_rows_hold(range, LEVEL_PARAMETERS)) &&
            (!with_state || (geometry_rows_hold(range->geometry, LEVEL_STATE, false) &&
+                            geometry_addresses_hold(range->geometry) &&
                             (!has_count || range_rows_hold(range, LEVEL_STATE))));
 }
 

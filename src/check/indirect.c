@@ -2,6 +2,7 @@
 /* Rules about where the indirect command reads its build ranges. */
 #include "check/indirect.h"
 
+#include "check/address.h"
 #include "check/input.h"
 #include "check/predicates.h"
 
@@ -22,6 +23,7 @@ void check_indirect(struct walk *walk, const struct build_view *build, bool with
         return;
     resources_ask_address(context->resources, *indirect.address, &indirect.facts);
     walk_indirect(walk, &indirect, LEVEL_STATE);
+    check_indirect_address(walk, &indirect);
     if (context->witness)
         context->witness->see_indirect(context->user, &indirect);
 }
@@ -56,14 +58,12 @@ bool indirect_ranges_are_in_one_buffer(const struct indirect_view *indirect,
         return true;
     switch (facts->status) {
     case ADDRESS_UNKNOWN:
+    case ADDRESS_UNBOUND: /* see input_buffer_is_bound */
         return true;
     case ADDRESS_NULL:
     case ADDRESS_NOWHERE:
         return violated(finding, field, "{} is in no buffer, but geometryCount is {}",
                         hex(facts->address), number(count));
-    case ADDRESS_UNBOUND:
-        return violated(finding, field, "{} is in {}, which is not bound to live memory",
-                        hex(facts->address), buffer(facts));
     case ADDRESS_IN_BUFFER:
         break;
     }

@@ -86,28 +86,6 @@ const char *input_data_field(enum build_command command, enum input_role role)
     }
 }
 
-/* The addresses of a geometry; those that it doesn't use have status ADDRESS_UNKNOWN. */
-enum { INPUTS = 4 };
-
-struct input {
-    enum input_role role;
-    const struct address_facts *facts;
-};
-
-static void list_inputs(const struct geometry_view *geometry, struct input inputs[INPUTS])
-{
-    bool is_aabbs = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    inputs[0] = (struct input){INPUT_VERTEX, &geometry->vertex};
-    inputs[1] = (struct input){INPUT_INDEX, &geometry->index_data};
-    inputs[2] = (struct input){INPUT_TRANSFORM, &geometry->transform};
-    inputs[3] = (struct input){is_aabbs ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data};
-}
-
-static struct value buffer(const struct address_facts *facts)
-{
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
-}
-
 bool vertex_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
@@ -199,78 +177,4 @@ bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct 
     return !instances || !instances->arrayOfPointers ||
            address_is_aligned(finding, "geometry.instances.data.deviceAddress",
                               instances->data.deviceAddress, 8);
-}
-
-/* Nearly always no address has such a status: that is to cost little. */
-static bool may_have_input(const struct geometry_view *geometry, enum address_status status)
-{
-    return geometry->vertex.status == status || geometry->index_data.status == status ||
-           geometry->transform.status == status || geometry->data.status == status ||
-           geometry->chained;
-}
-
-/* The first address of that status, of the geometry itself or in what extensions chain to it. 03808
- * speaks for transformData that is nowhere. */
-static bool find_input(const struct geometry_view *geometry, enum address_status status,
-                       struct input *found)
-{
-    struct input inputs[INPUTS];
-    const struct chained_inputs *chained = geometry->chained;
-    if (!may_have_input(geometry, status))
-        return false;
-    list_inputs(geometry, inputs);
-    for (int i = 0; i < INPUTS; i++)
-        if (inputs[i].facts->status == status &&
-            (status != ADDRESS_NOWHERE || inputs[i].role != INPUT_TRANSFORM)) {
-            *found = inputs[i];
-            return true;
-        }
-    for (uint32_t i = 0; chained && i < chained->count; i++)
-        if (chained->items[i].facts.status == status) {
-            *found = (struct input){chained->items[i].role, &chained->items[i].facts};
-            return true;
-        }
-    return false;
-}
-
-bool input_address_is_in_a_buffer(const struct geometry_view *geometry, struct finding *finding)
-{
-    struct input input;
-    return !find_input(geometry, ADDRESS_NOWHERE, &input) ||
-           violated(finding, input_field(input.role),
-                    "{} is in no buffer whose address was retrieved", hex(input.facts->address));
-}
-
-bool input_buffer_is_bound(const struct geometry_view *geometry, struct finding *finding)
-{
-    struct input input;
-    return !find_input(geometry, ADDRESS_UNBOUND, &input) ||
-           violated(finding, input_field(input.role),
-                    "{} is in {}, which is not bound to live memory", hex(input.facts->address),
-                    buffer(input.facts));
-}
-
-static bool lacks_usage(const struct address_facts *facts)
-{
-    return facts->status == ADDRESS_IN_BUFFER &&
-           !(facts->usage & VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-}
-
-/* The rule names the members that it means; those of extensions' structures aren't among them. */
-bool input_buffer_has_build_input_usage(const struct geometry_view *geometry,
-                                        struct finding *finding)
-{
-    struct input inputs[INPUTS];
-    if (!lacks_usage(&geometry->vertex) && !lacks_usage(&geometry->index_data) &&
-        !lacks_usage(&geometry->transform) && !lacks_usage(&geometry->data))
-        return true;
-    list_inputs(geometry, inputs);
-    for (int i = 0; i < INPUTS; i++)
-        if (lacks_usage(inputs[i].facts))
-            return violated(finding, input_field(inputs[i].role),
-                            "{} is in {}, created with usage {}, without "
-                            "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",
-                            hex(inputs[i].facts->address), buffer(inputs[i].facts),
-                            hex(inputs[i].facts->usage));
-    return true;
 }

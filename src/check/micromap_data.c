@@ -144,26 +144,6 @@ static struct value buffer(const struct address_facts *facts)
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
 }
 
-static bool has_build_input_usage(struct finding *finding, const char *field,
-                                  const struct address_facts *facts)
-{
-    return facts->status != ADDRESS_IN_BUFFER ||
-           (facts->usage &
-            VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR) ||
-           violated(finding, field,
-                    "{} is in {}, created with usage {}, without "
-                    "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",
-                    hex(facts->address), buffer(facts), hex(facts->usage));
-}
-
-bool micromap_buffers_have_build_input_usage(const struct micromap_data_view *micromap_data,
-                                             struct finding *finding)
-{
-    return has_build_input_usage(finding, MICROMAP_DATA "data", micromap_data->data_facts) &&
-           has_build_input_usage(finding, MICROMAP_DATA "triangleArray",
-                                 micromap_data->triangles_facts);
-}
-
 /* A product that wraps is beyond any buffer. */
 bool micromap_triangles_are_in_one_buffer(const struct micromap_data_view *micromap_data,
                                           struct finding *finding)

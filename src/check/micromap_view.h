@@ -35,7 +35,7 @@ struct micromap_data_view {
     const VkAccelerationStructureGeometryMicromapDataKHR *data;
     struct micromap_usages usages;
     /* From level STATE on; NULL in host builds. */
-    const struct address_facts *data_facts, *triangles_facts;
+    const struct address_facts *triangles_facts;
 };
 
 /* A VkAccelerationStructureTrianglesOpacityMicromapKHR. */

@@ -173,10 +173,10 @@ void view_micromap_data_state(struct check_context *context, struct geometry_vie
     static const struct address_facts of_nothing = {.status = ADDRESS_UNKNOWN};
     if (!has_addresses(geometry))
         return;
-    view->data_facts = view->triangles_facts = &of_nothing;
+    view->triangles_facts = &of_nothing;
     if (usages_are_empty(&view->usages, view->data->usageCountsCount))
         return;
-    view->data_facts = chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
+    chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
     view->triangles_facts =
         chained_input(context, geometry, INPUT_MICROMAP_TRIANGLES, view->data->triangleArray);
 }

@@ -134,15 +134,12 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
         return true;
     switch (scratch->status) {
     case ADDRESS_UNKNOWN:
+    case ADDRESS_UNBOUND: /* see input_buffer_is_bound */
         return true;
     case ADDRESS_NULL:
     case ADDRESS_NOWHERE:
         return violated(finding, "scratchData.deviceAddress", "{} is in no buffer, but {} is {}",
                         hex(scratch->address), text(size_name), number(needed));
-    case ADDRESS_UNBOUND:
-        return violated(finding, "scratchData.deviceAddress",
-                        "{} is in {}, which is not bound to live memory", hex(scratch->address),
-                        object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer));
     case ADDRESS_IN_BUFFER:
         break;
     }

@@ -124,6 +124,14 @@ struct range_view {
     uint32_t primitive_count;
 };
 
+/* One address of a build. */
+struct address_view {
+    const struct build_view *build;
+    const struct geometry_view *geometry; /* NULL: scratch, or build ranges (INPUT_INDIRECT) */
+    enum input_role role;
+    const struct address_facts *facts;
+};
+
 /* Where the indirect command reads the build ranges of one build. */
 struct indirect_view {
     const struct build_view *build;

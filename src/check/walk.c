@@ -124,15 +124,34 @@ ASK_ROWS ask_range(struct walk *walk, const struct range_view *range, enum level
 }
 WALK(range)
 
-static struct location location_of_element(const struct indirect_view *indirect)
+static struct location location_of_element(const struct build_view *build)
 {
     return (struct location){
-        .command = COMMAND_INDIRECT, .subject = SUBJECT_ELEMENT, .build = indirect->build->index};
+        .command = COMMAND_INDIRECT, .subject = SUBJECT_ELEMENT, .build = build->index};
+}
+
+static struct location location_of_address(const struct address_view *address)
+{
+    if (address->geometry)
+        return walk_location(address->geometry, SUBJECT_GEOMETRY);
+    return address->role == INPUT_INDIRECT ? location_of_element(address->build)
+                                           : location_of_build(address->build);
 }
 
 #include "check/ask_nobody.h"
+#undef ASK_address
+#define ASK_address(name, level) ASK(name, level, address, location_of_address(address))
+
+ASK_ROWS ask_address(struct walk *walk, const struct address_view *address, enum level level)
+{
+    struct finding finding;
+#include "rules.def"
+}
+WALK(address)
+
+#include "check/ask_nobody.h"
 #undef ASK_indirect
-#define ASK_indirect(name, level) ASK(name, level, indirect, location_of_element(indirect))
+#define ASK_indirect(name, level) ASK(name, level, indirect, location_of_element(indirect->build))
 
 ASK_ROWS ask_indirect(struct walk *walk, const struct indirect_view *indirect, enum level level)
 {

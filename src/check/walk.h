@@ -39,6 +39,7 @@ void walk_call(struct walk *walk, const struct call_view *call, enum level level
 void walk_build(struct walk *walk, const struct build_view *build, enum level level);
 void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level);
 void walk_range(struct walk *walk, const struct range_view *range, enum level level);
+void walk_address(struct walk *walk, const struct address_view *address, enum level level);
 void walk_indirect(struct walk *walk, const struct indirect_view *indirect, enum level level);
 void walk_motion_build(struct walk *walk, const struct motion_build_view *motion_build,
                        enum level level);

@@ -101,6 +101,16 @@ static bool takes_nv(const struct program_list *list, const struct program *prog
     return list != &death_programs && list != &extension_programs && machine_nv_takes(program);
 }
 
+/* Only the indirect command reads build ranges from a buffer. */
+static bool loses_ranges(const struct program *program)
+{
+    for (const struct step *step = program->steps; step->action != ACTION_END_OF_PROGRAM; step++)
+        if ((step->action == ACTION_DESTROY_INPUT || step->action == ACTION_FREE_INPUT) &&
+            step->detail == RANGES)
+            return true;
+    return false;
+}
+
 static void play_commands(struct run *run, const struct program_list *list,
                           const struct program *program, const struct difference *difference)
 {
@@ -109,6 +119,7 @@ static void play_commands(struct run *run, const struct program_list *list,
         struct play play = {&run->platform, program, difference, command, false, run->tally.level};
         if (!fits_command(&play) || by_host != (command == COMMAND_HOST) ||
             (command == COMMAND_INDIRECT && !program_has(program, ACTION_UPDATE)) ||
+            (command != COMMAND_INDIRECT && loses_ranges(program)) ||
             (command == COMMAND_NV ? !takes_nv(list, program) : list == &nv_programs))
             continue;
         play_one(run, list, &play);

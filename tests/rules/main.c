@@ -180,7 +180,7 @@ static bool fits_level(const struct test_case *test_case, const char *level)
 /* Rules about geometries are asked of both arrays. */
 static bool wants_pointers(const struct test_case *test_case)
 {
-    static const char *const subjects[] = {"geometry", "range",         "motion_triangles",
+    static const char *const subjects[] = {"geometry", "address",       "range", "motion_triangles",
                                            "spheres",  "swept_spheres", "dense"};
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->keep_arrays; i++) {
         const char *subject = rule_infos[test_case->rules[i]].subject;
