@@ -63,7 +63,6 @@ VkGeometryInstanceFlagsKHR instance_flags_enabled(const struct device_facts *dev
                                        VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR |
                                        VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
     if (device->extension.opacity_micromap_ext || device->extension.opacity_micromap_khr)
-        flags |= VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR |
-                 VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
+        flags |= micromap_instance_flags;
     return flags;
 }

@@ -9,12 +9,14 @@ static const struct device_facts *device_of(const struct instance_view *view)
     return view->geometry->build->call->device;
 }
 
-/* Of instances with motion, that is what makes their member no valid structure. */
+/* Of instances with motion, that is what makes their member no valid structure. The bits of
+ * micromaps have a rule of their own. */
 bool instance_flags_are_valid(const struct instance_view *instance, struct finding *finding)
 {
     const struct device_facts *device = device_of(instance);
     VkGeometryInstanceFlagsKHR flags = instance->instance.flags;
-    VkGeometryInstanceFlagsKHR unknown = flags & ~instance_flags_enabled(device);
+    VkGeometryInstanceFlagsKHR unknown =
+        flags & ~instance_flags_enabled(device) & ~micromap_instance_flags;
     return !unknown || instance->has_motion || device->newer_than_registry ||
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have bits {}, which no "
@@ -26,9 +28,7 @@ bool instance_micromap_flags_have_their_feature(const struct instance_view *inst
                                                 struct finding *finding)
 {
     const struct device_facts *device = device_of(instance);
-    VkGeometryInstanceFlagsKHR flags =
-        instance->instance.flags & (VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR |
-                                    VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR);
+    VkGeometryInstanceFlagsKHR flags = instance->instance.flags & micromap_instance_flags;
     return !flags || device->micromap.ext || device->micromap.khr || device->newer_than_registry ||
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have bits {} of micromaps, but the "

@@ -104,6 +104,16 @@ bool motion_instance_flags_are_zero(const struct motion_instance_view *motion_in
                     number(motion_instance->index), hex(motion_instance->instance.flags));
 }
 
+/* Plain instances have a rule for the bits of micromaps (11580), which is also asked of static
+ * members; instances that move have none. */
+static VkGeometryInstanceFlagsKHR allowed_flags(const struct device_facts *device, int type)
+{
+    VkGeometryInstanceFlagsKHR flags = instance_flags_enabled(device);
+    return type == VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV
+               ? flags | micromap_instance_flags
+               : flags;
+}
+
 static bool flags_are_valid(const struct motion_instance_view *view, int type,
                             struct finding *finding, const char *says)
 {
@@ -111,7 +121,7 @@ static bool flags_are_valid(const struct motion_instance_view *view, int type,
     struct common common;
     if (!is_of_type(view, type) || !find_common(&view->instance, &common))
         return true;
-    VkGeometryInstanceFlagsKHR unknown = common.flags & ~instance_flags_enabled(device);
+    VkGeometryInstanceFlagsKHR unknown = common.flags & ~allowed_flags(device, type);
     return !unknown || device->newer_than_registry ||
            violated(finding, content_field(view->geometry, INPUT_INSTANCES), says,
                     number(view->index), hex(common.flags), hex(unknown));

@@ -54,6 +54,8 @@ static void instances_of_a_blas(struct scene *scene)
 INSTANCES_OF_A_BLAS(instance_with_nobodys_flags, 2, flags = 0x40)
 INSTANCES_OF_A_BLAS(instance_forced_opaque, 2, flags = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
 INSTANCES_OF_A_BLAS(instance_with_flags_of_micromaps, 0, flags = 0x10)
+INSTANCES_OF_A_BLAS(instance_with_two_wrong_flags, 0, flags = 0x50)
+INSTANCES_OF_A_BLAS(instance_of_a_built_blas_disables_micromaps, 0, flags = 0x20)
 INSTANCES_OF_A_BLAS(instance_of_no_structure, 2, accelerationStructureReference = 0x123456)
 INSTANCES_OF_A_BLAS(instance_behind_the_last, 3, accelerationStructureReference = 0x123456)
 INSTANCES_OF_A_BLAS(flat_instance, 2, transform.matrix[1][1] = 0)
@@ -207,11 +209,29 @@ static const struct test_case cases[] = {
      .commands = ON_HOST,
      .path = LEADS_TO(2) "whose flags 0x40 have bits 0x40"},
     {.name = "instance_with_flags_of_micromaps",
-     RULES(RULE_instance_flags_are_valid, RULE_instance_micromap_flags_have_their_feature),
+     RULES(RULE_instance_micromap_flags_have_their_feature),
      .setup = &with_content,
      .mutate = instance_with_flags_of_micromaps,
      .mutate_twin = instances_of_a_blas,
      .commands = ON_HOST,
+     .count = 1,
+     .path = LEADS_TO(0)},
+    /* The flag of micromaps and another that nobody has: two mistakes. */
+    {.name = "instance_with_flags_of_micromaps_and_of_nobody",
+     RULES(RULE_instance_flags_are_valid, RULE_instance_micromap_flags_have_their_feature),
+     .setup = &with_content,
+     .mutate = instance_with_two_wrong_flags,
+     .mutate_twin = instances_of_a_blas,
+     .commands = ON_HOST,
+     .count = 1,
+     .path = LEADS_TO(0)},
+    {.name = "instance_disables_micromaps_without_feature",
+     RULES(RULE_instance_micromap_flags_have_their_feature),
+     .setup = &without_micromap_feature,
+     .mutate = instance_of_a_built_blas_disables_micromaps,
+     .mutate_twin = instances_of_a_blas,
+     .commands = ON_HOST,
+     .count = 1,
      .path = LEADS_TO(0)},
     {.name = "instance_with_flags_of_micromaps_without_feature",
      RULES(RULE_instance_micromap_flags_have_their_feature),

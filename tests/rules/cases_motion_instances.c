@@ -50,6 +50,7 @@ MOVING_INSTANCES(instances_of_nobodys_type, MATRIX,
                  type = (VkAccelerationStructureMotionInstanceTypeNV)3)
 MOVING_INSTANCES(instances_with_flags, SRT, flags = 1)
 MOVING_INSTANCES(still_instance_with_flags, STILL, data.staticInstance.flags = 0x40)
+MOVING_INSTANCES(still_instance_with_flags_of_micromaps, STILL, data.staticInstance.flags = 0x10)
 MOVING_INSTANCES(matrix_instance_with_flags, MATRIX, data.matrixMotionInstance.flags = 0x10)
 MOVING_INSTANCES(srt_instance_with_flags, SRT, data.srtMotionInstance.flags = 0x80)
 MOVING_INSTANCES(instances_force_opaque, SRT,
@@ -149,6 +150,14 @@ static const struct test_case cases[] = {
      .mutate = still_instance_with_flags,
      .mutate_twin = moving_instances,
      .commands = ON_HOST,
+     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "static_motion_instance_with_flags_of_micromaps",
+     RULES(RULE_instance_micromap_flags_have_their_feature),
+     .setup = &with_content,
+     .mutate = still_instance_with_flags_of_micromaps,
+     .mutate_twin = moving_instances,
+     .commands = ON_HOST,
+     .count = 1,
      .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
     {.name = "matrix_motion_instance_with_flags_of_micromaps",
      RULES(RULE_matrix_motion_instance_flags_are_valid, RULE_matrix_motion_member_is_filled),
