@@ -57,6 +57,7 @@ INSTANCES_OF_A_BLAS(instance_with_flags_of_micromaps, 0, flags = 0x10)
 INSTANCES_OF_A_BLAS(instance_with_two_wrong_flags, 0, flags = 0x50)
 INSTANCES_OF_A_BLAS(instance_of_a_built_blas_disables_micromaps, 0, flags = 0x20)
 INSTANCES_OF_A_BLAS(instance_of_no_structure, 2, accelerationStructureReference = 0x123456)
+INSTANCES_OF_A_BLAS(instance_of_nothing, 1, accelerationStructureReference = 0)
 INSTANCES_OF_A_BLAS(instance_behind_the_last, 3, accelerationStructureReference = 0x123456)
 INSTANCES_OF_A_BLAS(flat_instance, 2, transform.matrix[1][1] = 0)
 INSTANCES_OF_A_BLAS(small_instance, 2, transform.matrix[1][1] = 1e-38f)
@@ -267,6 +268,7 @@ static const struct test_case cases[] = {
      RULES(RULE_instance_references_are_valid_handles),
      .setup = &with_content,
      .mutate = instance_of_a_destroyed_blas,
+     .mutate_twin = instance_of_nothing,
      .commands = ON_HOST,
      .path = LEADS_TO(1)},
     {.name = "instance_of_another_device",

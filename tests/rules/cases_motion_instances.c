@@ -57,6 +57,8 @@ MOVING_INSTANCES(instances_force_opaque, SRT,
                  data.srtMotionInstance.flags = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
 MOVING_INSTANCES(instances_of_no_structure, MATRIX,
                  data.matrixMotionInstance.accelerationStructureReference = 0x123456)
+MOVING_INSTANCES(instances_of_nothing, MATRIX,
+                 data.matrixMotionInstance.accelerationStructureReference = 0)
 MOVING_INSTANCES(instances_of_a_structure, MATRIX,
                  data.matrixMotionInstance.accelerationStructureReference =
                      scene_reference(scene, scene_accel_for(scene, INDEXED)))
@@ -186,6 +188,12 @@ static const struct test_case cases[] = {
      .mutate_twin = instances_of_a_structure,
      .commands = ON_HOST,
      .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"},
+    {.name = "motion_instance_of_no_structure_or_nothing",
+     RULES(RULE_motion_instance_references_are_valid_handles),
+     .setup = &with_content,
+     .mutate = instances_of_no_structure,
+     .mutate_twin = instances_of_nothing,
+     .commands = ON_HOST},
     {.name = "flat_motion_instance",
      RULES(RULE_transform_matrix_is_invertible),
      .setup = &with_content,
