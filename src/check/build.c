@@ -78,11 +78,10 @@ static bool is_micromap(const struct build_view *build)
     return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
 }
 
-/* Micromaps can't be updated, and have no source: that is for their own rules to say. */
+/* The sentence makes no exception for micromaps, which can't be updated at all. */
 bool update_has_a_source(const struct build_view *build, struct finding *finding)
 {
-    return !build_is_update(build->info) || is_micromap(build) ||
-           build->info->srcAccelerationStructure ||
+    return !build_is_update(build->info) || build->info->srcAccelerationStructure ||
            violated_plainly(finding, "srcAccelerationStructure",
                             "is VK_NULL_HANDLE, but mode is "
                             "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");

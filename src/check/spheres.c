@@ -272,12 +272,12 @@ bool swept_spheres_end_caps_mode_is_valid(const struct swept_spheres_view *swept
                     "{} is not a VkRayTracingLssPrimitiveEndCapsModeNV", number((uint32_t)mode));
 }
 
-/* With an index type the missing address has a rule of its own. */
+/* The sentence makes no exception for an indexType, of which 11851 and 11827 say the same. */
 bool successive_swept_spheres_have_index_data(const struct swept_spheres_view *swept_spheres,
                                               struct finding *finding)
 {
     const struct sphere_data *data = &swept_spheres->data;
-    if (!data->given || data->index_type != VK_INDEX_TYPE_NONE_KHR ||
+    if (!data->given ||
         swept_spheres->indexing_mode != VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)
         return true;
     bool is_null = is_host(data) ? !data->indices.hostAddress : !data->indices.deviceAddress;

@@ -173,12 +173,17 @@ static const struct test_case cases[] = {
                          SET(swept_spheres.indexData.deviceAddress, 0)),
      .path = SWEPT_PATH "indexData"},
     {.name = "successive_swept_spheres_with_null_indices",
-     RULES(RULE_swept_spheres_index_address_is_given),
+     RULES(RULE_swept_spheres_index_address_is_given,
+           RULE_successive_swept_spheres_have_index_data),
      .setup = &with_spheres,
      .mutate = scene_add_swept_spheres,
      .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
                     SET(swept_spheres.indexData.deviceAddress, 0)),
-     .mutate_twin = scene_add_swept_spheres},
+     .mutate_twin = scene_add_swept_spheres,
+     .twin_edits = EDITS(
+         SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+         SET(swept_spheres.indexData.deviceAddress, 0), SET(ranges[SPHERES][0].primitiveCount, 0)),
+     .path = SWEPT_PATH "indexData"},
 };
 
 CASE_LIST(cases_spheres, cases);
