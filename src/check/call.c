@@ -36,10 +36,12 @@ static struct value this_command_buffer(const struct call_view *call)
 
 bool command_buffer_is_valid(const struct call_view *call, struct finding *finding)
 {
-    return call->command_buffer.alive != NO ||
-           violated(finding, "commandBuffer",
-                    "{} is not a command buffer of this device: it was "
-                    "freed, or never allocated",
+    if (call->command_buffer.alive != NO)
+        return true;
+    if (!call->command_buffer.handle)
+        return violated_plainly(finding, "commandBuffer", "is VK_NULL_HANDLE");
+    return violated(finding, "commandBuffer",
+                    "{} is not a command buffer of this device: it was freed, or never allocated",
                     this_command_buffer(call));
 }
 

@@ -104,4 +104,17 @@ static inline bool violated_plainly(struct finding *finding, const char *field, 
     return finding_is_wanted(finding) && finding_fill(finding, field, says, NULL, 0);
 }
 
+/* The finding of a handle that no object of its kind has; `kind` as in "a buffer of this device".
+ */
+static inline bool violated_by_handle(struct finding *finding, const char *field,
+                                      struct value handle, const char *kind)
+{
+    if (!finding_is_wanted(finding))
+        return false;
+    if (!handle.number)
+        return finding_fill(finding, field, "is VK_NULL_HANDLE", NULL, 0);
+    return finding_says(finding, field, "{} is not {}: it was destroyed, or never created", handle,
+                        text(kind));
+}
+
 #endif

@@ -18,17 +18,15 @@ static struct value operation(const struct call_view *call)
 bool device_is_valid(const struct call_view *call, struct finding *finding)
 {
     return call->device_argument == call->device->handle ||
-           violated(finding, "device", "{} is not a VkDevice: it was destroyed, or never created",
-                    hex((uint64_t)(uintptr_t)call->device_argument));
+           violated_by_handle(finding, "device", hex((uint64_t)(uintptr_t)call->device_argument),
+                              "a VkDevice");
 }
 
 bool deferred_operation_is_valid(const struct call_view *call, struct finding *finding)
 {
     return call->deferred.alive != NO || call->deferred.of_another_device ||
-           violated(finding, "deferredOperation",
-                    "{} is not a deferred operation of this device: it was destroyed, or never "
-                    "created",
-                    operation(call));
+           violated_by_handle(finding, "deferredOperation", operation(call),
+                              "a deferred operation of this device");
 }
 
 bool deferred_operation_is_of_the_device(const struct call_view *call, struct finding *finding)

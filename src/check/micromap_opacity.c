@@ -13,10 +13,8 @@ static struct value micromap_of(const struct opacity_view *opacity)
 bool opacity_micromap_is_valid(const struct opacity_view *opacity, struct finding *finding)
 {
     return opacity->micromap.alive != NO || opacity->micromap.of_another_device ||
-           violated(finding, OPACITY_DATA "micromap",
-                    "{} is not an acceleration structure of this device: it was destroyed, or "
-                    "never created",
-                    micromap_of(opacity));
+           violated_by_handle(finding, OPACITY_DATA "micromap", micromap_of(opacity),
+                              "an acceleration structure of this device");
 }
 
 bool opacity_without_indices_has_a_micromap(const struct opacity_view *opacity,

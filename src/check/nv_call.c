@@ -29,10 +29,8 @@ static bool is_a_structure(const struct nv_accel_facts *accel, struct finding *f
                            const char *field)
 {
     return !is_no_structure(accel) ||
-           violated(finding, field,
-                    "{} is not a VkAccelerationStructureNV of this device: it was destroyed, or "
-                    "never created",
-                    nv_structure(accel->handle));
+           violated_by_handle(finding, field, nv_structure(accel->handle),
+                              "a VkAccelerationStructureNV of this device");
 }
 
 bool nv_dst_is_a_valid_handle(const struct nv_call_view *nv_call, struct finding *finding)

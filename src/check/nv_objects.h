@@ -21,9 +21,7 @@ static inline bool nv_is_a_buffer(const struct buffer_facts *facts, struct findi
                                   const char *field)
 {
     return facts->alive != NO || facts->of_another_device ||
-           violated(finding, field,
-                    "{} is not a buffer of this device: it was destroyed, or never created",
-                    nv_buffer(facts->handle));
+           violated_by_handle(finding, field, nv_buffer(facts->handle), "a buffer of this device");
 }
 
 #endif

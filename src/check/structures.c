@@ -22,19 +22,15 @@ static bool is_no_structure(const struct accel_facts *accel)
 bool dst_is_a_valid_handle(const struct build_view *build, struct finding *finding)
 {
     return !is_no_structure(&build->dst) ||
-           violated(finding, "dstAccelerationStructure",
-                    "{} is not an acceleration structure of this device: it was destroyed, or "
-                    "never created",
-                    structure(build->dst.handle));
+           violated_by_handle(finding, "dstAccelerationStructure", structure(build->dst.handle),
+                              "an acceleration structure of this device");
 }
 
 bool src_is_a_valid_handle(const struct build_view *build, struct finding *finding)
 {
     return !build->src.handle || !is_no_structure(&build->src) ||
-           violated(finding, "srcAccelerationStructure",
-                    "{} is not an acceleration structure of this device: it was destroyed, or "
-                    "never created",
-                    structure(build->src.handle));
+           violated_by_handle(finding, "srcAccelerationStructure", structure(build->src.handle),
+                              "an acceleration structure of this device");
 }
 
 bool dst_and_src_share_the_device(const struct build_view *build, struct finding *finding)

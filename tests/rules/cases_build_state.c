@@ -218,7 +218,7 @@ static const struct test_case cases[] = {
     {.name = "dst_null",
      RULES(RULE_dst_is_a_valid_handle),
      .edits = EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
-     .path = "pInfos[0].dstAccelerationStructure"},
+     .path = "pInfos[0].dstAccelerationStructure is VK_NULL_HANDLE."},
     {.name = "dst_garbage",
      RULES(RULE_dst_is_a_valid_handle),
      .edits = EDITS(SET(infos[AABBS].dstAccelerationStructure, 0xdeadbeef))},

@@ -195,7 +195,7 @@ static const struct test_case cases[] = {
     {.name = "device_is_null",
      RULES(RULE_device_is_valid),
      .mutate = call_on_nothing,
-     .path = "(): device 0x0 is",
+     .path = "(): device is VK_NULL_HANDLE.",
      .commands = ON_HOST},
     {.name = "device_is_unreadable",
      RULES(RULE_device_is_valid),
