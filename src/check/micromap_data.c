@@ -126,6 +126,8 @@ bool micromap_addresses_are_given(const struct micromap_data_view *micromap_data
     const VkAccelerationStructureGeometryMicromapDataKHR *data = micromap_data->data;
     if (usages_are_empty(&micromap_data->usages, data->usageCountsCount))
         return true;
+    if (!data->data && !data->triangleArray)
+        return violated_plainly(finding, MICROMAP_DATA "data", "and triangleArray are 0");
     return address_is_given(finding, MICROMAP_DATA "data", data->data) &&
            address_is_given(finding, MICROMAP_DATA "triangleArray", data->triangleArray);
 }
@@ -134,6 +136,10 @@ bool micromap_addresses_are_aligned(const struct micromap_data_view *micromap_da
                                     struct finding *finding)
 {
     const VkAccelerationStructureGeometryMicromapDataKHR *data = micromap_data->data;
+    if (data->data % INPUT_ALIGNMENT && data->triangleArray % INPUT_ALIGNMENT)
+        return violated(finding, MICROMAP_DATA "data",
+                        "{} and triangleArray {} are not aligned to {} bytes", hex(data->data),
+                        hex(data->triangleArray), number(INPUT_ALIGNMENT));
     return address_is_aligned(finding, MICROMAP_DATA "data", data->data, INPUT_ALIGNMENT) &&
            address_is_aligned(finding, MICROMAP_DATA "triangleArray", data->triangleArray,
                               INPUT_ALIGNMENT);

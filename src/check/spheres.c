@@ -136,19 +136,27 @@ static bool vertex_stride_is_multiple(const struct sphere_data *data, struct fin
 
 OF_BOTH(vertex_stride_is_aligned, vertex_stride_is_multiple, "vertexStride")
 
+static bool strides_are_small(const struct sphere_data *data, struct finding *finding,
+                              const char *vertex_path, const char *radius_path)
+{
+    if (data->vertex_stride > UINT32_MAX && data->radius_stride > UINT32_MAX)
+        return violated(finding, vertex_path, "{} and radiusStride {} exceed 2^32 - 1",
+                        number(data->vertex_stride), number(data->radius_stride));
+    return stride_fits_32_bits(finding, vertex_path, data->vertex_stride) &&
+           stride_fits_32_bits(finding, radius_path, data->radius_stride);
+}
+
 bool spheres_strides_fit_32_bits(const struct spheres_view *spheres, struct finding *finding)
 {
-    const struct sphere_data *data = &spheres->data;
-    return stride_fits_32_bits(finding, SPHERES_DATA "vertexStride", data->vertex_stride) &&
-           stride_fits_32_bits(finding, SPHERES_DATA "radiusStride", data->radius_stride);
+    return strides_are_small(&spheres->data, finding, SPHERES_DATA "vertexStride",
+                             SPHERES_DATA "radiusStride");
 }
 
 bool swept_spheres_strides_fit_32_bits(const struct swept_spheres_view *swept_spheres,
                                        struct finding *finding)
 {
-    const struct sphere_data *data = &swept_spheres->data;
-    return stride_fits_32_bits(finding, SWEPT_DATA "vertexStride", data->vertex_stride) &&
-           stride_fits_32_bits(finding, SWEPT_DATA "radiusStride", data->radius_stride);
+    return strides_are_small(&swept_spheres->data, finding, SWEPT_DATA "vertexStride",
+                             SWEPT_DATA "radiusStride");
 }
 
 /* Addresses. Of those that are given, device addresses have rules of their own. */

@@ -35,6 +35,10 @@ bool src_is_a_valid_handle(const struct build_view *build, struct finding *findi
 
 bool dst_and_src_share_the_device(const struct build_view *build, struct finding *finding)
 {
+    if (build->dst.of_another_device && build->src.of_another_device)
+        return violated(finding, "dstAccelerationStructure",
+                        "{} and srcAccelerationStructure {} were created from another VkDevice",
+                        structure(build->dst.handle), structure(build->src.handle));
     if (build->dst.of_another_device)
         return violated(finding, "dstAccelerationStructure", "{} was created from another VkDevice",
                         structure(build->dst.handle));

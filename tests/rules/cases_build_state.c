@@ -53,6 +53,12 @@ static void use_ignored_src_of_other_device(struct scene *scene)
     scene->infos[INDEXED].srcAccelerationStructure = scene_accel_of_other_device(scene, INDEXED);
 }
 
+static void use_dst_and_src_of_other_device(struct scene *scene)
+{
+    use_src_of_other_device(scene);
+    scene->infos[UPDATE].dstAccelerationStructure = scene_accel_of_other_device(scene, UPDATE);
+}
+
 static void make_one_on_other_device(struct scene *scene)
 {
     scene_accel_of_other_device(scene, AABBS);
@@ -255,6 +261,11 @@ static const struct test_case cases[] = {
      RULES(RULE_dst_and_src_share_the_device),
      .mutate = use_src_of_other_device,
      .path = "pInfos[4]"},
+    {.name = "dst_and_src_of_other_device",
+     RULES(RULE_dst_and_src_share_the_device),
+     .mutate = use_dst_and_src_of_other_device,
+     .count = 1,
+     .path = " and srcAccelerationStructure VkAccelerationStructureKHR 0x"},
     {.name = "src_of_other_device_though_not_an_update",
      RULES(RULE_dst_and_src_share_the_device),
      .mutate = use_ignored_src_of_other_device},
