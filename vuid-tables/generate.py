@@ -103,7 +103,10 @@ def c_string(text):
 
 def texts_source(ids, entries):
     out = [HEAD.format(source="validusage.json"), '#include "rules.h"\n\n',
-           "const struct vuid_text vuid_texts[VUID_COUNT] = {\n",
+           "const struct vuid_text vuid_texts[MESSAGE_ID_COUNT] = {\n",
+           '#define WARNING(name, id) [WARNING_##name] = {id, "", ""},\n'
+           '#include "warnings.def"\n'
+           "#undef WARNING\n",
            '    [VUID_NONE] = {"", "", ""},\n']
     for scope, tail in ids:
         vuid = f"VUID-{scope}-{tail.replace('_', '-')}"

@@ -12,6 +12,7 @@ const struct rule_info rule_infos[RULE_COUNT] = {
     .vuid[COMMAND_INDIRECT] = VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail,
 #define HOST(tail) .vuid[COMMAND_HOST] = VUID_vkBuildAccelerationStructuresKHR_##tail,
 #define NV(tail) .vuid[COMMAND_NV] = VUID_vkCmdBuildAccelerationStructureNV_##tail,
+#define NV_WARNING(name) .vuid[COMMAND_NV] = WARNING_##name,
 #define IN_NV(structure, tail) .vuid[COMMAND_NV] = VUID_##structure##_##tail,
 #define IN(structure, tail)                                                                        \
     .vuid = {VUID_##structure##_##tail, VUID_##structure##_##tail, VUID_##structure##_##tail,      \
@@ -31,6 +32,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define INDIRECT(tail) case VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail:
 #define HOST(tail) case VUID_vkBuildAccelerationStructuresKHR_##tail:
 #define NV(tail) case VUID_vkCmdBuildAccelerationStructureNV_##tail:
+#define NV_WARNING(name) case WARNING_##name:
 #define IN(structure, tail) case VUID_##structure##_##tail:
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:
 #define RULE(subject, name, level, ids) ids return RULE_##name;
@@ -38,6 +40,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #include "rules.def"
     case VUID_NONE:
     case VUID_COUNT:
+    case MESSAGE_ID_COUNT:
         break;
     }
     return RULE_COUNT;

@@ -11,11 +11,13 @@
  *
  * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
  * command whose statement it is, or IN(structure, tail) for a structure's own, which every command
- * shares; IN_NV for that of a structure that only the NV command takes.
+ * shares; IN_NV for that of a structure that only the NV command takes. NV_WARNING(name) is an id
+ * of the layer's own (warnings.def), which goes out as a warning.
  */
 #ifndef ASSAY_VUID_TABLES_RULES_H
 #define ASSAY_VUID_TABLES_RULES_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* The build commands: the columns of a row. */
@@ -52,7 +54,18 @@ enum vuid {
 #include "vuids.def"
 #undef VUID
     VUID_COUNT,
+/* Not the registry's, so they are not in scope, and not counted. */
+#define WARNING(name, id) WARNING_##name,
+#include "warnings.def"
+#undef WARNING
+    MESSAGE_ID_COUNT,
 };
+
+/* Whether an id is one of the layer's own. */
+static inline bool vuid_is_warning(enum vuid vuid)
+{
+    return vuid > VUID_COUNT;
+}
 
 enum rule {
 #define RULE(subject, name, level, ids) RULE_##name,
@@ -67,6 +80,7 @@ enum {
 #define INDIRECT(tail) | 1 << COMMAND_INDIRECT
 #define HOST(tail) | 1 << COMMAND_HOST
 #define NV(tail) | 1 << COMMAND_NV
+#define NV_WARNING(name) | 1 << COMMAND_NV
 #define IN(structure, tail) | ((1 << COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
 #define RULE(subject, name, level, ids) COMMANDS_OF_##name = 0 ids,
@@ -102,7 +116,7 @@ struct vuid_text {
     const char *page;     /* e.g. "chapters/accelstructures.html" */
 };
 
-extern const struct vuid_text vuid_texts[VUID_COUNT];
+extern const struct vuid_text vuid_texts[MESSAGE_ID_COUNT];
 
 /* The spec spelling of a command, e.g. "vkCmdBuildAccelerationStructuresKHR". */
 const char *build_command_name(enum build_command command);

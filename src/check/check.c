@@ -19,7 +19,7 @@
 #include "state/recent_build.h"
 #include "state/recording_path.h"
 
-void check_select(enum build_command command, enum level level, const bool muted[VUID_COUNT],
+void check_select(enum build_command command, enum level level, const bool muted[MESSAGE_ID_COUNT],
                   bool active[RULE_COUNT])
 {
     for (int rule = 0; rule < RULE_COUNT; rule++) {

@@ -70,7 +70,7 @@ struct check_context {
 };
 
 /* Which rules there are to walk for a command at a level: fills active[RULE_COUNT]. */
-void check_select(enum build_command command, enum level level, const bool muted[VUID_COUNT],
+void check_select(enum build_command command, enum level level, const bool muted[MESSAGE_ID_COUNT],
                   bool active[RULE_COUNT]);
 
 /* Memory for large calls, to be kept by who checks several; NULL without memory. */

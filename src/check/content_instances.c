@@ -107,7 +107,8 @@ static void check_nv_reference(struct content *content, uint32_t index, uint64_t
         .geometry = content->range->geometry,
         .index = index,
         .reference = reference,
-        .refers_to = resources_find_nv_reference(content->walk->context->resources, reference)};
+        .refers_to = resources_find_nv_reference(content->walk->context->resources, reference,
+                                                 content->walk->context->deaths)};
     content_walk_nv_instance(content, &view);
 }
 

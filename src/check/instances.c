@@ -87,6 +87,17 @@ bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_i
                              : "was never returned by vkGetAccelerationStructureHandleNV"));
 }
 
+bool nv_instance_references_are_of_live_structures(const struct nv_instance_view *nv_instance,
+                                                   struct finding *finding)
+{
+    return nv_instance->refers_to != NV_REFERENCE_DESTROYED ||
+           violated(finding, "instanceData",
+                    "leads to instance {}, whose accelerationStructureReference {} was returned by "
+                    "vkGetAccelerationStructureHandleNV for a structure that was destroyed before "
+                    "the build was submitted",
+                    number(nv_instance->index), hex(nv_instance->reference));
+}
+
 /* Also micromaps are VkAccelerationStructureKHR; what is of no type yet may have become a BLAS. */
 static bool is_no_blas(const struct accel_facts *referenced)
 {

@@ -306,12 +306,12 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
         id = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
     if (!id)
         id = vuid_texts[vuid].id;
-    begin(message, &text, REPORT_ERROR, id);
+    begin(message, &text, vuid_is_warning(vuid) ? REPORT_WARNING : REPORT_ERROR, id);
     mention_origin(message, origin);
     append_finding(&text, message, location, origin, finding);
     append_specification(&text, vuid, id);
     if (last_of)
-        append_last_notice(&text, "VUID", last_of);
+        append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", last_of);
 }
 
 void message_of_difference(struct message *message, enum difference difference,

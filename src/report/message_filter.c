@@ -59,11 +59,13 @@ bool message_filter_add_difference(bool muted[DIFFERENCE_COUNT], const char *ent
     return found;
 }
 
-bool message_filter_add(bool muted[VUID_COUNT], const char *entry)
+bool message_filter_add(bool muted[MESSAGE_ID_COUNT], const char *entry)
 {
     const struct pattern pattern = make_pattern(entry);
     bool found = false;
-    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
+    for (enum vuid vuid = VUID_NONE + 1; vuid < MESSAGE_ID_COUNT; vuid++) {
+        if (vuid == VUID_COUNT)
+            continue;
         bool match = matches(&pattern, vuid_texts[vuid].id);
         const char *retired;
         for (unsigned n = 0; !match && (retired = vuid_retired(vuid, n)); n++)

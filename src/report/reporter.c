@@ -23,7 +23,7 @@ struct reporter {
     FILE *log;
     bool log_is_owned;
     /* How many messages of each id may still go out. The slot of VUID_NONE is for the warnings. */
-    _Atomic uint32_t left[VUID_COUNT];
+    _Atomic uint32_t left[MESSAGE_ID_COUNT];
     _Atomic uint32_t refusals_left;
     _Atomic uint32_t differences_left[DIFFERENCE_COUNT];
 };
@@ -185,14 +185,16 @@ static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
     uint32_t errors = allowed(settings, REPORT_ERROR);
-    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++)
-        atomic_init(&reporter->left[vuid], settings->muted[vuid] ? 0 : errors);
-    atomic_init(&reporter->left[VUID_NONE], allowed(settings, REPORT_WARNING));
+    uint32_t warnings = allowed(settings, REPORT_WARNING);
+    for (enum vuid vuid = VUID_NONE + 1; vuid < MESSAGE_ID_COUNT; vuid++)
+        atomic_init(&reporter->left[vuid], settings->muted[vuid]   ? 0
+                                           : vuid_is_warning(vuid) ? warnings
+                                                                   : errors);
+    atomic_init(&reporter->left[VUID_NONE], warnings);
     atomic_init(&reporter->refusals_left, errors);
     for (enum difference difference = 0; difference < DIFFERENCE_COUNT; difference++)
         atomic_init(&reporter->differences_left[difference],
-                    settings->muted_differences[difference] ? 0
-                                                            : allowed(settings, REPORT_WARNING));
+                    settings->muted_differences[difference] ? 0 : warnings);
 }
 
 /* Once in a process. */

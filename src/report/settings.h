@@ -54,7 +54,7 @@ struct settings {
     uint32_t debug_action;            /* enum debug_action */
     char *log_filename;               /* NULL: stderr; owned */
     uint32_t duplicate_message_limit; /* per id; 0: no limit */
-    bool muted[VUID_COUNT];           /* by message_id_filter, as are: */
+    bool muted[MESSAGE_ID_COUNT];     /* by message_id_filter, as are: */
     bool muted_differences[DIFFERENCE_COUNT];
     uint32_t compare_rays; /* a build; 0: none */
 };

@@ -94,7 +94,16 @@ struct nv_accel_record {
     struct memory_record *memory;
     VkDeviceSize memory_offset;
     struct nv_size_facts sizes;
-    struct nv_shape *created; /* NULL: not known */
+    struct nv_shape *created;              /* NULL: not known */
+    struct nv_reference_record *reference; /* NULL: not known */
+};
+
+/* What vkGetAccelerationStructureHandleNV has said of one or more structures: a driver may use a
+ * value again once its structure is destroyed. Never freed before the table. */
+struct nv_reference_record {
+    enum nv_reference level; /* NV_REFERENCE_UNKNOWN if they were of both levels */
+    uint32_t alive;          /* structures; those whose record is unknown stay alive */
+    uint64_t died;           /* resources_deaths when the last one died */
 };
 
 struct resources {
@@ -102,7 +111,7 @@ struct resources {
     struct handle_table memories, buffers, accels, micromaps, nv_accels;
     struct handle_table
         nv_references; /* what instances refer to by vkGetAccelerationStructureHandleNV:
-                          which enum nv_reference it is */
+                          of struct nv_reference_record */
     struct handle_table accel_addresses; /* see resources_references.c; only of those set */
     struct address_map addresses;        /* copies of the places of buffers that have one */
     struct memory_record *mapped;        /* all that the host has mapped */

@@ -97,14 +97,17 @@ void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructur
 /* What vkGetAccelerationStructureHandleNV has said of a structure. */
 void resources_add_nv_reference(struct resources *resources, VkAccelerationStructureNV handle,
                                 uint64_t reference);
-/* Whether any structure has or had that reference, which isn't 0. Takes the lock itself. */
+/* Whether any structure has or had that reference, which isn't 0. A structure that was destroyed
+ * after `deaths` (see resources_find_referenced) counts as alive. Takes the lock itself. */
 enum nv_reference {
     NV_REFERENCE_UNKNOWN,
     NV_REFERENCE_BOTTOM_LEVEL,
-    NV_REFERENCE_TOP_LEVEL,
+    NV_REFERENCE_TOP_LEVEL, /* of a structure that is alive, or was destroyed */
+    NV_REFERENCE_DESTROYED, /* of a structure that was destroyed, and not top-level */
     NV_REFERENCE_OF_NOBODY
 };
-enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference);
+enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference,
+                                              uint64_t deaths);
 void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle);
 
 /* Look-ups. Between begin and end the caller calls nothing but the four below, and no lock of

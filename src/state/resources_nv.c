@@ -19,9 +19,16 @@ static void free_record(void *record, void *context)
     free(accel);
 }
 
+static void free_reference(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
 void resources_release_nv(struct resources *resources)
 {
     handle_table_each(&resources->nv_accels, free_record, NULL);
+    handle_table_each(&resources->nv_references, free_reference, NULL);
     handle_table_release(&resources->nv_accels);
     handle_table_release(&resources->nv_references);
 }
@@ -34,6 +41,8 @@ static uint64_t remove_record(struct resources *resources, uint64_t handle)
         return 0;
     uint64_t id = accel->id;
     resources_note_death(resources);
+    if (accel->reference && --accel->reference->alive == 0)
+        accel->reference->died = resources_deaths(resources);
     free_record(accel, NULL);
     return id;
 }
@@ -153,9 +162,24 @@ static enum nv_reference level_of(const struct nv_accel_record *accel)
                : NV_REFERENCE_BOTTOM_LEVEL;
 }
 
-static void *as_record(enum nv_reference reference)
+/* Without memory for it the state is incomplete from now on. */
+static struct nv_reference_record *find_or_add(struct resources *resources, uint64_t reference,
+                                               enum nv_reference level)
 {
-    return (void *)((uintptr_t)reference + 1); // NOLINT(performance-no-int-to-ptr)
+    struct nv_reference_record *record = handle_table_find(&resources->nv_references, reference);
+    if (record) {
+        if (record->level != level)
+            record->level = NV_REFERENCE_UNKNOWN;
+        return record;
+    }
+    record = malloc(sizeof(*record));
+    if (record)
+        *record = (struct nv_reference_record){.level = level};
+    if (record && handle_table_set(&resources->nv_references, reference, record))
+        return record;
+    free(record);
+    resources_become_incomplete(resources);
+    return NULL;
 }
 
 /* A reference that was of structures of both levels tells nothing. */
@@ -165,22 +189,31 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     if (!reference)
         return;
     reader_lock_write(&resources->lock);
-    void *level = as_record(level_of(find(resources, handle)));
-    const void *before = handle_table_find(&resources->nv_references, reference);
-    if (before && before != level)
-        level = as_record(NV_REFERENCE_UNKNOWN);
-    if (!handle_table_set(&resources->nv_references, reference, level))
-        resources_become_incomplete(resources);
+    struct nv_accel_record *accel = find(resources, handle);
+    struct nv_reference_record *record = find_or_add(resources, reference, level_of(accel));
+    if (record && (!accel || accel->reference != record))
+        record->alive++;
+    if (accel)
+        accel->reference = record;
     reader_lock_write_done(&resources->lock);
 }
 
-enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference)
+static enum nv_reference judge(const struct nv_reference_record *record, uint64_t deaths)
+{
+    bool is_destroyed = !record->alive && record->died <= deaths;
+    return is_destroyed && record->level != NV_REFERENCE_TOP_LEVEL ? NV_REFERENCE_DESTROYED
+                                                                   : record->level;
+}
+
+enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference,
+                                              uint64_t deaths)
 {
     unsigned token = resources_begin_reading(resources);
-    uintptr_t found = (uintptr_t)handle_table_find(&resources->nv_references, reference);
-    bool is_nobodys = !found && !resources->incomplete;
+    const struct nv_reference_record *record =
+        handle_table_find(&resources->nv_references, reference);
+    enum nv_reference found = resources->incomplete ? NV_REFERENCE_UNKNOWN : NV_REFERENCE_OF_NOBODY;
+    if (record)
+        found = judge(record, deaths);
     resources_end_reading(resources, token);
-    if (is_nobodys)
-        return NV_REFERENCE_OF_NOBODY;
-    return found ? (enum nv_reference)(found - 1) : NV_REFERENCE_UNKNOWN;
+    return found;
 }

@@ -29,7 +29,7 @@ struct run {
     struct report report;
     const struct setup *setup; /* in which the valid call was silent, in these variants: */
     uint64_t known;
-    bool fired[VUID_COUNT], stayed_silent[VUID_COUNT];
+    bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
 
 static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
@@ -56,6 +56,8 @@ static void write_results(struct run *run, const char *name, const struct conten
         return;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
         const char *id = rule_id(test_case->rules[i], play->variant->command);
+        if (vuid_is_warning(rule_infos[test_case->rules[i]].vuid[play->variant->command]))
+            continue; /* scripts/coverage counts the registry's ids */
         if (!is_silent)
             write_result(run, name, play->variant->command, id, report->fired, "fired");
         write_result(run, name, play->variant->command, id,

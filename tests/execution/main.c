@@ -21,7 +21,7 @@ struct run {
     struct tally tally;
     struct world world;
     struct report report;
-    bool fired[VUID_COUNT], stayed_silent[VUID_COUNT];
+    bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
 
 static char current_name[256];

@@ -15,10 +15,10 @@
 /* The entry names `count` ids, and one of them is `vuid`. */
 static void assert_filter(const char *entry, unsigned count, enum vuid vuid)
 {
-    bool muted[VUID_COUNT] = {false};
+    bool muted[MESSAGE_ID_COUNT] = {false};
     assert_int_equal(message_filter_add(muted, entry), count != 0);
     unsigned found = 0;
-    for (unsigned i = 0; i < VUID_COUNT; i++)
+    for (unsigned i = 0; i < MESSAGE_ID_COUNT; i++)
         found += muted[i];
     assert_int_equal(found, count);
     assert_int_equal(muted[vuid], count != 0);
@@ -39,6 +39,12 @@ static void test_by_id_and_number(void **state)
         snprintf(number, sizeof(number), "%d", id_number);
         assert_filter(number, 1, vuid);
     }
+}
+
+static void test_by_id_of_a_warning(void **state)
+{
+    (void)state;
+    assert_filter("ASSAY-instance-destroyed", 1, WARNING_instance_destroyed);
 }
 
 static void test_by_digits(void **state)
@@ -75,6 +81,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_by_id_and_number),
+        cmocka_unit_test(test_by_id_of_a_warning),
         cmocka_unit_test(test_by_digits),
         cmocka_unit_test(test_by_retired_id),
         cmocka_unit_test(test_entries_that_name_nothing),

@@ -230,6 +230,25 @@ static void test_a_message_may_go_by_the_retired_id(void **state)
     assert_null(strstr(message.text, "today"));
 }
 
+/* No sentence of the specification goes with an id of the layer's own. */
+static void test_a_warning_of_the_layers_own(void **state)
+{
+    (void)state;
+    const struct location location = {.command = COMMAND_NV, .subject = SUBJECT_PARAMETER};
+    struct finding finding;
+    finding_fill(&finding, "instanceData", "is odd", NULL, 0);
+    message_of_finding(&message, WARNING_instance_destroyed, &location, &(struct call_origin){0},
+                       &finding, VUID_NAMES_LISTED, 10);
+    assert_int_equal(message.severity, REPORT_WARNING);
+    assert_string_equal(message.id, "ASSAY-instance-destroyed");
+    assert_non_null(
+        strstr(message.heading, "Validation Warning: [ ASSAY-instance-destroyed ] | MessageID"));
+    assert_string_equal(message.text,
+                        "vkCmdBuildAccelerationStructureNV(): instanceData is odd.\n"
+                        "This warning has now been reported 10 times and will not be reported "
+                        "again: duplicate_message_limit is reached.");
+}
+
 static void test_heading_and_log(void **state)
 {
     (void)state;
@@ -357,6 +376,7 @@ int main(void)
         cmocka_unit_test(test_origin),
         cmocka_unit_test(test_specification),
         cmocka_unit_test(test_a_message_may_go_by_the_retired_id),
+        cmocka_unit_test(test_a_warning_of_the_layers_own),
         cmocka_unit_test(test_heading_and_log),
         cmocka_unit_test(test_last_notice),
         cmocka_unit_test(test_too_much_text_is_cut),

@@ -37,7 +37,7 @@ struct settings settings_read(const void *chain)
 unsigned settings_muted(const struct settings *settings)
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < VUID_COUNT; i++)
+    for (unsigned i = 0; i < MESSAGE_ID_COUNT; i++)
         count += settings->muted[i];
     return count;
 }

@@ -76,6 +76,25 @@ static void instance_of_nobody(struct scene *scene)
     instance_at(scene, 2)->accelerationStructureReference = 0x123456;
 }
 
+enum { KEPT = 5 }; /* an instance behind the last, for a reference that a mutation uses */
+
+static void keep_a_destroyed_structure(struct scene *scene)
+{
+    const uint64_t reference = built_blas(scene);
+    const VkAccelerationStructureNV destroyed = scene_nv_accel(scene);
+    const uint64_t kept = reference_of(scene, destroyed);
+    scene_destroy(scene, (uint64_t)destroyed);
+    scene_nv_use_instances(scene);
+    instance_at(scene, 0)->accelerationStructureReference = reference;
+    instance_at(scene, KEPT)->accelerationStructureReference = kept;
+}
+
+static void instance_of_a_destroyed_structure(struct scene *scene)
+{
+    instance_at(scene, 2)->accelerationStructureReference =
+        instance_at(scene, KEPT)->accelerationStructureReference;
+}
+
 static void instance_behind_the_last(struct scene *scene)
 {
     instance_at(scene, 3)->accelerationStructureReference = 0x123456;
@@ -200,6 +219,15 @@ static const struct test_case cases[] = {
      .commands = ON_NV,
      .spares_drivers = true,
      .path = "instanceData leads to instance 0"},
+    {.name = "nv_instance_of_a_destroyed_structure",
+     RULES(RULE_nv_instance_references_are_of_live_structures),
+     .setup = &with_content,
+     .prepare = keep_a_destroyed_structure,
+     .mutate = instance_of_a_destroyed_structure,
+     .mutate_twin = instance_behind_the_last,
+     .commands = ON_NV,
+     .spares_drivers = true,
+     .path = "instanceData leads to instance 2, whose accelerationStructureReference 0x"},
     CASE("nv_instance_of_nobodys_flags", instance_flags_are_valid, use_instances_of_a_blas,
          instance_of_nobodys_flags, instance_behind_the_last, "instanceData leads to instance 1"),
     CASE("nv_flat_instance", transform_matrix_is_invertible, use_instances_of_a_blas, flat_instance,

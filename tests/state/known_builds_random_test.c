@@ -416,7 +416,7 @@ static void make_spec(struct random *random, struct spec *spec)
 
 static void make_world(struct random *random, struct world *world)
 {
-    static const bool muted[VUID_COUNT];
+    static const bool muted[MESSAGE_ID_COUNT];
     memset(world, 0, sizeof(*world));
     world->resources = no_resources();
     world->device.acceleration_structure = true;

@@ -182,6 +182,48 @@ static void test_imported_memory_may_be_of_any_size(void **state)
     resources_destroy(resources);
 }
 
+static void assert_reference(struct resources *resources, uint64_t reference, uint64_t deaths,
+                             enum nv_reference expected)
+{
+    assert_int_equal(resources_find_nv_reference(resources, reference, deaths), expected);
+}
+
+static void test_references_of_what_was_destroyed(void **state)
+{
+    (void)state;
+    enum { REFERENCE = 0xabc0, SHARED = 0xdef0, NOBODYS = 0x1230 };
+    struct resources *resources = no_resources();
+    have_nv(resources, 1);
+    resources_add_nv_reference(resources, nv(1), REFERENCE);
+    resources_add_nv_reference(resources, nv(1), REFERENCE); /* asked for twice */
+    assert_reference(resources, REFERENCE, 0, NV_REFERENCE_BOTTOM_LEVEL);
+    assert_reference(resources, NOBODYS, 0, NV_REFERENCE_OF_NOBODY);
+
+    /* What was submitted before may have executed before. */
+    uint64_t before = resources_deaths(resources);
+    assert_int_not_equal(resources_remove_nv_accel(resources, nv(1)), 0);
+    assert_reference(resources, REFERENCE, before, NV_REFERENCE_BOTTOM_LEVEL);
+    assert_reference(resources, REFERENCE, resources_deaths(resources), NV_REFERENCE_DESTROYED);
+
+    /* A driver may use the value again. */
+    have_nv(resources, 2);
+    resources_add_nv_reference(resources, nv(2), REFERENCE);
+    assert_reference(resources, REFERENCE, resources_deaths(resources), NV_REFERENCE_BOTTOM_LEVEL);
+
+    /* Of two structures with one value, one lives on. */
+    have_nv(resources, 3);
+    resources_add_nv_reference(resources, nv(2), SHARED);
+    resources_add_nv_reference(resources, nv(3), SHARED);
+    resources_remove_nv_accel(resources, nv(2));
+    assert_reference(resources, SHARED, resources_deaths(resources), NV_REFERENCE_BOTTOM_LEVEL);
+
+    /* Of a structure that isn't known nothing is known to be destroyed. */
+    resources_add_nv_reference(resources, nv(9), NOBODYS);
+    resources_remove_nv_accel(resources, nv(9));
+    assert_reference(resources, NOBODYS, resources_deaths(resources), NV_REFERENCE_UNKNOWN);
+    resources_destroy(resources);
+}
+
 static void test_geometries_that_cannot_be_read(void **state)
 {
     (void)state;
@@ -239,6 +281,7 @@ int main(void)
         cmocka_unit_test(test_where_a_structure_lies),
         cmocka_unit_test(test_memory_that_goes_away),
         cmocka_unit_test(test_imported_memory_may_be_of_any_size),
+        cmocka_unit_test(test_references_of_what_was_destroyed),
         cmocka_unit_test(test_geometries_that_cannot_be_read),
         cmocka_unit_test(test_without_memory),
         cmocka_unit_test(test_buffers_by_handle),

@@ -80,7 +80,7 @@ static void test_columns_are_of_their_command(void **state)
     for (int rule = 0; rule < RULE_COUNT; rule++)
         for (int command = 0; command < COMMAND_COUNT; command++) {
             enum vuid vuid = rule_infos[rule].vuid[command];
-            if (vuid == VUID_NONE)
+            if (vuid == VUID_NONE || vuid_is_warning(vuid))
                 continue;
             const char *scope = vuid_texts[vuid].id + strlen("VUID-");
             const char *name = build_command_name((enum build_command)command);
