@@ -39,9 +39,9 @@ static PFN_vkVoidFunction find_intercept(const char *name)
     return own ? own : FIND(device_commands, name);
 }
 
-/* Old layers ask for vkCreateDevice, among others, without an instance. Every intercept is answered
- * then, as the Khronos layer does. With an instance, the layer lacks the commands that the next
- * layer lacks. */
+/* Old layers ask for vkCreateDevice, among others, without an instance. The layer then returns any
+ * intercept, as the Khronos layer does. With an instance, it returns NULL for a command that the
+ * next layer lacks. */
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance instance,
                                                                    const char *pName)
 {

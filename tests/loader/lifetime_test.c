@@ -147,9 +147,12 @@ static void test_one_warning_of_a_setting(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_several_instances),        cmocka_unit_test(test_several_devices),
-        cmocka_unit_test(test_unload_and_load_again),    cmocka_unit_test(test_interleaved_loading),
-        cmocka_unit_test(test_one_warning_of_a_setting), /* last: the layer stays loaded */
+        cmocka_unit_test(test_several_instances),
+        cmocka_unit_test(test_several_devices),
+        cmocka_unit_test(test_unload_and_load_again),
+        cmocka_unit_test(test_interleaved_loading),
+        /* Last: the layer stays loaded. */
+        cmocka_unit_test(test_one_warning_of_a_setting),
     };
     const char *missing = platform_open(&platform, "null");
     if (missing != NULL) {
