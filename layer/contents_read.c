@@ -322,7 +322,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
     uint32_t child = 0;
     pthread_rwlock_rdlock(&execution->lock);
     bool is_known = !execution->is_lost && !atomic_load(&execution->is_overwritten);
-    for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
+    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
         if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE))
             read_item(&buffer, item);
         if (item->kind != ITEM_EXECUTE)

@@ -126,14 +126,16 @@ static bool list_ranges(struct recorder *recorder, struct snapshot *list)
     return true;
 }
 
-void gather_renew_ranges(const struct layer_device *device, const struct recording *recording)
+void gather_renew_ranges(const struct layer_device *device, const struct execution *execution)
 {
-    for (const struct recorded_item *item = recording->first; item; item = item->next) {
+    bool has_any = execution->recording->has_gatherings && !execution->is_repeated;
+    uint32_t child = 0;
+    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
         const struct snapshot *list = item->build ? &item->build->gathering.ranges : NULL;
         if (item->kind == ITEM_EXECUTE)
-            gather_renew_ranges(device, item->secondary);
-        else if (recording->has_gatherings && list && list->size)
-            write_ranges(device->resources, recording->chunks[list->chunk]->bytes + list->offset,
+            gather_renew_ranges(device, execution->children[child++]);
+        else if (has_any && list && list->size)
+            write_ranges(device->resources, execution->bases[list->chunk] + list->offset,
                          list->size);
     }
 }

@@ -18,8 +18,8 @@ void gather_destroy(struct gather *gather); /* NULL: nothing */
 bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
                      struct gathering *gathering);
 
-/* Before a recording is submitted, and while the device doesn't execute it: memory has come and
- * gone since it was recorded. */
-void gather_renew_ranges(const struct layer_device *device, const struct recording *recording);
+/* Before an execution is submitted, and while the device executes no other of its recording: memory
+ * has come and gone since it was recorded. */
+void gather_renew_ranges(const struct layer_device *device, const struct execution *execution);
 
 #endif

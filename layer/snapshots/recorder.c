@@ -149,7 +149,7 @@ static struct staging_chunk *chunk_with_room(struct recorder *recorder, uint64_t
     struct recording *recording = recorder->recording;
     if (recording->chunk_count) {
         struct snapshot_chunk *last = recording->chunks[recording->chunk_count - 1];
-        if (size <= last->size - last->used)
+        if (last && size <= last->size - last->used)
             return (struct staging_chunk *)last;
     }
     struct staging_chunk *chunk;

@@ -76,8 +76,8 @@ void tell_missed(const struct layer_device *device, const struct missed_executio
 {
     char line[LINE_SIZE];
     struct text_buffer text;
-    if (!is_told(device) ||
-        !(missed->unkept || missed->overwritten || missed->unread || missed->lost || missed->held))
+    if (!is_told(device) || !(missed->unkept || missed->overwritten || missed->unread ||
+                              missed->repeated || missed->lost || missed->held))
         return;
     text_begin(&text, line, sizeof(line));
     text_append(&text,
@@ -88,6 +88,9 @@ void tell_missed(const struct layer_device *device, const struct missed_executio
                       "followed by another of the same command buffer in the submission");
     append_executions(&text, missed->unread,
                       "of command buffers that are submitted again before they are complete");
+    append_executions(&text, missed->repeated,
+                      "of command buffers that were begun with "
+                      "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again");
     append_executions(&text, missed->lost, "on a device that is lost");
     append_executions(&text, missed->held, "behind waits for signals that weren't submitted");
     text_append(&text, ".");

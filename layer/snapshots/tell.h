@@ -14,6 +14,7 @@ struct missed_executions {
     uint32_t unkept;      /* for lack of memory */
     uint32_t overwritten; /* by another of the same submission */
     uint32_t unread;      /* before they were submitted again */
+    uint32_t repeated;    /* though they execute once */
     uint32_t lost;        /* with their device */
     uint32_t held;        /* before signals that nobody submitted */
 };

@@ -159,7 +159,7 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
 static void play(struct cpu_playback *playback, struct execution *execution, struct moment moment)
 {
     uint32_t child = 0;
-    for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
+    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
         switch (item->kind) {
         case ITEM_BUILD:
         case ITEM_UPDATE:

@@ -12,7 +12,6 @@ struct recording *recording_create(void (*free_chunk)(void *user, struct snapsho
     if (!recording)
         return NULL;
     atomic_init(&recording->references, 1);
-    recording->last = &recording->first;
     pthread_mutex_init(&recording->lock, NULL);
     recording->free_chunk = free_chunk;
     recording->user = user;
@@ -32,11 +31,17 @@ static void release_item(const struct recorded_item *item)
     recording_release(item->secondary);
 }
 
-static void free_chunks(struct recording *recording)
+/* The first ones. */
+static void free_chunks(struct recording *recording, uint32_t count)
 {
-    for (uint32_t i = 0; i < recording->chunk_count; i++)
-        recording->free_chunk(recording->user, recording->chunks[i]);
-    recording->chunk_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        pthread_mutex_lock(&recording->lock);
+        struct snapshot_chunk *chunk = recording->chunks[i];
+        recording->chunks[i] = NULL;
+        pthread_mutex_unlock(&recording->lock);
+        if (chunk)
+            recording->free_chunk(recording->user, chunk);
+    }
 }
 
 void recording_release(struct recording *recording)
@@ -50,7 +55,7 @@ void recording_release(struct recording *recording)
         release_item(item);
         free(item);
     }
-    free_chunks(recording);
+    free_chunks(recording, recording->chunk_count);
     free(recording->chunks);
     pthread_mutex_destroy(&recording->lock);
     free(recording);
@@ -65,9 +70,11 @@ bool recording_add(struct recording *recording, const struct recorded_item *item
     }
     *own = *item;
     own->next = NULL;
-    *recording->last = own;
-    recording->last = &own->next;
+    pthread_mutex_lock(&recording->lock);
+    *(recording->last ? &recording->last->next : &recording->first) = own;
+    recording->last = own;
     recording->secondary_count += item->kind == ITEM_EXECUTE;
+    pthread_mutex_unlock(&recording->lock);
     recording->has_targets |=
         item->target.buffer || (item->secondary && item->secondary->has_targets);
     return true;
@@ -80,43 +87,85 @@ void recording_leave_out(struct recording *recording, uint32_t position, enum le
     recording->left_out_count++;
 }
 
+/* With the lock held. */
+static bool reserve_chunk(struct recording *recording)
+{
+    if (recording->chunk_count < recording->chunk_capacity)
+        return true;
+    uint32_t capacity = recording->chunk_capacity ? recording->chunk_capacity * 2 : 4;
+    struct snapshot_chunk **chunks =
+        realloc(recording->chunks, capacity * sizeof(struct snapshot_chunk *));
+    if (!chunks)
+        return false;
+    recording->chunks = chunks;
+    recording->chunk_capacity = capacity;
+    return true;
+}
+
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk)
 {
-    if (recording->chunk_count == recording->chunk_capacity) {
-        uint32_t capacity = recording->chunk_capacity ? recording->chunk_capacity * 2 : 4;
-        struct snapshot_chunk **chunks =
-            realloc(recording->chunks, capacity * sizeof(struct snapshot_chunk *));
-        if (!chunks) {
-            recording->free_chunk(recording->user, chunk);
-            return false;
-        }
-        recording->chunks = chunks;
-        recording->chunk_capacity = capacity;
-    }
-    recording->chunks[recording->chunk_count++] = chunk;
-    return true;
+    pthread_mutex_lock(&recording->lock);
+    bool has_room = reserve_chunk(recording);
+    if (has_room)
+        recording->chunks[recording->chunk_count++] = chunk;
+    pthread_mutex_unlock(&recording->lock);
+    if (!has_room)
+        recording->free_chunk(recording->user, chunk);
+    return has_room;
 }
 
 /* ---- executions */
 
+static void free_execution(struct execution *execution)
+{
+    free(execution->children);
+    free(execution->bases);
+    free(execution);
+}
+
+/* Of what the recording has now; with its lock held. */
 static struct execution *allocate_execution(struct recording *recording)
 {
     struct execution *execution = calloc(1, sizeof(*execution));
     if (!execution)
         return NULL;
-    execution->bases = malloc((recording->chunk_count + 1) * sizeof(unsigned char *));
-    execution->children = calloc(recording->secondary_count + 1, sizeof(struct execution *));
-    if (execution->bases && execution->children)
-        return execution;
-    free(execution->bases);
-    free(execution->children);
-    free(execution);
-    return NULL;
+    execution->last = recording->last;
+    execution->chunk_count = recording->chunk_count;
+    execution->is_repeated = execution->detached = execution->is_lost = recording->is_spent;
+    execution->bases =
+        calloc(recording->chunk_count + 1u, sizeof(unsigned char *) + sizeof(uint64_t));
+    execution->children = calloc(recording->secondary_count + 1u, sizeof(struct execution *));
+    if (!execution->bases || !execution->children) {
+        free_execution(execution);
+        return NULL;
+    }
+    execution->sizes = (uint64_t *)(execution->bases + recording->chunk_count);
+    for (uint32_t i = 0; !recording->is_spent && i < recording->chunk_count; i++) {
+        execution->bases[i] = recording->chunks[i]->bytes;
+        execution->sizes[i] = recording->chunks[i]->used;
+    }
+    return execution;
+}
+
+/* Its recording knows it from now on: it is the latest. */
+static struct execution *make_latest(struct recording *recording, const struct ticket *ticket)
+{
+    pthread_mutex_lock(&recording->lock);
+    struct execution *execution = allocate_execution(recording);
+    if (execution) {
+        if (recording->latest && recording->latest->ticket == ticket)
+            atomic_store(&recording->latest->is_overwritten, true);
+        atomic_init(&execution->references, 1);
+        recording->latest = execution;
+        recording->execution_count++;
+    }
+    pthread_mutex_unlock(&recording->lock);
+    return execution;
 }
 
 static bool add_children(struct execution *execution)
 {
-    for (const struct recorded_item *item = execution->recording->first; item; item = item->next) {
+    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
         if (item->kind != ITEM_EXECUTE)
             continue;
         struct execution *child = execution_create(item->secondary, execution->ticket);
@@ -129,20 +178,12 @@ static bool add_children(struct execution *execution)
 
 struct execution *execution_create(struct recording *recording, struct ticket *ticket)
 {
-    struct execution *execution = allocate_execution(recording);
+    struct execution *execution = make_latest(recording, ticket);
     if (!execution)
         return NULL;
-    atomic_init(&execution->references, 1);
     pthread_rwlock_init(&execution->lock, NULL);
     execution->recording = recording_share(recording);
     execution->ticket = ticket_share(ticket);
-    for (uint32_t i = 0; i < recording->chunk_count; i++)
-        execution->bases[i] = recording->chunks[i]->bytes;
-    pthread_mutex_lock(&recording->lock);
-    if (recording->latest && recording->latest->ticket == ticket)
-        atomic_store(&recording->latest->is_overwritten, true);
-    recording->latest = execution;
-    pthread_mutex_unlock(&recording->lock);
     if (add_children(execution))
         return execution;
     execution_release(execution);
@@ -173,6 +214,22 @@ static bool drop_reference(struct execution *execution)
     return is_last;
 }
 
+/* Gives chunks back that nothing needs after this execution. */
+static void spend_chunks(const struct execution *execution)
+{
+    struct recording *recording = execution->recording;
+    bool is_complete =
+        recording->executes_once && execution->ticket->wait(execution->ticket, 0) == VK_SUCCESS;
+    pthread_mutex_lock(&recording->lock);
+    recording->execution_count--;
+    recording->was_cut_short |= !is_complete;
+    bool spends = !recording->execution_count && !recording->was_cut_short;
+    recording->is_spent |= spends;
+    pthread_mutex_unlock(&recording->lock);
+    if (spends)
+        free_chunks(recording, execution->chunk_count);
+}
+
 void execution_release(struct execution *execution)
 {
     if (!execution || !drop_reference(execution))
@@ -180,30 +237,24 @@ void execution_release(struct execution *execution)
     for (uint32_t i = 0; i < execution->child_count; i++)
         execution_release(execution->children[i]);
     if (execution->detached)
-        free_copies(execution->bases, execution->recording->chunk_count);
-    else if (execution->recording->executes_once &&
-             execution->ticket->wait(execution->ticket, 0) == VK_SUCCESS)
-        free_chunks(execution->recording);
-    free(execution->children);
-    free(execution->bases);
+        free_copies(execution->bases, execution->chunk_count);
+    spend_chunks(execution);
     pthread_rwlock_destroy(&execution->lock);
     ticket_release(execution->ticket);
     recording_release(execution->recording);
-    free(execution);
+    free_execution(execution);
 }
 
 /* With the lock held. */
 static bool copy_chunks(struct execution *execution)
 {
-    struct recording *recording = execution->recording;
-    for (uint32_t i = 0; i < recording->chunk_count; i++) {
-        const struct snapshot_chunk *chunk = recording->chunks[i];
-        unsigned char *copy = malloc(chunk->used + 1);
+    for (uint32_t i = 0; i < execution->chunk_count; i++) {
+        unsigned char *copy = malloc(execution->sizes[i] + 1);
         if (!copy) {
             free_copies(execution->bases, i);
             return false;
         }
-        memcpy(copy, chunk->bytes, chunk->used);
+        memcpy(copy, execution->bases[i], execution->sizes[i]);
         execution->bases[i] = copy;
     }
     return true;
@@ -235,13 +286,20 @@ static bool detach(struct execution *execution, uint64_t nanoseconds)
     if (!execution->detached) {
         is_kept = result == VK_SUCCESS && copy_chunks(execution);
         if (!is_kept)
-            memset(execution->bases, 0,
-                   execution->recording->chunk_count * sizeof(unsigned char *));
-        execution->is_lost = !is_kept;
+            memset(execution->bases, 0, execution->chunk_count * sizeof(unsigned char *));
+        execution->is_lost |= !is_kept;
         execution->detached = true;
     }
     pthread_rwlock_unlock(&execution->lock);
     return is_kept;
+}
+
+uint32_t execution_count_repeated(const struct execution *execution)
+{
+    uint32_t count = execution->is_repeated;
+    for (uint32_t i = 0; i < execution->child_count; i++)
+        count += execution_count_repeated(execution->children[i]);
+    return count;
 }
 
 uint32_t recording_detach(struct recording *recording, const struct ticket *next,

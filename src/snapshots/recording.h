@@ -5,7 +5,12 @@
  * Nothing of it is done when the commands execute: the device only copies what builds read into
  * chunks of memory. Each submission makes an execution of the recording, and when its turn has come
  * (execution_order.h) the items tell what structures hold from then on. Only its command buffer,
- * whose use the application synchronizes, adds to a recording. */
+ * whose use the application synchronizes, adds to a recording.
+ *
+ * An application may by mistake record further after a submission, so an execution has counts of
+ * its own and reads nothing that was recorded later. It may also submit a command buffer again that
+ * it began with ONE_TIME_SUBMIT, whose chunks are given back when no execution is left: executions
+ * made after that have no snapshots. */
 #ifndef ASSAY_SNAPSHOTS_RECORDING_H
 #define ASSAY_SNAPSHOTS_RECORDING_H
 
@@ -79,8 +84,8 @@ struct compute_state {
 struct recording {
     atomic_uint references;
     struct compute_state compute;
-    struct recorded_item *first, **last;
-    struct snapshot_chunk **chunks;
+    struct recorded_item *first, *last;
+    struct snapshot_chunk **chunks; /* NULL: given back */
     uint32_t chunk_count, chunk_capacity;
     bool executes_once; /* then nothing needs the chunks after its execution */
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
@@ -96,8 +101,11 @@ struct recording {
     } left_out[LEFT_OUT_NAMED];
     bool left_out_told;
     atomic_bool is_spoiled; /* an execution was not kept, so that the others can't be told apart */
-    pthread_mutex_t lock;
-    struct execution *latest; /* the last one made, while it lives; guarded by the lock */
+    pthread_mutex_t lock;   /* guards the rest, and what is added to items and chunks */
+    struct execution *latest; /* the last one made, while it lives */
+    uint32_t execution_count; /* that live */
+    bool was_cut_short;       /* an execution was released before its end: chunks stay */
+    bool is_spent;            /* chunks were given back after an execution */
 };
 
 /* One execution of a recording: where its snapshots are, and when they can be read. */
@@ -105,6 +113,9 @@ struct execution {
     atomic_uint references; /* the last one goes under the recording's lock */
     struct execution *next; /* of those whose turn has not come */
     struct recording *recording;
+    const struct recorded_item *last; /* of the items that it has; NULL: none */
+    uint32_t chunk_count;             /* that it has */
+    bool is_repeated;                 /* the recording was spent before: it has no snapshots */
     struct ticket *ticket;
     uint64_t deaths;            /* resources_deaths when it was submitted */
     atomic_bool is_overwritten; /* another of the same submission copied to the same chunks */
@@ -114,7 +125,8 @@ struct execution {
      * pthread_rwlock_init makes). */
     pthread_rwlock_t lock;
     unsigned char **bases; /* of the chunks; */
-    bool detached;         /* of copies of them, for the recording executes again; */
+    uint64_t *sizes;       /* used of each; in the same block */
+    bool detached;         /* bases are of copies, for the recording executes again; */
     bool is_lost;          /* there was no memory for copies, it wasn't complete by then, or the
                               device was lost */
     /* Of the secondaries' works, in the order of their items. */
@@ -135,12 +147,25 @@ void recording_leave_out(struct recording *recording, uint32_t position, enum le
 /* Takes over the chunk. */
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk);
 
+/* NULL without memory. */
 struct execution *execution_create(struct recording *recording, struct ticket *ticket);
 struct execution *execution_share(struct execution *execution);
 void execution_release(struct execution *execution);
 
+/* The item after this one, or the first after NULL; NULL behind the last that the execution has. */
+static inline const struct recorded_item *execution_next(const struct execution *execution,
+                                                         const struct recorded_item *item)
+{
+    if (!item)
+        return execution->last ? execution->recording->first : NULL;
+    return item == execution->last ? NULL : item->next;
+}
+
 /* From now on it has no snapshots. */
 void execution_lose(struct execution *execution);
+
+/* How many of it and its secondaries have no snapshots because the recording was spent before. */
+uint32_t execution_count_repeated(const struct execution *execution);
 
 /* Its turn has come, and that of the secondaries'. */
 void execution_take_turn(struct execution *execution);

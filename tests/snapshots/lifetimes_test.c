@@ -1,0 +1,334 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Command buffers that the application goes on using while the layer still reads what they copied:
+ * submitted again after ONE_TIME_SUBMIT, recorded further after their submission, reset or executed
+ * by others meanwhile. All of it is a mistake of the application, which the layer survives. */
+#include "stage.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum {
+    BOXES = 20000, /* more than half of a chunk of staging memory */
+    BUILDS = 12,
+    STRUCTURE_SIZE = 16 << 20,
+};
+
+static struct platform platform;
+static struct stage stage;
+static struct stage_buffer boxes, structures, scratch;
+static VkAccelerationStructureKHR blas;
+
+/* ---- the stage */
+
+static void open_stage(void)
+{
+    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    boxes = stage_buffer(&stage, BOXES * sizeof(VkAabbPositionsKHR),
+                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    structures = stage_buffer(&stage, STRUCTURE_SIZE,
+                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = stage_buffer(&stage, STRUCTURE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    blas = stage_structure(&stage, &structures, 0, STRUCTURE_SIZE,
+                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void close_stage(void)
+{
+    GET(stage.vk.DeviceWaitIdle(stage.device));
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
+    stage_destroy_buffer(&stage, &boxes);
+    stage_destroy_buffer(&stage, &structures);
+    stage_destroy_buffer(&stage, &scratch);
+    stage_close(&stage);
+}
+
+static void build(VkCommandBuffer commands, uint32_t count)
+{
+    stage_build_boxes(&stage, commands, blas, boxes.address, count,
+                      (scratch.address + 255) & ~(VkDeviceAddress)255);
+    stage_barrier(&stage, commands);
+}
+
+static VkCommandBuffer begin_secondary(VkCommandBufferUsageFlags flags)
+{
+    const VkCommandBufferAllocateInfo allocate = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = stage.pool,
+        .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
+        .commandBufferCount = 1,
+    };
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferBeginInfo begin = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = flags,
+        .pInheritanceInfo = &inheritance,
+    };
+    VkCommandBuffer commands;
+    GET(stage.vk.AllocateCommandBuffers(stage.device, &allocate, &commands));
+    GET(stage.vk.BeginCommandBuffer(commands, &begin));
+    return commands;
+}
+
+static void submit(VkCommandBuffer commands)
+{
+    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
+}
+
+static void wait(void)
+{
+    GET(stage.vk.DeviceWaitIdle(stage.device));
+}
+
+/* Backend cpu makes the structure now, of what the command buffer copied. */
+static void read_structure(void)
+{
+    VkDeviceSize size;
+    if (platform.is_cpu)
+        stage.vk.WriteAccelerationStructuresPropertiesKHR(
+            stage.device, 1, &blas, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+            sizeof(size), &size, sizeof(size));
+}
+
+/* A box upside down, which level content finds if it looks. */
+static void spoil_box(uint32_t i)
+{
+    ((VkAabbPositionsKHR *)boxes.bytes)[i] = (VkAabbPositionsKHR){.minX = 1, .maxX = -1};
+}
+
+/* So many messages, each of which says this; they are forgotten. */
+static void expect_told(uint32_t count, const char *text)
+{
+    for (uint32_t i = 0; i < messages_kept(&stage.messages); i++)
+        if (!strstr(stage.messages.items[i].text, text))
+            fail_msg("\"%s\" is not in: %s", text, stage.messages.items[i].text);
+    assert_int_equal(stage.messages.count, count);
+    messages_clear(&stage.messages);
+}
+
+/* ---- tests */
+
+/* Its memory for copies went to the next command buffer when it was complete. */
+static void test_one_time_submitted_twice(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    spoil_box(BOXES - 1);
+    build(commands, BOXES);
+    GET(stage.vk.EndCommandBuffer(commands));
+    submit(commands);
+    wait();
+    expect_told(1, "minX");
+    read_structure();
+    for (int i = 0; i < 2; i++) {
+        submit(commands);
+        expect_told(1,
+                    "assay_validation.level = content: builds are not looked at, of executions "
+                    "of command buffers: 1 of command buffers that were begun with "
+                    "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again.");
+        wait();
+        read_structure();
+        stage_expect_silence(&stage);
+    }
+    close_stage();
+}
+
+/* The second execution is looked at if the layer still has the copies: on backend cpu they belong
+ * to the structure. */
+static void test_one_time_submitted_twice_at_once(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    spoil_box(0);
+    build(commands, 1);
+    GET(stage.vk.EndCommandBuffer(commands));
+    submit(commands);
+    submit(commands);
+    wait();
+    expect_told(2, platform.is_cpu ? "minX" : "");
+    read_structure();
+    close_stage();
+}
+
+static void test_secondary_one_time_submitted_twice(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer primary = stage_begin(&stage, 0);
+    VkCommandBuffer secondary = begin_secondary(VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    spoil_box(0);
+    build(secondary, 1);
+    GET(stage.vk.EndCommandBuffer(secondary));
+    stage.vk.CmdExecuteCommands(primary, 1, &secondary);
+    build(primary, 1);
+    GET(stage.vk.EndCommandBuffer(primary));
+    submit(primary);
+    wait();
+    expect_told(2, "minX");
+    submit(primary);
+    wait();
+    expect_told(2, platform.is_cpu ? "minX" : "");
+    read_structure();
+    close_stage();
+}
+
+/* What is recorded further finds the old copies gone, and does not take their place. */
+static void test_one_time_recorded_further(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    build(commands, BOXES);
+    GET(stage.vk.EndCommandBuffer(commands));
+    submit(commands);
+    wait();
+    read_structure();
+    stage_expect_silence(&stage);
+    build(commands, BOXES);
+    messages_clear(&stage.messages); /* it isn't in the recording state */
+    submit(commands);
+    expect_told(platform.is_cpu ? 1 : 2, "looked at");
+    wait();
+    read_structure();
+    stage_expect_silence(&stage);
+    close_stage();
+}
+
+/* The execution has the copies of the first build alone; those of the others take chunks of their
+ * own. */
+static void test_recorded_further_after_submission(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    spoil_box(0);
+    build(commands, BOXES);
+    submit(commands);
+    for (int i = 1; i < BUILDS; i++)
+        build(commands, BOXES);
+    read_structure();
+    wait();
+    expect_told(1, "minX");
+    GET(stage.vk.EndCommandBuffer(commands));
+    submit(commands);
+    wait();
+    read_structure();
+    expect_told(9, "minX"); /* the tenth and last that duplicate_message_limit allows */
+    close_stage();
+}
+
+/* The first execution is copied to make room for the second, while the recording has more. */
+static void test_recorded_further_and_submitted_again(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    build(commands, BOXES);
+    submit(commands);
+    for (int i = 1; i < BUILDS; i++)
+        build(commands, BOXES);
+    GET(stage.vk.EndCommandBuffer(commands));
+    submit(commands);
+    wait();
+    read_structure();
+    stage_expect_silence(&stage);
+    close_stage();
+}
+
+/* More secondaries than the execution has children. */
+static void test_secondaries_executed_after_submission(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer primary = stage_begin(&stage, 0), secondaries[BUILDS];
+    spoil_box(0);
+    for (int i = 0; i < BUILDS; i++) {
+        secondaries[i] = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
+        build(secondaries[i], 1);
+        GET(stage.vk.EndCommandBuffer(secondaries[i]));
+    }
+    stage.vk.CmdExecuteCommands(primary, 1, secondaries);
+    submit(primary);
+    stage.vk.CmdExecuteCommands(primary, BUILDS - 1, secondaries + 1);
+    wait();
+    expect_told(1, "minX");
+    read_structure();
+    GET(stage.vk.EndCommandBuffer(primary));
+    close_stage();
+}
+
+/* A secondary is recorded further after the primary that executes it was recorded, and again after
+ * that was submitted. */
+static void test_secondary_recorded_further(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer primary = stage_begin(&stage, 0);
+    VkCommandBuffer secondary = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
+    build(secondary, BOXES);
+    stage.vk.CmdExecuteCommands(primary, 1, &secondary);
+    GET(stage.vk.EndCommandBuffer(primary));
+    for (int round = 0; round < 2; round++) {
+        for (int i = 0; i < BUILDS; i++)
+            build(secondary, BOXES);
+        submit(primary);
+    }
+    for (int i = 0; i < BUILDS; i++)
+        build(secondary, BOXES);
+    wait();
+    read_structure();
+    GET(stage.vk.EndCommandBuffer(secondary));
+    stage_expect_silence(&stage);
+    close_stage();
+}
+
+/* What was copied is still looked at. */
+static void test_reset_before_the_wait(void **state)
+{
+    (void)state;
+    open_stage();
+    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    VkCommandBuffer primary = stage_begin(&stage, 0);
+    VkCommandBuffer secondary = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
+    spoil_box(0);
+    build(secondary, 1);
+    GET(stage.vk.EndCommandBuffer(secondary));
+    stage.vk.CmdExecuteCommands(primary, 1, &secondary);
+    build(primary, 1);
+    GET(stage.vk.EndCommandBuffer(primary));
+    submit(primary);
+    GET(stage.vk.ResetCommandBuffer(secondary, 0));
+    GET(stage.vk.BeginCommandBuffer(primary, &begin));
+    for (int i = 0; i < BUILDS; i++)
+        build(primary, BOXES);
+    wait();
+    expect_told(2, "minX");
+    read_structure();
+    GET(stage.vk.EndCommandBuffer(primary));
+    stage.vk.FreeCommandBuffers(stage.device, stage.pool, 1, &secondary);
+    stage_expect_silence(&stage);
+    close_stage();
+}
+
+int main(int argc, char **argv)
+{
+    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "null");
+    if (reason) {
+        puts(reason);
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_one_time_submitted_twice),
+        cmocka_unit_test(test_one_time_submitted_twice_at_once),
+        cmocka_unit_test(test_secondary_one_time_submitted_twice),
+        cmocka_unit_test(test_one_time_recorded_further),
+        cmocka_unit_test(test_recorded_further_after_submission),
+        cmocka_unit_test(test_recorded_further_and_submitted_again),
+        cmocka_unit_test(test_secondaries_executed_after_submission),
+        cmocka_unit_test(test_secondary_recorded_further),
+        cmocka_unit_test(test_reset_before_the_wait),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
