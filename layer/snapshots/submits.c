@@ -284,7 +284,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdExecuteCommands(VkCommandBuffer commandB
         struct recording *recording = recording_of(device, pCommandBuffers[i]);
         struct recorder recorder;
         tell_left_out(device, pCommandBuffers[i]);
-        if (!recording || !recording->first || !recorder_begin(&recorder, commandBuffer))
+        if (!recording || !recording->first || !recorder_begin(&recorder, commandBuffer) ||
+            recording_contains(recording, recorder.recording))
             continue;
         const struct recorded_item item = {.kind = ITEM_EXECUTE,
                                            .secondary = recording_share(recording)};

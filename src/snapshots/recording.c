@@ -114,6 +114,16 @@ bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chu
     return has_room;
 }
 
+bool recording_contains(const struct recording *recording, const struct recording *other)
+{
+    if (recording == other)
+        return true;
+    for (const struct recorded_item *item = recording->first; item; item = item->next)
+        if (item->kind == ITEM_EXECUTE && recording_contains(item->secondary, other))
+            return true;
+    return false;
+}
+
 /* ---- executions */
 
 static void free_execution(struct execution *execution)

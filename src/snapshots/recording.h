@@ -147,6 +147,9 @@ void recording_leave_out(struct recording *recording, uint32_t position, enum le
 /* Takes over the chunk. */
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk);
 
+/* Whether it is, or executes, the other: which may not execute it, then. */
+bool recording_contains(const struct recording *recording, const struct recording *other);
+
 /* NULL without memory. */
 struct execution *execution_create(struct recording *recording, struct ticket *ticket);
 struct execution *execution_share(struct execution *execution);

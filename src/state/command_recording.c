@@ -144,13 +144,16 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
     if (secondary->facts.suspended != UNKNOWN)
         primary->facts.suspended = secondary->facts.suspended;
     depend_on(primary, secondary);
-    if (primary->journal && secondary->journal) {
+    bool is_circle = primary->journal && secondary->journal &&
+                     journal_contains(secondary->journal, primary->journal);
+    if (primary->journal && secondary->journal && !is_circle) {
         struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
                                       .secondary = journal_share(secondary->journal)};
         journal_add(primary->journal, &entry);
+        primary->journal->executes = true;
         primary->journal->has_events |= secondary->journal->has_events;
     }
-    if (primary->journal && (!secondary->journal || secondary->journal->incomplete))
+    if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))
         primary->journal->incomplete = true;
     primary->facts.build_index += secondary->facts.build_index;
 }

@@ -27,6 +27,18 @@ bool journal_is_shared(const struct journal *journal)
     return atomic_load_explicit(&journal->references, memory_order_acquire) > 1;
 }
 
+bool journal_contains(const struct journal *journal, const struct journal *other)
+{
+    if (journal == other)
+        return true;
+    struct journal_cursor cursor = journal_start(journal);
+    const struct journal_entry *entry;
+    while (journal->executes && (entry = journal_next(&cursor)))
+        if (entry->kind == JOURNAL_EXECUTE && journal_contains(entry->secondary, other))
+            return true;
+    return false;
+}
+
 static void release_entry(struct journal_entry *entry)
 {
     if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
@@ -170,7 +182,8 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
         chunk_list_clear(&journal->inputs, sizeof(struct journal_input));
         forget_recent_inputs(journal);
     }
-    journal->holds = journal->asks = journal->has_events = journal->incomplete = false;
+    journal->holds = journal->asks = journal->executes = false;
+    journal->has_events = journal->incomplete = false;
 }
 
 void journal_release(struct journal *journal)

@@ -137,6 +137,7 @@ struct journal {
     bool binds;      /* it has entries JOURNAL_BIND, and no others */
     bool holds;      /* entries hold something that must be released */
     bool asks;       /* entries ask what a structure was built with, see journal_asks */
+    bool executes;   /* entries execute secondary command buffers */
     bool has_events; /* its own, or those of secondaries */
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
@@ -146,6 +147,9 @@ struct journal *journal_create(VkCommandBuffer command_buffer);
 struct journal *journal_share(struct journal *journal);
 void journal_release(struct journal *journal);
 bool journal_is_shared(const struct journal *journal);
+
+/* Whether it is, or executes, the other: which may not execute it, then. */
+bool journal_contains(const struct journal *journal, const struct journal *other);
 
 /* Whether what an entry means depends on what its source was built with. */
 static inline bool journal_asks(const struct journal_entry *entry)

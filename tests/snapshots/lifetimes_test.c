@@ -312,6 +312,28 @@ static void test_reset_before_the_wait(void **state)
     close_stage();
 }
 
+/* Command buffers that execute themselves, or each other, have no end. */
+static void test_executed_in_circles(void **state)
+{
+    (void)state;
+    open_stage();
+    VkCommandBuffer primary = stage_begin(&stage, 0), secondaries[2];
+    for (int i = 0; i < 2; i++) {
+        secondaries[i] = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
+        build(secondaries[i], 1);
+    }
+    build(primary, 1);
+    stage.vk.CmdExecuteCommands(secondaries[0], 1, &secondaries[0]);
+    stage.vk.CmdExecuteCommands(secondaries[0], 1, &secondaries[1]);
+    stage.vk.CmdExecuteCommands(secondaries[1], 1, &secondaries[0]);
+    stage.vk.CmdExecuteCommands(primary, 2, secondaries);
+    stage.vk.CmdExecuteCommands(primary, 1, &primary);
+    submit(primary);
+    wait();
+    read_structure();
+    close_stage();
+}
+
 int main(int argc, char **argv)
 {
     const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "null");
@@ -329,6 +351,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_secondaries_executed_after_submission),
         cmocka_unit_test(test_secondary_recorded_further),
         cmocka_unit_test(test_reset_before_the_wait),
+        cmocka_unit_test(test_executed_in_circles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
