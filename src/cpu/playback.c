@@ -147,7 +147,7 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
         result->tree = tree_of(playback, item->src);
     else
         copied = cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first,
-                                      item->count, &result->pool);
+                                      &result->count, &result->pool);
     if (copied != VK_SUCCESS)
         atomic_fetch_add(&playback->lost, 1);
     pthread_mutex_lock(&playback->lock);

@@ -136,10 +136,22 @@ static struct query exchange(struct cpu_query_pools *pools, uint64_t handle, uin
     return before;
 }
 
+/* How many of the queries there are; 0 without such a pool. */
+static uint32_t clamp_count(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
+                            uint32_t count)
+{
+    pthread_mutex_lock(&pools->lock);
+    const struct query_pool *pool = handle_table_find(&pools->table, handle);
+    uint32_t left = pool && first < pool->count ? pool->count - first : 0;
+    pthread_mutex_unlock(&pools->lock);
+    return count < left ? count : left;
+}
+
 void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
                            uint32_t count)
 {
-    for (uint32_t i = 0; i < count; i++) {
+    uint32_t there = clamp_count(pools, handle, first, count);
+    for (uint32_t i = 0; i < there; i++) {
         struct query before = exchange(pools, handle, first + i, (struct query){0});
         release_query(&before);
     }
@@ -175,12 +187,13 @@ static bool find(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
 }
 
 VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
-                              uint32_t count, uint64_t *copy)
+                              uint32_t *count, uint64_t *copy)
 {
-    struct query_pool *pool = create_pool(VK_QUERY_TYPE_MAX_ENUM, count);
+    *count = clamp_count(pools, handle, first, *count);
+    struct query_pool *pool = create_pool(VK_QUERY_TYPE_MAX_ENUM, *count);
     if (!pool)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < *count; i++)
         find(pools, handle, first + i, &pool->queries[i], &pool->type);
     return add(pools, pool, copy);
 }

@@ -34,9 +34,10 @@ void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint3
 void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
                            struct cpu_tree *tree, struct ticket *ticket);
 
-/* A pool of copies of `count` queries, as they are now. */
+/* A pool of copies of `*count` queries, as they are now; *count becomes how many of them there are.
+ */
 VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
-                              uint32_t count, uint64_t *copy);
+                              uint32_t *count, uint64_t *copy);
 
 /* vkGetQueryPoolResults. A query that nothing has written is not waited for. */
 VkResult cpu_query_pools_read(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,

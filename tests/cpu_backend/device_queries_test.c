@@ -115,13 +115,48 @@ static void test_copied_queries(void **state)
     result_scene_close(&scene);
 }
 
+/* Counts beyond the end of the pool mean no more than up to there, take no time, and nothing is
+ * written for queries that there aren't. */
+static void test_wild_counts(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    result_scene_open(&scene, COMPACTED_SIZE);
+    struct device_buffer buffer = device_buffer_create(&device, 256);
+    memset(buffer.bytes, 0xee, 256);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    result_scene_record_build(&scene, commands);
+    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    stage->vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
+                                      VK_QUERY_RESULT_64_BIT);
+    stage->vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
+    device_finish(&device, commands);
+    const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
+                   untouched = ~0ull / 255 * 0xee;
+    const uint64_t wanted[] = {expected, untouched, untouched};
+    assert_memory_equal(buffer.bytes, wanted, sizeof(wanted));
+    uint64_t values[2] = {0};
+    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 2, sizeof(values),
+                                                   values, 8, VK_QUERY_RESULT_64_BIT),
+                     VK_NOT_READY);
+    assert_int_equal(values[0], expected);
+    stage->vk.ResetQueryPool(stage->device, scene.pool, 1, UINT32_MAX);
+    expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 1, sizeof(values), values, 8,
+                                         VK_QUERY_RESULT_64_BIT));
+    stage->vk.ResetQueryPool(stage->device, scene.pool, 0, UINT32_MAX);
+    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 1, sizeof(values),
+                                                   values, 8, VK_QUERY_RESULT_64_BIT),
+                     VK_NOT_READY);
+    device_buffer_destroy(&device, &buffer);
+    result_scene_close(&scene);
+}
+
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_queries),
-        cmocka_unit_test(test_query_keeps_its_moment),
-        cmocka_unit_test(test_other_queries),
-        cmocka_unit_test(test_copied_queries),
+        cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_moment),
+        cmocka_unit_test(test_other_queries), cmocka_unit_test(test_copied_queries),
+        cmocka_unit_test(test_wild_counts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
