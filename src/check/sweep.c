@@ -206,7 +206,9 @@ static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT]
     }
     struct range_key *keys = NULL;
     size_t keys_size = (size_t)longest * 2 * sizeof(*keys);
-    if (total && !(keys = sweep_space(sweep, keys_size + (size_t)total * sizeof(uint32_t))))
+    if (!total)
+        return true;
+    if (!(keys = sweep_space(sweep, keys_size + (size_t)total * sizeof(uint32_t))))
         return false;
 
     uint32_t *order = (uint32_t *)((char *)keys + keys_size);

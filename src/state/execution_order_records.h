@@ -161,4 +161,10 @@ void submission_unreference(struct submission *submission);
 
 void submission_free(struct submission *submission);
 
+/* NULL: the batch has none. */
+static inline struct semaphore_operation *order_batch_operations(const struct order_batch *batch)
+{
+    return batch->operation_count ? &batch->submission->operations[batch->first_operation] : NULL;
+}
+
 #endif

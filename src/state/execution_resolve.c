@@ -163,8 +163,7 @@ static enum semaphore_answer ask(const struct order_batch *batch,
 
 static bool is_held_back(const struct order_batch *batch)
 {
-    const struct semaphore_operation *operations =
-        &batch->submission->operations[batch->first_operation];
+    const struct semaphore_operation *operations = order_batch_operations(batch);
     const struct execution_clock *clock;
     for (uint32_t i = 0; i < batch->operation_count; i++)
         if (!operations[i].is_signal && ask(batch, &operations[i], &clock) == SEMAPHORE_NOT_YET)
@@ -175,8 +174,7 @@ static bool is_held_back(const struct order_batch *batch)
 bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
                               struct execution_clock *all)
 {
-    const struct semaphore_operation *operations =
-        &batch->submission->operations[batch->first_operation];
+    const struct semaphore_operation *operations = order_batch_operations(batch);
     bool open = false;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
         const struct execution_clock *clock;
@@ -235,7 +233,7 @@ void order_batch_set_signal(struct order_batch *batch, const struct semaphore_op
 static void signal_after_commands(struct order_batch *batch, struct queue_clocks *clocks)
 {
     const struct submission *submission = batch->submission;
-    const struct semaphore_operation *operations = &submission->operations[batch->first_operation];
+    const struct semaphore_operation *operations = order_batch_operations(batch);
     struct execution_clock builds;
     bool signals_builds = false, signals_all = submission->fence && order_batch_is_last(batch);
     execution_clock_copy(&builds, &clocks->builds);

@@ -68,7 +68,7 @@ static struct batch_run describe(const struct order_batch *batch)
         .work = phase_of(batch),
         .moment = batch->moment,
         .clock = &batch->clock,
-        .commands = &submission->commands[batch->first_commands],
+        .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
         .command_count = batch->command_count,
         .checked = submission->checked && batch < &submission->batches[submission->ready_count],
         .predecessors_known = batch->predecessors_known,
