@@ -154,8 +154,10 @@ static void record(VkCommandBuffer handle, uint32_t count,
                    const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
 {
     struct recorder recorder;
+    struct readable_cache *cache = readable_cache_of_thread();
     if (!recorder_begin_builds(&recorder, handle) ||
-        !readable(readable_cache_of_thread(), ranges, count * sizeof(*ranges)))
+        !readable(cache, infos, count * sizeof(*infos)) ||
+        !readable(cache, ranges, count * sizeof(*ranges)))
         return;
     for (uint32_t i = 0; i < count; i++) {
         struct recorded_build *build =
@@ -177,11 +179,14 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
                                                   ppBuildRangeInfos);
 }
 
-static bool arrays_are_readable(uint32_t count, const VkDeviceAddress *addresses,
-                                const uint32_t *strides, const uint32_t *const *counts)
+static bool arrays_are_readable(uint32_t count,
+                                const VkAccelerationStructureBuildGeometryInfoKHR *infos,
+                                const VkDeviceAddress *addresses, const uint32_t *strides,
+                                const uint32_t *const *counts)
 {
     struct readable_cache *cache = readable_cache_of_thread();
-    return readable(cache, addresses, count * sizeof(*addresses)) &&
+    return readable(cache, infos, count * sizeof(*infos)) &&
+           readable(cache, addresses, count * sizeof(*addresses)) &&
            readable(cache, strides, count * sizeof(*strides)) &&
            readable(cache, counts, count * sizeof(*counts));
 }
@@ -204,7 +209,7 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
 {
     struct recorder recorder;
     if (!recorder_begin_builds(&recorder, handle) ||
-        !arrays_are_readable(info_count, addresses, strides, counts))
+        !arrays_are_readable(info_count, infos, addresses, strides, counts))
         return;
     for (uint32_t i = 0; i < info_count; i++) {
         struct recorded_build *build =

@@ -76,7 +76,8 @@ static bool open_triangles(struct source *source, const struct builder_triangles
         if (needed > 0 && (range->primitiveOffset > triangles->indices_size ||
                            needed > triangles->indices_size - range->primitiveOffset))
             return false;
-        source->indices = (const uint8_t *)triangles->indices + range->primitiveOffset;
+        if (triangles->indices)
+            source->indices = (const uint8_t *)triangles->indices + range->primitiveOffset;
     } else {
         vertex_offset = range->primitiveOffset;
     }
@@ -97,7 +98,8 @@ static bool open_triangles(struct source *source, const struct builder_triangles
         limit = (uint64_t)triangles->max_vertex + 1;
     source->index_limit = limit;
     uint64_t to_first = vertex_offset + (limit > 0 ? source->stride * first : 0);
-    source->vertices = (const uint8_t *)triangles->vertices + to_first;
+    if (triangles->vertices)
+        source->vertices = (const uint8_t *)triangles->vertices + to_first;
     if (is_moving)
         source->motion_vertices = (const uint8_t *)triangles->motion_vertices + to_first;
     source->is_plain = source->index_size == 4 && !source->has_transform &&

@@ -36,9 +36,9 @@ uint64_t sphere_vertex_count(const struct builder_spheres *spheres, bool is_swep
     if (readable(spheres->indices_size, range->primitiveOffset, size, spheres->index_stride, 0) <
         count)
         return 0;
-    const uint8_t *next = (const uint8_t *)spheres->indices + range->primitiveOffset;
-    for (uint64_t i = 0; i < count; i++, next += spheres->index_stride) {
-        uint32_t index = source_read_number(next, size);
+    const uint8_t *first = (const uint8_t *)spheres->indices + range->primitiveOffset;
+    for (uint64_t i = 0; i < count; i++) {
+        uint32_t index = source_read_number(first + i * spheres->index_stride, size);
         last = index > last ? index : last;
     }
     bool has_next =
@@ -62,11 +62,11 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
     if (source->count == 0)
         return true;
     if (source->index_size > 0) {
-        source->indices = (const uint8_t *)spheres->indices + offset;
         uint64_t needed = sphere_element_count(spheres, is_swept, source->count);
         if (readable(spheres->indices_size, offset, source->index_size, own->index_stride, 0) <
             needed)
             return false;
+        source->indices = (const uint8_t *)spheres->indices + offset;
         offset = 0;
     }
     uint64_t vertices =
@@ -76,7 +76,7 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
                  own->radius_stride, first);
     source->index_limit = vertices < radii ? vertices : radii;
     if (source->index_limit == 0)
-        first = 0; /* nothing is read, so no product may wrap */
+        return true; /* nothing is read, and products may wrap */
     source->vertices = (const uint8_t *)spheres->vertices + offset + source->stride * first;
     own->radii = (const uint8_t *)spheres->radii + offset + own->radius_stride * first;
     return true;

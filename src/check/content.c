@@ -282,13 +282,13 @@ static void read_boxes(struct content *content,
 {
     const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     struct box_view view = {.geometry = content->range->geometry};
-    const uint8_t *next =
+    const uint8_t *first =
         content_find(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
                      aabbs->stride, sizeof(view.positions));
-    if (!next)
+    if (!first)
         return;
-    for (; view.primitive < range->primitiveCount; view.primitive++, next += aabbs->stride) {
-        memcpy(&view.positions, next, sizeof(view.positions));
+    for (; view.primitive < range->primitiveCount; view.primitive++) {
+        memcpy(&view.positions, first + view.primitive * aabbs->stride, sizeof(view.positions));
         content_walk_box(content, &view);
     }
 }

@@ -22,12 +22,12 @@ static void read_triangles(struct content *content, VkDeviceOrHostAddressConstKH
 {
     struct micromap_triangle_view view = {.geometry = content->range->geometry,
                                           .data_left = data_left};
-    const uint8_t *next = NULL;
+    const uint8_t *first = NULL;
     if (stride >=
         sizeof(view.triangle)) /* else a parameter is wrong, and there is no end of them */
-        next = content_find(content, triangles, 0, count, stride, sizeof(view.triangle));
-    for (; next && view.index < count; view.index++, next += stride) {
-        memcpy(&view.triangle, next, sizeof(view.triangle));
+        first = content_find(content, triangles, 0, count, stride, sizeof(view.triangle));
+    for (; first && view.index < count; view.index++) {
+        memcpy(&view.triangle, first + view.index * stride, sizeof(view.triangle));
         content_walk_micromap_triangle(content, &view);
     }
 }
@@ -55,10 +55,10 @@ static void read_indices(struct content *content,
     if (!size)
         return;
     note_built(used, &view);
-    const uint8_t *next =
+    const uint8_t *first =
         content_find(content, opacity->indexBuffer, 0, count, opacity->indexStride, size);
-    for (; next && view.primitive < count; view.primitive++, next += opacity->indexStride) {
-        view.index = content_read_index(next, size, 0);
+    for (; first && view.primitive < count; view.primitive++) {
+        view.index = content_read_index(first + view.primitive * opacity->indexStride, size, 0);
         content_walk_opacity_index(content, &view);
     }
 }
