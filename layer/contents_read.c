@@ -41,6 +41,7 @@ struct reading {
     struct read_call *open_calls;
     struct told_finding *findings, **findings_last;
     bool lacks_memory; /* and so some of what it says */
+    bool lacks_copies; /* likewise */
 };
 
 /* ---- findings */
@@ -265,8 +266,11 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         .gathering = &build->gathering,
         .omits_unread = true,
     };
-    if (!snapshot_memory_open(&memory)) {
-        reading->lacks_memory = true;
+    bool is_open = snapshot_memory_open(&memory);
+    if (!is_open || memory.lacks_copies) {
+        reading->lacks_memory |= !is_open;
+        reading->lacks_copies |= memory.lacks_copies;
+        snapshot_memory_close(&memory);
         return;
     }
     struct executed_build executed = {
@@ -357,6 +361,8 @@ void contents_read(const struct ran_execution *ran, struct missed_executions *mi
         end_call(call);
     }
     tell_findings(&reading);
+    if (reading.lacks_copies)
+        tell_lack_of_copies(ran->device);
     missed->unkept += reading.lacks_memory;
     comparer_run(ran->device->comparer, ran->queue);
 }

@@ -11,6 +11,7 @@
 #include "cpu/playback.h"
 #include "cpu/submits.h"
 #include "snapshots/staging.h"
+#include "snapshots/tell.h"
 #include "snapshots/tickets.h"
 
 /* One copy on its way. */
@@ -131,6 +132,8 @@ static void warn_of_losses(const struct layer_device *device)
 
 void cpu_overlay_tell_overwritten(const struct layer_device *device)
 {
+    if (atomic_load(&device->cpu->device->lacks_copies))
+        tell_lack_of_copies(device);
     unsigned once = OVERWRITTEN_ONCE;
     if (atomic_load(&device->cpu->device->overwritten) == once &&
         atomic_compare_exchange_strong(&device->cpu->device->overwritten, &once, OVERWRITTEN_TOLD))

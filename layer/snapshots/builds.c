@@ -65,12 +65,15 @@ static void gather_instances(struct recorder *recorder, struct recorded_build *b
         build->gathering = gathering;
 }
 
-static void note_data_left(const struct recorder *recorder, struct build_parameters *parameters)
+/* How much data a micromap has, which a rule compares with what its triangles name. */
+static void measure_data(struct recorder *recorder, struct recorded_build *build)
 {
+    const struct build_parameters *parameters = &build->parameters;
+    struct snapshot snapshot;
     if (parameters->chained &&
-        (int)parameters->info.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
-        parameters->chained[0].micromap.data_left =
-            bytes_left(recorder, parameters->chained[0].micromap.data.deviceAddress);
+        (int)parameters->info.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR &&
+        recorder_measure(recorder, parameters->chained[0].micromap.data.deviceAddress, &snapshot))
+        keep_snapshot(recorder, build, &snapshot);
 }
 
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
@@ -87,7 +90,7 @@ static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
         if (count && recorder_copy(recorder, build->indirect_address, size, &ranges))
             keep_snapshot(recorder, build, &ranges);
     }
-    note_data_left(recorder, &build->parameters);
+    measure_data(recorder, build);
     if (build_input_open(&build->parameters, &memory, &input) == VK_SUCCESS)
         build_input_close(&input);
     else

@@ -24,7 +24,10 @@
     COMMAND(CmdBeginQueryIndexedEXT)                                                               \
     COMMAND(CmdEndQueryIndexedEXT)                                                                 \
     COMMAND(CmdBeginConditionalRenderingEXT)                                                       \
+    COMMAND(CmdBeginConditionalRendering2EXT)                                                      \
     COMMAND(CmdEndConditionalRenderingEXT)                                                         \
+    COMMAND(CreateQueryPool)                                                                       \
+    COMMAND(DestroyQueryPool)                                                                      \
     COMMAND(CreateBuffer)                                                                          \
     COMMAND(DestroyBuffer)                                                                         \
     COMMAND(GetDeviceBufferMemoryRequirements)                                                     \

@@ -6,20 +6,14 @@
 
 #include "snapshots/recorder.h"
 
-/* Its pipeline, made when it is first needed. */
-struct gather;
-
-VkResult gather_create(const struct layer_device *device, struct gather **gather);
-void gather_destroy(struct gather *gather); /* NULL: nothing */
-
 /* Records the gathering of instances, from where the 64-bit addresses in `addresses` point to,
  * which is a snapshot that the recorder has copied, and fills in the rest of `gathering`. False
  * where there are none, without memory, or where the driver makes no such pipeline. */
 bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
                      struct gathering *gathering);
 
-/* Before an execution is submitted, and while the device executes no other of its recording: memory
- * has come and gone since it was recorded. */
-void gather_renew_ranges(const struct layer_device *device, const struct execution *execution);
+/* Before a recording is submitted, and while the device doesn't execute it: memory has come and
+ * gone since it was recorded. Not of its secondaries. */
+void gather_renew_ranges(const struct layer_device *device, const struct recording *recording);
 
 #endif

@@ -78,7 +78,8 @@ static bool find(void *context, uint64_t address, struct buffer_target *target)
         if (address < buffer->address || address - buffer->address >= buffer->size)
             continue;
         uint64_t offset = address - buffer->address;
-        *target = (struct buffer_target){buffer->handle, offset, buffer->size - offset};
+        *target = (struct buffer_target){
+            .buffer = buffer->handle, .offset = offset, .size = buffer->size - offset};
         return true;
     }
     return false;

@@ -3,6 +3,8 @@
 #include "snapshots/recorder.h"
 
 #include "contents.h"
+#include "snapshots/copy_orders.h"
+#include "snapshots/dispatches.h"
 #include "snapshots/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
@@ -42,6 +44,9 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
     recorder->recording = journal ? journal->work : NULL;
     if (!recorder->recording)
         recorder_lose(recorder);
+    else if (recorder->recording->copy_block_count)
+        recorder->first_order =
+            recorder->recording->copy_blocks[recorder->recording->copy_block_count - 1].used;
     return recorder->recording;
 }
 
@@ -76,8 +81,10 @@ void recorder_add(struct recorder *recorder, const struct recorded_item *item)
 
 /* Whatever the application has synchronized for its builds is so for all commands, and from there
  * on for the copies. They write where those of an earlier execution did. */
-static void begin_copies(struct recorder *recorder)
+void recorder_start_copies(struct recorder *recorder)
 {
+    if (recorder->has_copied)
+        return;
     bool computes = recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT;
     const VkMemoryBarrier barrier = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
@@ -93,8 +100,11 @@ static void begin_copies(struct recorder *recorder)
 }
 
 /* What the application writes next it has synchronized with the build alone. */
-void recorder_end(const struct recorder *recorder)
+void recorder_end(struct recorder *recorder)
 {
+    copy_orders_flush(recorder);
+    copy_orders_mark(recorder);
+    dispatches_end(recorder);
     const VkMemoryBarrier barrier = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
         .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT |
@@ -123,8 +133,8 @@ bool recorder_find(const struct recorder *recorder, uint64_t address, struct buf
     resources_find_address(recorder->device->resources, address, &facts);
     resources_find_buffer(recorder->device->resources, facts.buffer, &buffer);
     resources_end_reading(recorder->device->resources, token);
-    *target =
-        (struct buffer_target){facts.buffer, buffer.size - facts.bytes_left, facts.bytes_left};
+    *target = (struct buffer_target){facts.buffer, buffer.size - facts.bytes_left, facts.bytes_left,
+                                     facts.is_protected};
     return facts.status == ADDRESS_IN_BUFFER;
 }
 
@@ -172,31 +182,5 @@ bool recorder_reserve(struct recorder *recorder, uint64_t size, struct snapshot 
     *snapshot = (struct snapshot){
         .size = size, .chunk = recorder->recording->chunk_count - 1, .offset = chunk->chunk.used};
     chunk->chunk.used += room;
-    return true;
-}
-
-bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
-                   struct snapshot *snapshot)
-{
-    struct buffer_target source;
-    if (!size || !recorder_find(recorder, address, &source))
-        return false;
-    if (recorder->is_barred || !snapshots_can_copy(recorder->device->snapshots, source.buffer)) {
-        recorder->left_out = recorder->is_barred ? LEFT_OUT_PLACE : LEFT_OUT_BUFFER;
-        return false;
-    }
-    size = size < source.size ? size : source.size;
-    if (!recorder_reserve(recorder, size, snapshot))
-        return false;
-    snapshot->address = address;
-    const struct staging_chunk *chunk =
-        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
-    const VkBufferCopy region = {source.offset, snapshot->offset, size};
-    if (!recorder->has_copied)
-        begin_copies(recorder);
-    recorder->device->snapshots->next.CmdCopyBuffer(recorder->handle, source.buffer,
-                                                    chunk->buffer.handle, 1, &region);
-    atomic_fetch_add_explicit(&recorder->device->snapshots->bytes_copied, size,
-                              memory_order_relaxed);
     return true;
 }

@@ -21,8 +21,10 @@ struct recorder {
     const struct recorder_addresses *addresses; /* NULL: they are device addresses */
     bool is_barred;                             /* no commands may be added there */
     bool has_copied;                            /* and has begun with a barrier */
-    bool has_dispatched;                        /* a gathering */
-    enum left_out left_out;                     /* of the build under way */
+    bool has_dispatched;                        /* a shader of the layer's own */
+    uint32_t first_order;    /* of the last block of copy orders, that is not dispatched yet */
+    struct copy_orders mark; /* of copies by vkCmdCopyBuffer; count 0: there are none */
+    enum left_out left_out;  /* of the build under way */
 };
 
 /* False where nothing can be recorded: the command buffer isn't known, or there is no memory. Of
@@ -35,9 +37,11 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
 /* Takes over what the item points to. */
 void recorder_add(struct recorder *recorder, const struct recorded_item *item);
 void recorder_lose(struct recorder *recorder);
-/* After the last copy of a command: makes the copies visible to the host, and holds back what comes
- * after the command until they are done. */
-void recorder_end(const struct recorder *recorder);
+/* Before the first copy of a command: a barrier. Does nothing after that. */
+void recorder_start_copies(struct recorder *recorder);
+/* After the last copy of a command: records copies that are pending, makes all copies visible to
+ * the host, and holds back what comes after the command until they are done. */
+void recorder_end(struct recorder *recorder);
 
 /* What recording a command buffer has, or NULL. */
 struct recording *recording_of(const struct layer_device *device, VkCommandBuffer handle);
@@ -47,10 +51,14 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
 /* Notes that a build isn't recorded, for lack of memory. */
 void recorder_miss_build(struct recorder *recorder, uint32_t position);
 
-/* Records a copy of `size` bytes at an address, as many of them as the buffer there has.
- * False where it has none, or without memory. */
+/* Orders a copy of `size` bytes at an address, at most as many as the buffer has that is there now.
+ * False if there is none, or without memory. */
 bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
                    struct snapshot *snapshot);
+
+/* A snapshot of no bytes, which says how many the buffer at an address has from there on when the
+ * command buffer is submitted. False if that can't be known. */
+bool recorder_measure(struct recorder *recorder, uint64_t address, struct snapshot *snapshot);
 
 /* Makes room for `size` bytes in the recording's chunks, of no address yet. */
 bool recorder_reserve(struct recorder *recorder, uint64_t size, struct snapshot *snapshot);

@@ -4,25 +4,81 @@
 #include "snapshots/commands.h"
 #include "snapshots/compute_state.h"
 
-static void add_queries(VkCommandBuffer handle, uint32_t count)
+/* ---- queries */
+
+/* What a performance query counts is not known, nor what others do that are younger. */
+static bool counts_compute_work(const VkQueryPoolCreateInfo *info)
 {
-    struct compute_state *state = compute_state_of(handle);
+    switch (info->queryType) {
+    case VK_QUERY_TYPE_OCCLUSION:
+    case VK_QUERY_TYPE_TIMESTAMP:
+    case VK_QUERY_TYPE_TRANSFORM_FEEDBACK_STREAM_EXT:
+    case VK_QUERY_TYPE_PRIMITIVES_GENERATED_EXT:
+    case VK_QUERY_TYPE_MESH_PRIMITIVES_GENERATED_EXT:
+        return false;
+    case VK_QUERY_TYPE_PIPELINE_STATISTICS:
+        return info->pipelineStatistics &
+               VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT;
+    default:
+        return true;
+    }
+}
+
+/* Without memory its queries count as if they counted compute work. */
+VKAPI_ATTR VkResult VKAPI_CALL snapshots_CreateQueryPool(VkDevice device,
+                                                         const VkQueryPoolCreateInfo *pCreateInfo,
+                                                         const VkAllocationCallbacks *pAllocator,
+                                                         VkQueryPool *pQueryPool)
+{
+    struct snapshots *snapshots = snapshots_of(device);
+    VkResult result = snapshots->below.CreateQueryPool(device, pCreateInfo, pAllocator, pQueryPool);
+    if (result == VK_SUCCESS && !counts_compute_work(pCreateInfo)) {
+        pthread_mutex_lock(&snapshots->pools_lock);
+        handle_table_set(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)*pQueryPool, snapshots);
+        pthread_mutex_unlock(&snapshots->pools_lock);
+    }
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
+                                                      const VkAllocationCallbacks *pAllocator)
+{
+    struct snapshots *snapshots = snapshots_of(device);
+    pthread_mutex_lock(&snapshots->pools_lock);
+    handle_table_remove(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)queryPool);
+    pthread_mutex_unlock(&snapshots->pools_lock);
+    snapshots->below.DestroyQueryPool(device, queryPool, pAllocator);
+}
+
+static bool is_counting_pool(VkCommandBuffer handle, VkQueryPool pool)
+{
+    struct snapshots *snapshots = snapshots_of(handle);
+    pthread_mutex_lock(&snapshots->pools_lock);
+    bool is_uncounting = handle_table_find(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool);
+    pthread_mutex_unlock(&snapshots->pools_lock);
+    return !is_uncounting;
+}
+
+/* `count`: 1 where a query begins, -1 where it ends. */
+static void add_query(VkCommandBuffer handle, VkQueryPool pool, int count)
+{
+    struct compute_state *state = is_counting_pool(handle, pool) ? compute_state_of(handle) : NULL;
     if (state)
-        state->queries += count;
+        state->queries += (uint32_t)count;
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQuery(VkCommandBuffer commandBuffer,
                                                    VkQueryPool queryPool, uint32_t query,
                                                    VkQueryControlFlags flags)
 {
-    add_queries(commandBuffer, 1);
+    add_query(commandBuffer, queryPool, 1);
     snapshots_of(commandBuffer)->below.CmdBeginQuery(commandBuffer, queryPool, query, flags);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQuery(VkCommandBuffer commandBuffer,
                                                  VkQueryPool queryPool, uint32_t query)
 {
-    add_queries(commandBuffer, UINT32_MAX);
+    add_query(commandBuffer, queryPool, -1);
     snapshots_of(commandBuffer)->below.CmdEndQuery(commandBuffer, queryPool, query);
 }
 
@@ -31,7 +87,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQueryIndexedEXT(VkCommandBuffer com
                                                              VkQueryControlFlags flags,
                                                              uint32_t index)
 {
-    add_queries(commandBuffer, 1);
+    add_query(commandBuffer, queryPool, 1);
     snapshots_of(commandBuffer)
         ->below.CmdBeginQueryIndexedEXT(commandBuffer, queryPool, query, flags, index);
 }
@@ -40,38 +96,52 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQueryIndexedEXT(VkCommandBuffer comma
                                                            VkQueryPool queryPool, uint32_t query,
                                                            uint32_t index)
 {
-    add_queries(commandBuffer, UINT32_MAX);
+    add_query(commandBuffer, queryPool, -1);
     snapshots_of(commandBuffer)
         ->below.CmdEndQueryIndexedEXT(commandBuffer, queryPool, query, index);
 }
 
-/* NULL: it ends. */
-static void set_condition(VkCommandBuffer handle, const VkConditionalRenderingBeginInfoEXT *info)
+/* ---- conditions */
+
+static void set_condition(VkCommandBuffer handle, const struct condition *condition)
 {
     struct compute_state *state = compute_state_of(handle);
-    if (!state)
-        return;
-    state->is_conditional = info != NULL;
-    if (info) {
-        state->condition = (struct buffer_target){.buffer = info->buffer, .offset = info->offset};
-        state->condition_flags = info->flags;
-    }
+    if (state)
+        state->condition = *condition;
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRenderingEXT(
     VkCommandBuffer commandBuffer,
     const VkConditionalRenderingBeginInfoEXT *pConditionalRenderingBegin)
 {
-    set_condition(commandBuffer, pConditionalRenderingBegin);
+    set_condition(commandBuffer, &(struct condition){.kind = CONDITION_IN_BUFFER,
+                                                     .flags = pConditionalRenderingBegin->flags,
+                                                     .buffer = pConditionalRenderingBegin->buffer,
+                                                     .offset = pConditionalRenderingBegin->offset});
     snapshots_of(commandBuffer)
         ->below.CmdBeginConditionalRenderingEXT(commandBuffer, pConditionalRenderingBegin);
 }
 
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRendering2EXT(
+    VkCommandBuffer commandBuffer,
+    const VkConditionalRenderingBeginInfo2EXT *pConditionalRenderingBegin)
+{
+    set_condition(commandBuffer,
+                  &(struct condition){.kind = CONDITION_AT_ADDRESS,
+                                      .flags = pConditionalRenderingBegin->flags,
+                                      .range = pConditionalRenderingBegin->addressRange,
+                                      .address_flags = pConditionalRenderingBegin->addressFlags});
+    snapshots_of(commandBuffer)
+        ->below.CmdBeginConditionalRendering2EXT(commandBuffer, pConditionalRenderingBegin);
+}
+
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndConditionalRenderingEXT(VkCommandBuffer commandBuffer)
 {
-    set_condition(commandBuffer, NULL);
+    set_condition(commandBuffer, &(struct condition){.kind = CONDITION_NONE});
     snapshots_of(commandBuffer)->below.CmdEndConditionalRenderingEXT(commandBuffer);
 }
+
+/* ---- heaps */
 
 /* Push constants of a layout end what was pushed and bound without any. */
 static void use_heaps(VkCommandBuffer handle)

@@ -9,7 +9,7 @@
 #include "contents.h"
 #include "cpu/submits.h"
 #include "snapshots/commands.h"
-#include "snapshots/gather.h"
+#include "snapshots/dispatches.h"
 #include "snapshots/staging.h"
 #include "snapshots/tell.h"
 #include "snapshots/tickets.h"
@@ -81,6 +81,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     pthread_mutex_init(&snapshots->tickets_lock, NULL);
     pthread_mutex_init(&snapshots->expected_lock, NULL);
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
+    pthread_mutex_init(&snapshots->pools_lock, NULL);
     snapshots->device = device;
     snapshots->next = device->cpu ? device->cpu->next : device->vk;
     snapshots->uses_queues =
@@ -92,7 +93,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     snapshots->expected_last = &snapshots->expected;
     device->snapshots = snapshots;
     if (staging_create(device, budget_of(device), &snapshots->staging) != VK_SUCCESS ||
-        gather_create(device, &snapshots->gather) != VK_SUCCESS)
+        own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cover(device);
     return VK_SUCCESS;
@@ -112,10 +113,12 @@ void snapshots_destroy(struct snapshots *snapshots)
     tell_missed(snapshots->device, &missed);
     tickets_release(snapshots, true);
     staging_destroy(snapshots->staging);
-    gather_destroy(snapshots->gather);
+    own_shaders_destroy(snapshots->shaders);
     handle_table_release(&snapshots->queue_families);
     handle_table_release(&snapshots->copyable);
+    handle_table_release(&snapshots->uncounting_pools);
     pthread_mutex_destroy(&snapshots->buffers_lock);
+    pthread_mutex_destroy(&snapshots->pools_lock);
     pthread_mutex_destroy(&snapshots->queue_lock);
     pthread_mutex_destroy(&snapshots->families_lock);
     pthread_mutex_destroy(&snapshots->tickets_lock);

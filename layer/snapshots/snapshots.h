@@ -15,7 +15,7 @@
 #include "state/handle_table.h"
 
 struct fence_ticket;
-struct gather;
+struct own_shaders;
 struct staging;
 
 /* layer_device.snapshots; NULL where nobody wants any: on backend driver below level content, and
@@ -30,17 +30,20 @@ struct snapshots {
 #undef MEMBER
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
-    struct gather *gather;
-    bool has_addresses;            /* buffers have: bufferDeviceAddress is enabled */
-    pthread_mutex_t buffers_lock;  /* guards: */
-    struct handle_table copyable;  /* buffers that can be copied from; on backend cpu all can */
-    _Atomic uint64_t bytes_copied; /* that command buffers were told to copy */
+    struct own_shaders *shaders;
+    bool has_addresses;           /* buffers have: bufferDeviceAddress is enabled */
+    pthread_mutex_t buffers_lock; /* guards: */
+    struct handle_table copyable; /* buffers that can be copied from; on backend cpu all can */
+    pthread_mutex_t pools_lock;   /* guards: */
+    struct handle_table uncounting_pools; /* of queries that count no compute work */
+    _Atomic uint64_t bytes_copied;        /* that command buffers were told to copy */
     /* Submissions take their turns as they are made, for their order isn't known any more. */
     _Atomic bool order_lost;
     enum order_loss loss;       /* why; never changes after that */
     atomic_uint unordered;      /* executions that had no other turn, */
     atomic_bool unordered_told; /* of which one warning speaks */
-    bool uses_queues;           /* see snapshots_lock_queues() */
+    atomic_bool copies_lack_told;
+    bool uses_queues; /* see snapshots_lock_queues() */
     pthread_mutex_t queue_lock;
     pthread_mutex_t families_lock;               /* guards: */
     struct handle_table queue_families;          /* of queues, as pointers to their names */

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "snapshots/commands.h"
-#include "snapshots/gather.h"
+#include "snapshots/copy_orders.h"
 #include "snapshots/recorder.h"
 #include "snapshots/tell.h"
 #include "snapshots/tickets.h"
@@ -48,12 +48,11 @@ static bool add_execution(struct submit *submit, struct recording *recording)
     if (!submit->ticket || !reserve(submit))
         return false;
     uint32_t unread = recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
+    copy_orders_renew(submit->snapshots->device, recording, submit->ticket);
     submit->missed.unread += unread;
     struct execution *execution = execution_create(recording, submit->ticket);
     if (!execution)
         return false;
-    if (!unread)
-        gather_renew_ranges(submit->snapshots->device, execution);
     submit->missed.repeated += execution_count_repeated(execution);
     execution->deaths = resources_deaths(submit->snapshots->device->resources);
     submit->executions[submit->count++] = execution;

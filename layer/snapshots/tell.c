@@ -132,3 +132,17 @@ void tell_unordered(const struct layer_device *device)
                 count, cause_of(snapshots->loss));
     reporter_warn(device->instance->reporter, line);
 }
+
+void tell_lack_of_copies(const struct layer_device *device)
+{
+    if (atomic_exchange(&device->snapshots->copies_lack_told, true))
+        return;
+    reporter_warn(device->instance->reporter,
+                  device->cpu
+                      ? "assay_validation.backend = cpu can't build: the driver completed a "
+                        "submission without executing the commands that copy what builds "
+                        "read. Is it a mock driver?"
+                      : "assay_validation.level = content can't validate builds: the driver "
+                        "completed a submission without executing the commands that copy "
+                        "what builds read. Is it a mock driver?");
+}

@@ -23,4 +23,7 @@ void tell_missed(const struct layer_device *device, const struct missed_executio
 /* Once, of the executions whose order isn't known: why, and that those to come share their fate. */
 void tell_unordered(const struct layer_device *device);
 
+/* Once: the driver completes submissions, and has not executed the copies in them. */
+void tell_lack_of_copies(const struct layer_device *device);
+
 #endif

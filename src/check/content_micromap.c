@@ -32,6 +32,12 @@ static void read_triangles(struct content *content, VkDeviceOrHostAddressConstKH
     }
 }
 
+static uint64_t data_left(const struct input_memory *memory,
+                          const struct micromap_parameters *micromap)
+{
+    return memory->find_left ? memory->find_left(memory->context, micromap->data.deviceAddress) : 0;
+}
+
 /* Of a structure that was last built as a micromap. */
 static void note_built(const struct built *built, struct opacity_index_view *view)
 {
@@ -72,7 +78,7 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
     memcpy(content.wants, walk->wants, sizeof(content.wants));
     if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
         read_triangles(&content, chained->micromap.triangles, count_triangles(&chained->micromap),
-                       chained->micromap.stride, chained->micromap.data_left);
+                       chained->micromap.stride, data_left(memory, &chained->micromap));
     if (triangles_in(geometry) &&
         chained->opacity.sType ==
             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR)

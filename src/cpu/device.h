@@ -27,8 +27,9 @@ struct cpu_device {
     struct cpu_scratch_claims scratch_claims;
     struct cpu_private_data private_data;
     struct cpu_counters counters;
-    atomic_uint overwritten; /* enum cpu_overwritten */
-    bool has_micromaps;      /* an extension that has them is enabled; never changes */
+    atomic_uint overwritten;  /* enum cpu_overwritten */
+    atomic_bool lacks_copies; /* the driver has not executed the copies of a submission */
+    bool has_micromaps;       /* an extension that has them is enabled; never changes */
 };
 
 /* `driver_uuid`: VkPhysicalDeviceIDProperties::driverUUID. */

@@ -132,6 +132,17 @@ static VkResult begin_reading(const struct late *late)
     return VK_SUCCESS;
 }
 
+/* Without the copies it is not known what was built. The caller closes the memory, also after a
+ * failure. */
+static VkResult open_memory(const struct late *late, struct snapshot_memory *snapshots)
+{
+    if (late->execution->is_lost || !snapshot_memory_open(snapshots))
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (snapshots->lacks_copies)
+        atomic_store(&late->device->lacks_copies, true);
+    return snapshots->lacks_copies ? VK_ERROR_UNKNOWN : VK_SUCCESS;
+}
+
 /* ---- builds */
 
 static VkResult make_by_build(const struct late *late, const struct cpu_making *making,
@@ -182,12 +193,12 @@ static VkResult make_build(void *context, struct cpu_tree *tree)
         .bases = execution->bases,
         .gathering = &late->build->gathering,
     };
-    result = VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (!execution->is_lost && snapshot_memory_open(&snapshots)) {
+    result = open_memory(late, &snapshots);
+    if (result == VK_SUCCESS) {
         struct input_memory memory = snapshot_memory_of(&snapshots);
         result = make_from_memory(late, &memory, tree);
-        snapshot_memory_close(&snapshots);
     }
+    snapshot_memory_close(&snapshots);
     pthread_rwlock_unlock(&execution->lock);
     return result;
 }
@@ -238,10 +249,11 @@ static VkResult make_deserialization(void *context, struct cpu_tree *tree)
     struct snapshot_memory snapshots = {
         .snapshots = &late->serialized, .count = 1, .bases = execution->bases};
     struct input_memory memory = snapshot_memory_of(&snapshots);
-    result = execution->is_lost
-                 ? VK_ERROR_OUT_OF_HOST_MEMORY
-                 : cpu_make_by_deserializing(late->device, &memory, late->serialized.address,
-                                             late->size_max, tree);
+    result = open_memory(late, &snapshots);
+    if (result == VK_SUCCESS)
+        result = cpu_make_by_deserializing(late->device, &memory, late->serialized.address,
+                                           late->size_max, tree);
+    snapshot_memory_close(&snapshots);
     pthread_rwlock_unlock(&execution->lock);
     return result;
 }

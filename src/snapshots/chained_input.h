@@ -16,7 +16,6 @@ struct micromap_parameters {
     VkMicromapUsageEXT *usages; /* owned */
     VkDeviceOrHostAddressConstKHR data, triangles;
     uint64_t stride;
-    uint64_t data_left; /* bytes to the end of the buffer of `data`; 0: not known */
 };
 
 /* Of one geometry. pNext and usages are NULL everywhere; zeros for what its chain hasn't got. */

@@ -14,6 +14,9 @@
 struct input_memory {
     uint64_t (*find)(void *context, uint64_t address, uint64_t size, const void **bytes);
     void *context;
+    /* How many bytes there are from an address to the end of its buffer; 0: it is not known. May be
+     * NULL. */
+    uint64_t (*find_left)(void *context, uint64_t address);
     /* Nothing can be read yet: what is asked for will be. Where data that can't be read tell how
      * much that is, all is asked for. */
     bool is_later;

@@ -178,6 +178,35 @@ static unsigned char *bytes_of(const struct snapshot_memory *memory,
     return memory->bases[snapshot->chunk] + snapshot->offset;
 }
 
+/* How much of a snapshot the device has copied. */
+static uint64_t copied_bytes(struct snapshot_memory *memory, const struct snapshot *snapshot)
+{
+    const struct copy_orders *orders = &snapshot->orders;
+    uint64_t copied = 0;
+    for (uint32_t i = 0; i < orders->count && snapshot->size; i++) {
+        struct copy_order order;
+        memcpy(&order, memory->bases[orders->chunk] + orders->offset + i * sizeof(order),
+               sizeof(order));
+        if (!order.is_done)
+            memory->lacks_copies = true;
+        if (!order.is_done || !order.source)
+            return order.is_done ? snapshot->size : 0;
+        uint64_t part = order.left < order.size ? order.left : order.size;
+        copied += part;
+        if (part < order.size)
+            break;
+    }
+    return copied;
+}
+
+static bool find_copied(struct snapshot_memory *memory)
+{
+    memory->copied = calloc(memory->count + 1u, sizeof(*memory->copied));
+    for (uint32_t i = 0; memory->copied && i < memory->count; i++)
+        memory->copied[i] = copied_bytes(memory, &memory->snapshots[i]);
+    return memory->copied;
+}
+
 /* As the shader that gathers decides it. */
 static bool was_read(const struct snapshot_memory *memory, uint64_t address, uint64_t size)
 {
@@ -213,7 +242,8 @@ static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uin
 {
     const struct gathering *gathering = memory->gathering;
     uint64_t element_size = gathering->elements.size / gathering->count;
-    for (uint32_t i = 0; i < gathering->count; i++) {
+    uint64_t count = copied_bytes(memory, &gathering->addresses) / sizeof(uint64_t);
+    for (uint32_t i = 0; i < gathering->count && i < count; i++) {
         uint64_t address;
         memcpy(&address, bytes_of(memory, &gathering->addresses) + 8ull * i, sizeof(address));
         if ((address & type_bits) != type || address == type)
@@ -232,6 +262,9 @@ bool snapshot_memory_open(struct snapshot_memory *memory)
 {
     const struct gathering *gathering = memory->gathering;
     memory->gathered = (struct handle_table){0};
+    memory->lacks_copies = false;
+    if (!find_copied(memory))
+        return false;
     if (!gathering || !gathering->count)
         return true;
     uint64_t type_bits = gathering->is_typed ? 0xf : 0;
@@ -248,6 +281,8 @@ bool snapshot_memory_open(struct snapshot_memory *memory)
 void snapshot_memory_close(struct snapshot_memory *memory)
 {
     handle_table_release(&memory->gathered);
+    free(memory->copied);
+    memory->copied = NULL;
 }
 
 /* A null pointer is gathered like any other that leads nowhere: as zeros. */
@@ -264,20 +299,45 @@ static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t add
     return size < there ? size : there;
 }
 
+/* Of several that have the address, the one that reaches furthest. */
 static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
     const struct snapshot_memory *memory = context;
-    const struct snapshot *snapshot = snapshot_find(memory->snapshots, memory->count, address);
-    if (!snapshot)
+    const struct snapshot *found = NULL;
+    uint64_t there = 0;
+    for (uint32_t i = 0; i < memory->count; i++) {
+        const struct snapshot *snapshot = &memory->snapshots[i];
+        uint64_t skipped = address - snapshot->address;
+        if (address < snapshot->address || skipped >= memory->copied[i] ||
+            memory->copied[i] - skipped <= there)
+            continue;
+        found = snapshot;
+        there = memory->copied[i] - skipped;
+    }
+    if (!found)
         return find_gathered(memory, address, size, bytes);
-    uint64_t skipped = address - snapshot->address;
-    *bytes = bytes_of(memory, snapshot) + skipped;
-    return size < snapshot->size - skipped ? size : snapshot->size - skipped;
+    *bytes = bytes_of(memory, found) + (address - found->address);
+    return size < there ? size : there;
+}
+
+static uint64_t find_left(void *context, uint64_t address)
+{
+    const struct snapshot_memory *memory = context;
+    for (uint32_t i = 0; i < memory->count; i++) {
+        const struct snapshot *snapshot = &memory->snapshots[i];
+        struct copy_order order;
+        if (snapshot->size || snapshot->address != address || !snapshot->orders.count)
+            continue;
+        memcpy(&order, memory->bases[snapshot->orders.chunk] + snapshot->orders.offset,
+               sizeof(order));
+        return order.left;
+    }
+    return 0;
 }
 
 struct input_memory snapshot_memory_of(struct snapshot_memory *memory)
 {
-    return (struct input_memory){.find = find_bytes, .context = memory};
+    return (struct input_memory){.find = find_bytes, .context = memory, .find_left = find_left};
 }
 
 void recorded_build_free(struct recorded_build *build)

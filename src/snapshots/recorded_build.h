@@ -9,11 +9,32 @@
 #include "snapshots/memory.h"
 #include "state/handle_table.h"
 
-/* Bytes of a chunk (recording.h) that hold those of [address, address + size). */
+/* What one workgroup of copy.comp copies. It lies in a chunk, as the shader reads it: the host
+ * writes it before each submission, and the device sets `is_done`. */
+struct copy_order {
+    uint64_t source, target; /* device addresses; source 0: vkCmdCopyBuffer copies */
+    uint64_t left;           /* bytes that can be read at the source; 0: it is not known */
+    uint32_t size;           /* of these the shader copies this many at most */
+    uint32_t is_done;        /* 1 when the device has executed the copy */
+};
+_Static_assert(sizeof(struct copy_order) == 32, "as the shader has it");
+
+enum { COPY_SIZE_MAX = 1 << 16 };
+
+/* Where copy orders lie: `count` in a row. */
+struct copy_orders {
+    uint32_t chunk, count;
+    uint64_t offset;
+};
+
+/* Bytes of a chunk (recording.h) that hold those of [address, address + size), as far as the copy
+ * orders say. A snapshot of size 0 has one order, whose `left` says how many bytes the buffer has
+ * from the address on. */
 struct snapshot {
     uint64_t address, size;
     uint32_t chunk;
     uint64_t offset;
+    struct copy_orders orders; /* consecutive parts, COPY_SIZE_MAX bytes each but the last */
 };
 
 /* What an array of pointers points to: `count` elements, one behind the other, of the addresses in
@@ -40,7 +61,7 @@ enum left_out {
     LEFT_OUT_NOTHING,
     LEFT_OUT_MEMORY, /* there was none for them */
     LEFT_OUT_BUDGET, /* they would have been beyond content_budget_mib */
-    LEFT_OUT_BUFFER, /* that can't be copied from: it is imported, say, or protected */
+    LEFT_OUT_BUFFER, /* a buffer can't be read: it is protected, for example */
     LEFT_OUT_PLACE,  /* commands of the layer's own would disturb what the application does there */
 };
 
@@ -85,14 +106,18 @@ void recorded_build_read_ranges(const struct recorded_build *build,
 const struct snapshot *snapshot_find(const struct snapshot *snapshots, uint32_t count,
                                      uint64_t address);
 
-/* Snapshots as the memory that a build reads; `bases` has the bytes of each chunk. */
+/* Snapshots as the memory that a build reads; `bases` has the bytes of each chunk. Once opened it
+ * knows how much of each snapshot was copied. */
 struct snapshot_memory {
     const struct snapshot *snapshots;
     uint32_t count;
     unsigned char *const *bases;
     const struct gathering *gathering; /* or NULL */
     bool omits_unread;                 /* what could not be read isn't there, and not zeros */
-    struct handle_table gathered;      /* from addresses to elements; made by: */
+    struct handle_table gathered;      /* these three are made by snapshot_memory_open(): from
+                                          addresses to elements; */
+    uint64_t *copied;                  /* bytes of each snapshot; */
+    bool lacks_copies;                 /* the device has not executed all copies */
 };
 bool snapshot_memory_open(struct snapshot_memory *memory); /* false without memory */
 void snapshot_memory_close(struct snapshot_memory *memory);

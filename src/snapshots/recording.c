@@ -57,6 +57,7 @@ void recording_release(struct recording *recording)
     }
     free_chunks(recording, recording->chunk_count);
     free(recording->chunks);
+    free(recording->copy_blocks);
     pthread_mutex_destroy(&recording->lock);
     free(recording);
 }
@@ -122,6 +123,20 @@ bool recording_contains(const struct recording *recording, const struct recordin
         if (item->kind == ITEM_EXECUTE && recording_contains(item->secondary, other))
             return true;
     return false;
+}
+
+bool recording_add_copy_block(struct recording *recording, const struct copy_block *block)
+{
+    if (recording->copy_block_count == recording->copy_block_capacity) {
+        uint32_t capacity = recording->copy_block_capacity ? recording->copy_block_capacity * 2 : 4;
+        struct copy_block *blocks = realloc(recording->copy_blocks, capacity * sizeof(*blocks));
+        if (!blocks)
+            return false;
+        recording->copy_blocks = blocks;
+        recording->copy_block_capacity = capacity;
+    }
+    recording->copy_blocks[recording->copy_block_count++] = *block;
+    return true;
 }
 
 /* ---- executions */
@@ -326,4 +341,15 @@ uint32_t recording_detach(struct recording *recording, const struct ticket *next
         if (item->kind == ITEM_EXECUTE)
             lost += recording_detach(item->secondary, next, nanoseconds);
     return lost;
+}
+
+bool recording_is_pending(struct recording *recording, const struct ticket *next)
+{
+    pthread_mutex_lock(&recording->lock);
+    struct execution *latest = recording->latest ? execution_share(recording->latest) : NULL;
+    pthread_mutex_unlock(&recording->lock);
+    bool is_pending =
+        latest && latest->ticket != next && latest->ticket->wait(latest->ticket, 0) == VK_TIMEOUT;
+    execution_release(latest);
+    return is_pending;
 }

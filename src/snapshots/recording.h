@@ -44,6 +44,7 @@ enum item_kind {
 struct buffer_target {
     VkBuffer buffer;
     VkDeviceSize offset, size; /* bytes from the offset to the buffer's end */
+    bool is_protected;         /* unprotected commands may not access it */
 };
 
 struct recorded_item {
@@ -64,6 +65,17 @@ struct recorded_item {
 
 enum { CONSTANT_WORDS = 64, LEFT_OUT_NAMED = 8 };
 
+/* Conditional rendering that the command buffer has begun. */
+enum condition_kind { CONDITION_NONE, CONDITION_IN_BUFFER, CONDITION_AT_ADDRESS };
+struct condition {
+    enum condition_kind kind;
+    VkConditionalRenderingFlagsEXT flags;
+    VkBuffer buffer;
+    VkDeviceSize offset;
+    VkDeviceAddressRangeKHR range;
+    VkAddressCommandFlagsKHR address_flags;
+};
+
 /* What the application has bound and pushed last, which dispatches of the layer's own disturb.
  * Null handles: nothing. */
 struct compute_state {
@@ -73,12 +85,14 @@ struct compute_state {
     uint32_t constants[CONSTANT_WORDS];
     VkShaderStageFlags stages[CONSTANT_WORDS]; /* that each was pushed for; 0: it was not */
     bool is_partial;                           /* more was set than can be restored */
-    /* Queries that are active, and whether execution is conditional: dispatches would be counted,
-     * or left out. */
-    uint32_t queries;
-    bool is_conditional;
-    struct buffer_target condition; /* then: where it is, and */
-    VkConditionalRenderingFlagsEXT condition_flags;
+    uint32_t queries;                          /* that are active, and count what dispatches do */
+    struct condition condition;                /* on which dispatches depend */
+};
+
+/* Copy orders in one chunk, of which the first `used` are taken. */
+struct copy_block {
+    struct copy_orders orders;
+    uint32_t used;
 };
 
 struct recording {
@@ -87,6 +101,8 @@ struct recording {
     struct recorded_item *first, *last;
     struct snapshot_chunk **chunks; /* NULL: given back */
     uint32_t chunk_count, chunk_capacity;
+    struct copy_block *copy_blocks; /* orders are taken of the last one */
+    uint32_t copy_block_count, copy_block_capacity;
     bool executes_once; /* then nothing needs the chunks after its execution */
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void *user;
@@ -149,6 +165,11 @@ bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chu
 
 /* Whether it is, or executes, the other: which may not execute it, then. */
 bool recording_contains(const struct recording *recording, const struct recording *other);
+
+/* False without memory. */
+bool recording_add_copy_block(struct recording *recording, const struct copy_block *block);
+/* Whether an execution of another ticket than `next` may still be reading the chunks. */
+bool recording_is_pending(struct recording *recording, const struct ticket *next);
 
 /* NULL without memory. */
 struct execution *execution_create(struct recording *recording, struct ticket *ticket);

@@ -50,7 +50,8 @@ static bool inherits_conditions(const VkCommandBufferInheritanceInfo *inheritanc
     const VkCommandBufferInheritanceConditionalRenderingInfoEXT *conditional =
         chain_find(inheritance->pNext,
                    VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_CONDITIONAL_RENDERING_INFO_EXT);
-    return inheritance->pipelineStatistics ||
+    return (inheritance->pipelineStatistics &
+            VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT) ||
            (conditional && conditional->conditionalRenderingEnable);
 }
 

@@ -93,8 +93,9 @@ struct address_facts {
     VkDeviceMemory memory; /* of that one; null: none, not known, or in pieces */
     VkDeviceSize begin;    /* of the address in that memory, or in a sparse buffer */
     enum address_status status;
-    bool in_pieces; /* `buffer` is sparse */
-    bool is_shared; /* bytes of `buffer` are also those of others */
+    bool in_pieces;    /* `buffer` is sparse */
+    bool is_shared;    /* bytes of `buffer` are also those of others */
+    bool is_protected; /* any of the buffers is: only protected commands may read it */
 };
 
 /* A buffer, by its handle. */

@@ -160,9 +160,16 @@ void resources_find_pieces(struct resources *resources, const struct sparse_byte
                            void (*visit)(void *user, const struct memory_span *piece), void *user);
 
 /* Where device addresses lead to bound memory: ranges that don't touch each other, in ascending
- * order; without those of sparse buffers. Takes the lock itself; `visit` must not call back. */
+ * order; without those of sparse and of protected buffers. Takes the lock itself; `visit` must not
+ * call back. */
 void resources_find_ranges(struct resources *resources,
                            void (*visit)(void *user, uint64_t begin, uint64_t end), void *user);
+
+/* How many bytes at a device address, `size` at most, an unprotected command can read that executes
+ * after all that `clock` has. 0 if that is not known. Of a sparse buffer it is all of them or none.
+ * Takes the lock itself. */
+uint64_t resources_find_readable(struct resources *resources, VkDeviceAddress address,
+                                 uint64_t size, const struct execution_clock *clock);
 
 /* What the bytes at a host address are, piece by piece: bytes of mapped memory, or of
  * memory_of_host(). Takes the lock itself; `visit` must not call back. */

@@ -81,6 +81,7 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
         buffer->where.buffer = handle;
         buffer->where.bytes_left = create_info->size;
         buffer->where.usage = usage_of(create_info);
+        buffer->where.is_protected = create_info->flags & VK_BUFFER_CREATE_PROTECTED_BIT;
         buffer->flags = create_info->flags;
         buffer->bound = NO;
         resources_refresh(resources, buffer);

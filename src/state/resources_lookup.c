@@ -202,9 +202,11 @@ static void add_place(const struct address_facts *place, void *context)
     if (heavier < 0)
         return;
     VkBufferUsageFlags2 usage = place->usage | (heavier > 0 ? 0 : facts->usage);
+    bool is_protected = place->is_protected || facts->is_protected;
     if (heavier > 0 || place->bytes_left - (facts->address - place->address) > facts->bytes_left)
         read_place(place, facts->address, facts);
     facts->usage = usage;
+    facts->is_protected = is_protected;
 }
 
 __attribute__((noinline, cold)) static void search_address(const struct resources *resources,
@@ -317,7 +319,7 @@ static void join_range(const struct address_facts *place, void *context)
 {
     struct range_union *joined = context;
     uint64_t begin = place->address, end = begin + place->bytes_left;
-    if (place->status != ADDRESS_IN_BUFFER || place->in_pieces)
+    if (place->status != ADDRESS_IN_BUFFER || place->in_pieces || place->is_protected)
         return;
     if (begin > joined->end) {
         end_range(joined);
@@ -335,4 +337,22 @@ void resources_find_ranges(struct resources *resources,
     address_map_each(&resources->addresses, join_range, &joined);
     end_range(&joined);
     resources_end_reading(resources, token);
+}
+
+/* ---- what a command can read */
+
+uint64_t resources_find_readable(struct resources *resources, VkDeviceAddress address,
+                                 uint64_t size, const struct execution_clock *clock)
+{
+    struct address_facts facts;
+    struct sparse_bytes missing;
+    resources_ask_address(resources, address, &facts);
+    if (facts.status != ADDRESS_IN_BUFFER || facts.is_protected)
+        return 0;
+    uint64_t there = size < facts.bytes_left ? size : facts.bytes_left;
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + there};
+    if (facts.in_pieces && resources_sparse_backing(resources, &bytes, clock, &missing) != YES)
+        return 0;
+    return there;
 }

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Device addresses: upwards from a base, so that none is given out twice unless asked for. */
+/* Device addresses: upwards from a base, so that none is given out twice unless asked for; and what
+ * they lead to. */
 #include "internal.h"
+
+#include <stdlib.h>
 
 enum { PAGE = 64 * 1024, MAX_FREED = 256 };
 
@@ -45,4 +48,89 @@ void address_release(const struct null_driver_config *config, VkDeviceAddress ad
         freed[freed_count++].size = align_up(size, PAGE);
     }
     pthread_mutex_unlock(&lock);
+}
+
+/* ---- what has an address */
+
+static struct placed {
+    VkDeviceAddress begin, end;
+    const struct object *object; /* so that it can be removed */
+    uint64_t handle;
+    bool is_buffer;
+} * placed; /* in ascending order */
+static size_t placed_count, placed_capacity;
+
+/* The first one that begins behind the address. */
+static size_t find_behind(VkDeviceAddress address)
+{
+    size_t low = 0, high = placed_count;
+    while (low < high) {
+        const size_t middle = (low + high) / 2;
+        if (placed[middle].begin <= address)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static bool reserve(void)
+{
+    if (placed_count < placed_capacity)
+        return true;
+    const size_t capacity = placed_capacity != 0 ? placed_capacity * 2 : 256;
+    struct placed *grown = realloc(placed, capacity * sizeof(*grown));
+    if (grown == NULL)
+        return false;
+    placed = grown;
+    placed_capacity = capacity;
+    return true;
+}
+
+void address_add_object(const struct object *object, VkDeviceAddress address, VkDeviceSize size)
+{
+    pthread_mutex_lock(&lock);
+    if (address != 0 && size != 0 && reserve()) {
+        const size_t at = find_behind(address);
+        memmove(&placed[at + 1], &placed[at], (placed_count++ - at) * sizeof(*placed));
+        placed[at] = (struct placed){.begin = address,
+                                     .end = address + size,
+                                     .object = object,
+                                     .handle = object->handle,
+                                     .is_buffer = object->type == TYPE_BUFFER};
+    }
+    pthread_mutex_unlock(&lock);
+}
+
+void address_remove_object(const struct object *object)
+{
+    pthread_mutex_lock(&lock);
+    size_t at = 0;
+    while (at < placed_count && placed[at].object != object)
+        at++;
+    if (at < placed_count) {
+        memmove(&placed[at], &placed[at + 1], (placed_count - at - 1) * sizeof(*placed));
+        placed_count--;
+    }
+    if (placed_count == 0) {
+        free(placed); /* leak checkers look when all is gone */
+        placed = NULL;
+        placed_capacity = 0;
+    }
+    pthread_mutex_unlock(&lock);
+}
+
+unsigned char *address_bytes(VkDeviceAddress address, VkDeviceSize *size)
+{
+    struct placed found = {0};
+    pthread_mutex_lock(&lock);
+    const size_t behind = find_behind(address);
+    if (behind > 0 && address < placed[behind - 1].end)
+        found = placed[behind - 1];
+    pthread_mutex_unlock(&lock);
+    const VkDeviceSize offset = address - found.begin;
+    if (found.is_buffer)
+        return buffer_bytes(HANDLE(VkBuffer, found.handle), offset, size);
+    struct object *memory = object_find(found.handle, TYPE_MEMORY);
+    return memory != NULL ? memory_bytes(memory, offset, size) : NULL;
 }

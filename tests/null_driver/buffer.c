@@ -11,8 +11,10 @@ static void release_buffer(struct object *buffer)
         buffer->buffer.bindings = binding->next;
         free(binding);
     }
-    if (buffer->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+    if (buffer->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT) {
+        address_remove_object(buffer);
         address_release(buffer->config, buffer->buffer.address, buffer->buffer.size);
+    }
 }
 
 /* Until it is bound, or for good where it is sparse; 0 where it gets one from memory alone. */
@@ -45,6 +47,8 @@ VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInf
     buffer->buffer.size = pCreateInfo->size;
     buffer->buffer.flags = pCreateInfo->flags;
     buffer->buffer.address = first_address(CONFIG(device), pCreateInfo);
+    if (pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+        address_add_object(buffer, buffer->buffer.address, buffer->buffer.size);
     *pBuffer = HANDLE(VkBuffer, buffer->handle);
     return VK_SUCCESS;
 }

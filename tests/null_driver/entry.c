@@ -128,4 +128,5 @@ void null_driver_reset(void)
         atomic_store(&failures[i], VK_SUCCESS);
     }
     null_driver_set_device_lost(false);
+    null_driver_set_executes_nothing(false);
 }

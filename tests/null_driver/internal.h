@@ -87,6 +87,15 @@ struct private_value {
     uint64_t value;
 };
 
+/* The layer's shaders (compute.c). */
+enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER };
+
+struct dispatch {
+    enum shader shader;
+    uint32_t groups;
+    unsigned char constants[64];
+};
+
 /* Any Vulkan object. Lives in memory that is never unmapped, so that a freed handle can still be
  * looked at, by the loader too. The tree and the type change under the lock of object.c alone; the
  * union belongs to whoever may use the object by the rules of Vulkan. */
@@ -126,7 +135,9 @@ struct object {
         } buffer;
         struct {
             struct transfer *first, *last;
+            struct dispatch compute; /* what is bound for compute, and pushed */
         } command_buffer;
+        enum shader shader; /* of modules and pipelines */
         VkMemoryRequirements image;
         struct {
             uint64_t buffer;
@@ -175,6 +186,12 @@ VkDeviceAddress address_allocate(const struct null_driver_config *config, VkDevi
 void address_release(const struct null_driver_config *config, VkDeviceAddress address,
                      VkDeviceSize size);
 
+/* From now on the addresses are those of a memory or of a sparse buffer, until it is removed. */
+void address_add_object(const struct object *object, VkDeviceAddress address, VkDeviceSize size);
+void address_remove_object(const struct object *object);
+/* As buffer_bytes(). */
+unsigned char *address_bytes(VkDeviceAddress address, VkDeviceSize *size);
+
 /* ---- shared by several entry points */
 
 static inline VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment)
@@ -210,6 +227,10 @@ void buffer_bind(struct object *buffer, const struct binding *binding);
 unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size);
 /* The same of a buffer, as it is bound: *size bytes that lie one behind the other. */
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size);
+
+/* Records a dispatch of one of the layer's shaders; and carries it out. */
+void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch);
+void dispatch_execute(const struct dispatch *dispatch);
 
 /* Does what the command buffer's commands do to buffers. */
 void transfers_execute(VkCommandBuffer commands);

@@ -10,6 +10,7 @@ static void release_memory(struct object *memory)
 {
     if (memory->memory.host != NULL && !memory->memory.imported)
         munmap(memory->memory.host, memory->memory.size);
+    address_remove_object(memory);
     address_release(memory->config, memory->memory.address, memory->memory.size);
 }
 
@@ -65,6 +66,7 @@ VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAlloc
     if (memory->memory.address == 0)
         memory->memory.address = address_allocate(config, memory->memory.size);
     import(memory, pAllocateInfo);
+    address_add_object(memory, memory->memory.address, memory->memory.size);
     *pMemory = HANDLE(VkDeviceMemory, memory->handle);
     return VK_SUCCESS;
 }

@@ -143,10 +143,12 @@ struct null_driver_api {
     void (*fail_next)(const char *name, VkResult result);
     /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */
     void (*set_device_lost)(bool lost);
+    /* While true, submissions complete and nothing in them is executed, as on a mock driver. */
+    void (*set_executes_nothing)(bool executes_nothing);
     /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a
      * name that it does not have. */
     uint64_t (*calls)(const char *name);
-    /* Sets all counts to 0, and forgets pending failures and the lost device. */
+    /* Sets all counts to 0, forgets pending failures and the lost device, and executes again. */
     void (*reset)(void);
 };
 
@@ -154,6 +156,7 @@ NULL_DRIVER_EXPORT struct null_driver_config null_driver_default_config(void);
 NULL_DRIVER_EXPORT void null_driver_configure(const struct null_driver_config *config);
 NULL_DRIVER_EXPORT void null_driver_fail_next(const char *name, VkResult result);
 NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
+NULL_DRIVER_EXPORT void null_driver_set_executes_nothing(bool executes_nothing);
 NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
 NULL_DRIVER_EXPORT void null_driver_reset(void);
 
@@ -169,6 +172,7 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_configure", (void **)&api->configure},
         {"null_driver_fail_next", (void **)&api->fail_next},
         {"null_driver_set_device_lost", (void **)&api->set_device_lost},
+        {"null_driver_set_executes_nothing", (void **)&api->set_executes_nothing},
         {"null_driver_calls", (void **)&api->calls},
         {"null_driver_reset", (void **)&api->reset},
     };

@@ -40,7 +40,6 @@ SIMPLE(PipelineLayout, )
 SIMPLE(RenderPass, )
 SIMPLE(Sampler, )
 SIMPLE(SamplerYcbcrConversion, )
-SIMPLE(ShaderModule, )
 SIMPLE(VideoSession, KHR)
 SIMPLE(VideoSessionParameters, KHR)
 CREATE(RenderPass2, VkRenderPass, VkRenderPassCreateInfo2, TYPE_SIMPLE)
@@ -92,7 +91,6 @@ static VkResult create_pipelines(VkDevice device, uint32_t count, VkPipeline *pi
         return create_pipelines(device, createInfoCount, pPipelines);                              \
     }
 
-PIPELINES(ComputePipelines, VkComputePipelineCreateInfo)
 PIPELINES(GraphicsPipelines, VkGraphicsPipelineCreateInfo)
 PIPELINES(RayTracingPipelinesNV, VkRayTracingPipelineCreateInfoNV)
 

@@ -159,7 +159,31 @@ static void wait_for_writes(const struct world *world)
                                        NULL);
 }
 
-static void record(const struct world *world, const struct step *step)
+/* Of the commands here dispatches depend on it. */
+static void end_condition(struct world *world)
+{
+    if (world->is_conditional)
+        world->stage.vk.CmdEndConditionalRenderingEXT(world->commands);
+    world->is_conditional = false;
+}
+
+static void begin_or_end_condition(struct world *world, const struct step *step)
+{
+    const VkConditionalRenderingBeginInfoEXT begin = {
+        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
+        .buffer = world->conditions.handle,
+        .offset = step->count % 2 * sizeof(uint32_t),
+        .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0,
+    };
+    if (world->is_conditional || !world->stage.has_conditional_rendering) {
+        end_condition(world);
+        return;
+    }
+    world->stage.vk.CmdBeginConditionalRenderingEXT(world->commands, &begin);
+    world->is_conditional = true;
+}
+
+static void record(struct world *world, const struct step *step)
 {
     const VkuDeviceDispatchTable *vk = &world->stage.vk;
     const VkDeviceSize at = step->first % (VERTICES - 8) * 12;
@@ -191,6 +215,9 @@ static void record(const struct world *world, const struct step *step)
     case 5:
         build_instances(world, step);
         break;
+    case 8:
+        begin_or_end_condition(world, step);
+        break;
     default:
         build_triangles(world, step);
         break;
@@ -200,7 +227,7 @@ static void record(const struct world *world, const struct step *step)
 static struct step draw(struct random *random)
 {
     struct step step = {
-        .kind = (int)random_below(random, 8),
+        .kind = (int)random_below(random, 9),
         .buffer = random_below(random, BUFFERS),
         .other = 1 + random_below(random, BUFFERS - 1),
         .blas = random_below(random, BLASES),
@@ -247,6 +274,7 @@ static void play(struct random *random, uint32_t steps, bool builds_all)
         begin(&worlds[w], word);
         for (uint32_t i = 0; i < steps; i++)
             record(&worlds[w], &drawn[i]);
+        end_condition(&worlds[w]);
         stage_finish(&worlds[w].stage, worlds[w].commands);
     }
     expect_same_memory();

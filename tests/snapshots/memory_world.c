@@ -81,6 +81,11 @@ void world_open(struct world *world, const struct platform *platform, bool has_l
                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     world->tlas = stage_structure(stage, &world->structures, BLASES * STRUCTURE_SIZE,
                                   STRUCTURE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    world->conditions = stage_buffer(stage, 2 * sizeof(uint32_t),
+                                     stage->has_conditional_rendering
+                                         ? VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT
+                                         : VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    ((uint32_t *)world->conditions.bytes)[1] = 1;
     write_instances(world);
     create_fill(world);
 }
@@ -97,6 +102,7 @@ void world_close(struct world *world)
     for (int i = 0; i < BUFFERS; i++)
         stage_destroy_buffer(&world->stage, &world->inputs[i]);
     stage_destroy_buffer(&world->stage, &world->instances);
+    stage_destroy_buffer(&world->stage, &world->conditions);
     stage_destroy_buffer(&world->stage, &world->structures);
     stage_destroy_buffer(&world->stage, &world->scratch);
     stage_close(&world->stage);

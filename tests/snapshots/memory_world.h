@@ -30,6 +30,8 @@ struct constants {
 struct world {
     struct stage stage;
     struct stage_buffer inputs[BUFFERS], instances, structures, scratch;
+    struct stage_buffer conditions; /* two words: one that is false, and one that is true */
+    bool is_conditional;            /* the command buffer that is recorded */
     unsigned char instances_written[POINTERS_AT + INSTANCES * 8]; /* by the host, alone */
     VkAccelerationStructureKHR blases[BLASES], tlas;
     VkPipelineLayout layout;

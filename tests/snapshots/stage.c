@@ -8,7 +8,7 @@
 
 static void create_instance(struct stage *stage, const struct stage_setup *setup)
 {
-    static const char *const level = "content";
+    const char *level = setup->level ? setup->level : "content";
     VkLayerSettingEXT settings[] = {
         {LAYER_NAME, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &level},
         {LAYER_NAME, "content_budget_mib", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &setup->budget_mib},

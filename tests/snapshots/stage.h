@@ -34,6 +34,7 @@ struct stage {
 
 struct stage_setup {
     bool has_layer;
+    const char *level;                  /* NULL: content */
     const char *budget_mib, *when_full; /* settings; NULL: the default */
 };
 

@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Compute shaders: those of the layer, which are known by their words, are carried out here. All
+ * others do nothing. */
+#include "internal.h"
+
+static const uint32_t copy_words[] = {
+#include "copy_comp.h"
+};
+static const uint32_t gather_words[] = {
+#include "gather_comp.h"
+};
+
+/* ---- shaders and pipelines */
+
+static enum shader shader_of(const VkShaderModuleCreateInfo *info)
+{
+    if (info->codeSize == sizeof(copy_words) &&
+        memcmp(info->pCode, copy_words, sizeof(copy_words)) == 0)
+        return SHADER_COPY;
+    if (info->codeSize == sizeof(gather_words) &&
+        memcmp(info->pCode, gather_words, sizeof(gather_words)) == 0)
+        return SHADER_GATHER;
+    return SHADER_NONE;
+}
+
+VkResult null_CreateShaderModule(VkDevice device, const VkShaderModuleCreateInfo *pCreateInfo,
+                                 const VkAllocationCallbacks *pAllocator,
+                                 VkShaderModule *pShaderModule)
+{
+    ENTER_OR_FAIL(CreateShaderModule);
+    (void)pAllocator;
+    struct object *object = object_create(OBJECT(device), TYPE_SIMPLE, NULL);
+    if (object == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    object->shader = shader_of(pCreateInfo);
+    *pShaderModule = HANDLE(VkShaderModule, object->handle);
+    return VK_SUCCESS;
+}
+
+void null_DestroyShaderModule(VkDevice device, VkShaderModule shaderModule,
+                              const VkAllocationCallbacks *pAllocator)
+{
+    ENTER(DestroyShaderModule);
+    (void)device;
+    (void)pAllocator;
+    object_destroy(RAW(shaderModule), TYPE_SIMPLE);
+}
+
+VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCache,
+                                     uint32_t createInfoCount,
+                                     const VkComputePipelineCreateInfo *pCreateInfos,
+                                     const VkAllocationCallbacks *pAllocator,
+                                     VkPipeline *pPipelines)
+{
+    ENTER_OR_FAIL(CreateComputePipelines);
+    (void)pipelineCache;
+    (void)pAllocator;
+    VkResult result = VK_SUCCESS;
+    for (uint32_t i = 0; i < createInfoCount; i++) {
+        const struct object *module = object_find(RAW(pCreateInfos[i].stage.module), TYPE_SIMPLE);
+        struct object *object = object_create(OBJECT(device), TYPE_SIMPLE, NULL);
+        pPipelines[i] = object != NULL ? HANDLE(VkPipeline, object->handle) : VK_NULL_HANDLE;
+        if (object == NULL)
+            result = VK_ERROR_OUT_OF_HOST_MEMORY;
+        else
+            object->shader = module != NULL ? module->shader : SHADER_NONE;
+    }
+    return result;
+}
+
+/* ---- recording */
+
+void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pipelineBindPoint,
+                          VkPipeline pipeline)
+{
+    ENTER(CmdBindPipeline);
+    struct object *commands = OBJECT(commandBuffer);
+    const struct object *object = object_find(RAW(pipeline), TYPE_SIMPLE);
+    if (pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE &&
+        commands->type == TYPE_COMMAND_BUFFER)
+        commands->command_buffer.compute.shader = object != NULL ? object->shader : SHADER_NONE;
+}
+
+void null_CmdPushConstants(VkCommandBuffer commandBuffer, VkPipelineLayout layout,
+                           VkShaderStageFlags stageFlags, uint32_t offset, uint32_t size,
+                           const void *pValues)
+{
+    ENTER(CmdPushConstants);
+    (void)layout;
+    struct object *commands = OBJECT(commandBuffer);
+    struct dispatch *compute = &commands->command_buffer.compute;
+    if ((stageFlags & VK_SHADER_STAGE_COMPUTE_BIT) && commands->type == TYPE_COMMAND_BUFFER &&
+        offset <= sizeof(compute->constants) && size <= sizeof(compute->constants) - offset)
+        memcpy(compute->constants + offset, pValues, size);
+}
+
+void null_CmdDispatch(VkCommandBuffer commandBuffer, uint32_t groupCountX, uint32_t groupCountY,
+                      uint32_t groupCountZ)
+{
+    ENTER(CmdDispatch);
+    (void)groupCountY;
+    (void)groupCountZ;
+    if (OBJECT(commandBuffer)->type != TYPE_COMMAND_BUFFER)
+        return;
+    struct dispatch dispatch = OBJECT(commandBuffer)->command_buffer.compute;
+    dispatch.groups = groupCountX;
+    if (dispatch.shader != SHADER_NONE)
+        transfers_add_dispatch(commandBuffer, &dispatch);
+}
+
+/* ---- memory by its addresses */
+
+/* False where not all of it has memory; what has is copied. */
+static bool read_bytes(VkDeviceAddress address, void *bytes, VkDeviceSize size)
+{
+    VkDeviceSize part;
+    for (VkDeviceSize done = 0; done < size; done += part) {
+        part = size - done;
+        const unsigned char *from = address_bytes(address + done, &part);
+        if (from == NULL)
+            return false;
+        memcpy((unsigned char *)bytes + done, from, part);
+    }
+    return true;
+}
+
+static void write_bytes(VkDeviceAddress address, const void *bytes, VkDeviceSize size)
+{
+    VkDeviceSize part;
+    for (VkDeviceSize done = 0; done < size; done += part) {
+        part = size - done;
+        unsigned char *to = address_bytes(address + done, &part);
+        if (to == NULL)
+            return;
+        memcpy(to, (const unsigned char *)bytes + done, part);
+    }
+}
+
+static void copy_bytes(VkDeviceAddress source, VkDeviceAddress target, VkDeviceSize size)
+{
+    VkDeviceSize part;
+    for (VkDeviceSize done = 0; done < size; done += part) {
+        part = size - done;
+        const unsigned char *from = address_bytes(source + done, &part);
+        if (from == NULL)
+            return;
+        write_bytes(target + done, from, part);
+    }
+}
+
+/* ---- layer/snapshots/copy.comp */
+
+struct copy_order {
+    uint64_t source, target, left;
+    uint32_t size, is_done;
+};
+
+static void copy(const struct dispatch *dispatch)
+{
+    VkDeviceAddress orders;
+    memcpy(&orders, dispatch->constants, sizeof(orders));
+    for (uint32_t i = 0; i < dispatch->groups; i++) {
+        const VkDeviceAddress at = orders + i * sizeof(struct copy_order);
+        struct copy_order order;
+        if (!read_bytes(at, &order, sizeof(order)))
+            return;
+        copy_bytes(order.source, order.target, order.left < order.size ? order.left : order.size);
+        order.is_done = 1;
+        write_bytes(at, &order, sizeof(order));
+    }
+}
+
+/* ---- layer/snapshots/gather.comp */
+
+struct gathering {
+    uint64_t addresses, ranges, target;
+    uint32_t count, range_count, words, typed;
+};
+
+static bool is_readable(const struct gathering *gathering, VkDeviceAddress address,
+                        VkDeviceSize size)
+{
+    for (uint32_t i = 0; i < gathering->range_count; i++) {
+        VkDeviceAddress range[2];
+        if (!read_bytes(gathering->ranges + i * sizeof(range), range, sizeof(range)))
+            return false;
+        if (range[0] <= address && address < range[1])
+            return size <= range[1] - address && address % sizeof(uint32_t) == 0;
+    }
+    return false;
+}
+
+enum { WORDS_MAX = 36 };
+
+static uint32_t words_of(uint32_t type)
+{
+    static const uint32_t words[] = {16, 28, WORDS_MAX};
+    return type < COUNT_OF(words) ? words[type] : 0;
+}
+
+static void gather(const struct dispatch *dispatch)
+{
+    struct gathering gathering;
+    memcpy(&gathering, dispatch->constants, sizeof(gathering));
+    const VkDeviceSize size = gathering.words * sizeof(uint32_t);
+    for (uint32_t i = 0; i < gathering.count && gathering.words <= WORDS_MAX; i++) {
+        uint32_t element[WORDS_MAX] = {0}, words = gathering.words;
+        VkDeviceAddress address;
+        if (!read_bytes(gathering.addresses + i * sizeof(address), &address, sizeof(address)))
+            return;
+        if (gathering.typed != 0) {
+            words = words_of((uint32_t)address & 15);
+            address &= ~(VkDeviceAddress)15;
+        }
+        if (is_readable(&gathering, address, words * sizeof(uint32_t)))
+            read_bytes(address, element, words * sizeof(uint32_t));
+        write_bytes(gathering.target + i * size, element, size);
+    }
+}
+
+void dispatch_execute(const struct dispatch *dispatch)
+{
+    if (dispatch->shader == SHADER_COPY)
+        copy(dispatch);
+    if (dispatch->shader == SHADER_GATHER)
+        gather(dispatch);
+}

@@ -1,0 +1,429 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A build names addresses, which it resolves when it executes. The buffer that had an address when
+ * the command was recorded may be destroyed by then: another buffer on the same memory has the same
+ * address, or takes it later. The layer must read what the build reads. */
+#include "stage.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum {
+    MEMORY_SIZE = 1 << 16,
+    BOXES = 2,
+    CORNERS = 3,
+    LURES = 4,
+};
+
+static struct platform platform;
+static struct stage stage;
+static struct stage_buffer structures, scratch, vertices;
+static VkAccelerationStructureKHR blas;
+
+/* ---- the stage */
+
+static void open_stage(const char *level)
+{
+    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true, .level = level});
+    structures =
+        stage_buffer(&stage, MEMORY_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = stage_buffer(&stage, MEMORY_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    vertices = stage_buffer(&stage, MEMORY_SIZE,
+                            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    blas = stage_structure(&stage, &structures, 0, MEMORY_SIZE,
+                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+static void close_stage(void)
+{
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
+    stage_destroy_buffer(&stage, &structures);
+    stage_destroy_buffer(&stage, &scratch);
+    stage_destroy_buffer(&stage, &vertices);
+    stage_close(&stage);
+}
+
+static bool judges_contents(const char *level)
+{
+    return strcmp(level, "content") == 0;
+}
+
+/* ---- memory that buffers share */
+
+struct memory {
+    VkDeviceMemory handle;
+    unsigned char *bytes;
+};
+
+static struct memory allocate(void)
+{
+    struct memory memory;
+    const VkMemoryAllocateFlagsInfo flags = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .pNext = &flags,
+                                       .allocationSize = MEMORY_SIZE,
+                                       .memoryTypeIndex = stage.memory_type};
+    GET(stage.vk.AllocateMemory(stage.device, &info, NULL, &memory.handle));
+    GET(stage.vk.MapMemory(stage.device, memory.handle, 0, VK_WHOLE_SIZE, 0,
+                           (void **)&memory.bytes));
+    memset(memory.bytes, 0, MEMORY_SIZE);
+    return memory;
+}
+
+static void free_memory(const struct memory *memory)
+{
+    stage.vk.FreeMemory(stage.device, memory->handle, NULL);
+}
+
+struct placed {
+    VkBuffer handle;
+    VkDeviceAddress address;
+};
+
+static struct placed place(const struct memory *memory, VkDeviceSize size)
+{
+    struct placed placed;
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    };
+    VkMemoryRequirements requirements;
+    GET(stage.vk.CreateBuffer(stage.device, &info, NULL, &placed.handle));
+    stage.vk.GetBufferMemoryRequirements(stage.device, placed.handle, &requirements);
+    GET(stage.vk.BindBufferMemory(stage.device, placed.handle, memory->handle, 0));
+    const VkBufferDeviceAddressInfo address = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = placed.handle};
+    placed.address = stage.vk.GetBufferDeviceAddress(stage.device, &address);
+    return placed;
+}
+
+static void destroy(const struct placed *placed)
+{
+    stage.vk.DestroyBuffer(stage.device, placed->handle, NULL);
+}
+
+/* Buffers that a driver may put where a destroyed one was: who still uses the destroyed buffer's
+ * handle reads the contrary of what the build reads. */
+struct lures {
+    struct memory memory;
+    struct placed buffers[LURES];
+};
+
+static void write_boxes(const struct memory *memory, bool is_valid)
+{
+    VkAabbPositionsKHR box = {.minX = is_valid ? -1 : 1};
+    for (int i = 0; i < BOXES; i++)
+        memcpy(memory->bytes + i * sizeof(box), &box, sizeof(box));
+}
+
+static void write_indices(const struct memory *memory, bool is_as_before)
+{
+    const uint32_t indices[CORNERS] = {0, 1, is_as_before ? 2 : 0};
+    memcpy(memory->bytes, indices, sizeof(indices));
+}
+
+static void lay_lures(struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        lures->buffers[i] = place(&lures->memory, MEMORY_SIZE);
+}
+
+static void free_lures(const struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        destroy(&lures->buffers[i]);
+    free_memory(&lures->memory);
+}
+
+/* ---- builds */
+
+static void build_boxes(VkCommandBuffer commands, VkDeviceAddress address)
+{
+    stage_build_boxes(&stage, commands, blas, address, BOXES,
+                      (scratch.address + 255) & ~(VkDeviceAddress)255);
+    stage_barrier(&stage, commands);
+}
+
+/* A triangle whose indices are at the address; an update of the BLAS, or its first build. */
+static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bool is_update)
+{
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexData.deviceAddress = vertices.address,
+            .vertexStride = 3 * sizeof(float),
+            .maxVertex = CORNERS - 1,
+            .indexType = VK_INDEX_TYPE_UINT32,
+            .indexData.deviceAddress = indices,
+        }};
+    const VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+        .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                          : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+        .srcAccelerationStructure = is_update ? blas : VK_NULL_HANDLE,
+        .dstAccelerationStructure = blas,
+        .geometryCount = 1,
+        .pGeometries = &geometry,
+        .scratchData.deviceAddress = (scratch.address + 255) & ~(VkDeviceAddress)255,
+    };
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
+    stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    stage_barrier(&stage, commands);
+}
+
+/* One message with the text, or none where it is NULL. */
+static void expect_told(const char *text)
+{
+    if (!text) {
+        stage_expect_silence(&stage);
+        return;
+    }
+    if (stage.messages.count != 1)
+        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
+    if (!strstr(stage.messages.items[0].text, text) && !strstr(stage.messages.items[0].id, text))
+        fail_msg("\"%s\" is not in: %s", text, stage.messages.items[0].text);
+    messages_clear(&stage.messages);
+}
+
+/* ---- two buffers on the same memory */
+
+/* What the test does with the buffers between recording and submission. */
+enum change {
+    FIRST_IS_DESTROYED,
+    SECOND_IS_DESTROYED,
+    FIRST_IS_REPLACED, /* by the second, which is created then */
+    CHANGE_COUNT,
+};
+
+static void test_boxes(const char *level, enum change change, bool is_valid)
+{
+    open_stage(level);
+    struct lures lures = {.memory = allocate()};
+    struct memory memory = allocate();
+    struct placed first = place(&memory, MEMORY_SIZE), second;
+    if (change != FIRST_IS_REPLACED)
+        second = place(&memory, MEMORY_SIZE);
+    write_boxes(&memory, is_valid);
+    write_boxes(&lures.memory, !is_valid);
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    build_boxes(commands, first.address);
+    destroy(change == SECOND_IS_DESTROYED ? &second : &first);
+    lay_lures(&lures);
+    if (change == FIRST_IS_REPLACED)
+        second = place(&memory, MEMORY_SIZE);
+    assert_int_equal(first.address, change == SECOND_IS_DESTROYED ? first.address : second.address);
+    stage_finish(&stage, commands);
+    expect_told(is_valid || !judges_contents(level) ? NULL : "minX");
+    destroy(change == SECOND_IS_DESTROYED ? &first : &second);
+    free_memory(&memory);
+    free_lures(&lures);
+    close_stage();
+}
+
+static void test_update(const char *level, enum change change, bool is_valid)
+{
+    open_stage(level);
+    struct lures lures = {.memory = allocate()};
+    struct memory memory = allocate();
+    struct placed first = place(&memory, MEMORY_SIZE), second;
+    if (change != FIRST_IS_REPLACED)
+        second = place(&memory, MEMORY_SIZE);
+    write_indices(&memory, true);
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    build_triangle(commands, first.address, false);
+    stage_finish(&stage, commands);
+    write_indices(&memory, is_valid);
+    write_indices(&lures.memory, !is_valid);
+    commands = stage_begin(&stage, 0);
+    build_triangle(commands, first.address, true);
+    destroy(change == SECOND_IS_DESTROYED ? &second : &first);
+    lay_lures(&lures);
+    if (change == FIRST_IS_REPLACED)
+        second = place(&memory, MEMORY_SIZE);
+    stage_finish(&stage, commands);
+    expect_told(is_valid || !judges_contents(level) ? NULL : "03768");
+    destroy(change == SECOND_IS_DESTROYED ? &first : &second);
+    free_memory(&memory);
+    free_lures(&lures);
+    close_stage();
+}
+
+static void test_changes(void **state)
+{
+    static const char *const levels[] = {"execution", "content"};
+    (void)state;
+    for (int i = 0; i < 2; i++)
+        for (int change = 0; change < CHANGE_COUNT; change++)
+            for (int is_valid = 0; is_valid < 2; is_valid++) {
+                test_boxes(levels[i], (enum change)change, is_valid);
+                test_update(levels[i], (enum change)change, is_valid);
+            }
+}
+
+/* Each submission reads from what has the address then. */
+static void test_submits_again(void **state)
+{
+    (void)state;
+    open_stage("content");
+    struct lures lures = {.memory = allocate()};
+    struct memory memory = allocate();
+    struct placed first = place(&memory, MEMORY_SIZE);
+    write_boxes(&memory, true);
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    build_boxes(commands, first.address);
+    GET(stage.vk.EndCommandBuffer(commands));
+    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
+    GET(stage.vk.QueueWaitIdle(stage.queue));
+    stage_expect_silence(&stage);
+    destroy(&first);
+    lay_lures(&lures);
+    struct placed second = place(&memory, MEMORY_SIZE);
+    write_boxes(&memory, false);
+    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
+    GET(stage.vk.QueueWaitIdle(stage.queue));
+    expect_told("minX");
+    destroy(&second);
+    free_memory(&memory);
+    free_lures(&lures);
+    close_stage();
+}
+
+static void test_in_secondary(void **state)
+{
+    const VkCommandBufferAllocateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = VK_NULL_HANDLE,
+        .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
+        .commandBufferCount = 1,
+    };
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                            .pInheritanceInfo = &inheritance};
+    (void)state;
+    open_stage("content");
+    VkCommandBufferAllocateInfo of_pool = info;
+    of_pool.commandPool = stage.pool;
+    struct lures lures = {.memory = allocate()};
+    struct memory memory = allocate();
+    struct placed first = place(&memory, MEMORY_SIZE);
+    write_boxes(&memory, false);
+    write_boxes(&lures.memory, true);
+    VkCommandBuffer secondary, commands = stage_begin(&stage, 0);
+    GET(stage.vk.AllocateCommandBuffers(stage.device, &of_pool, &secondary));
+    GET(stage.vk.BeginCommandBuffer(secondary, &begin));
+    build_boxes(secondary, first.address);
+    GET(stage.vk.EndCommandBuffer(secondary));
+    stage.vk.CmdExecuteCommands(commands, 1, &secondary);
+    destroy(&first);
+    lay_lures(&lures);
+    struct placed second = place(&memory, MEMORY_SIZE);
+    stage_finish(&stage, commands);
+    expect_told("minX");
+    stage.vk.FreeCommandBuffers(stage.device, stage.pool, 1, &secondary);
+    destroy(&second);
+    free_memory(&memory);
+    free_lures(&lures);
+    close_stage();
+}
+
+/* ---- the application's mistakes */
+
+/* The build reads more than the buffer has: what it reads beyond the end isn't known. */
+static void test_replaced_by_smaller(void **state)
+{
+    (void)state;
+    open_stage("content");
+    struct memory memory = allocate();
+    struct placed first = place(&memory, MEMORY_SIZE);
+    write_boxes(&memory, false);
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    build_boxes(commands, first.address);
+    destroy(&first);
+    struct placed second = place(&memory, sizeof(VkAabbPositionsKHR));
+    stage_finish(&stage, commands);
+    stage_expect_silence(&stage);
+    destroy(&second);
+    free_memory(&memory);
+    close_stage();
+}
+
+/* On the null driver, whose builds read nothing. */
+static void test_nothing_is_there(void **state)
+{
+    (void)state;
+    open_stage("content");
+    struct lures lures = {.memory = allocate()};
+    struct memory memory = allocate();
+    struct placed first = place(&memory, MEMORY_SIZE);
+    write_boxes(&memory, false);
+    write_boxes(&lures.memory, false);
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    build_boxes(commands, first.address);
+    destroy(&first);
+    free_memory(&memory);
+    lay_lures(&lures);
+    stage_finish(&stage, commands);
+    expect_told("11364"); /* the address leads nowhere; nothing of what it led to */
+    free_lures(&lures);
+    close_stage();
+}
+
+/* On the null driver, which can give the address to other memory. */
+static void test_on_other_memory(void **state)
+{
+    struct null_driver_config config = platform.null_driver.default_config();
+    (void)state;
+    config.recycle_addresses = true;
+    platform.null_driver.configure(&config);
+    for (int is_valid = 0; is_valid < 2; is_valid++) {
+        open_stage("content");
+        struct memory memory = allocate();
+        struct placed first = place(&memory, MEMORY_SIZE);
+        write_boxes(&memory, !is_valid);
+        VkCommandBuffer commands = stage_begin(&stage, 0);
+        build_boxes(commands, first.address);
+        destroy(&first);
+        free_memory(&memory);
+        memory = allocate();
+        struct placed second = place(&memory, MEMORY_SIZE);
+        assert_int_equal(first.address, second.address);
+        write_boxes(&memory, is_valid);
+        stage_finish(&stage, commands);
+        expect_told(is_valid ? NULL : "minX");
+        destroy(&second);
+        free_memory(&memory);
+        close_stage();
+    }
+    platform.null_driver.configure(NULL);
+}
+
+int main(int argc, char **argv)
+{
+    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
+    if (reason) {
+        puts(reason);
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_changes),
+        cmocka_unit_test(test_submits_again),
+        cmocka_unit_test(test_in_secondary),
+    };
+    const struct CMUnitTest mistakes[] = {
+        cmocka_unit_test(test_replaced_by_smaller),
+        cmocka_unit_test(test_nothing_is_there),
+        cmocka_unit_test(test_on_other_memory),
+    };
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    return failed || !platform.is_null ? failed : cmocka_run_group_tests(mistakes, NULL, NULL);
+}
