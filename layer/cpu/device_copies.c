@@ -35,9 +35,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureToMemoryInfoKHR *pInfo)
 {
     struct recorder recorder;
-    struct recorded_item item = {.kind = ITEM_SERIALIZE, .src = (uint64_t)pInfo->src};
-    if (recorder_begin(&recorder, commandBuffer) &&
-        recorder_find(&recorder, pInfo->dst.deviceAddress, &item.target))
+    const struct recorded_item item = {
+        .kind = ITEM_SERIALIZE, .src = (uint64_t)pInfo->src, .address = pInfo->dst.deviceAddress};
+    if (recorder_begin(&recorder, commandBuffer))
         recorder_add(&recorder, &item);
 }
 

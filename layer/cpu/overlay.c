@@ -86,7 +86,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     device->cpu = overlay;
     if (cpu_device_create(uuid, &overlay->device) != VK_SUCCESS ||
-        cpu_playback_create(overlay->device, &overlay->playback) != VK_SUCCESS)
+        cpu_playback_create(overlay->device, device->resources, &overlay->playback) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     overlay->acceleration_structure = khr;
     overlay->ray_tracing_nv = nv;

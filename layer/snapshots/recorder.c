@@ -125,17 +125,9 @@ void recorder_end(struct recorder *recorder)
 
 bool recorder_find(const struct recorder *recorder, uint64_t address, struct buffer_target *target)
 {
-    struct address_facts facts;
-    struct buffer_facts buffer;
     if (recorder->addresses)
         return recorder->addresses->find(recorder->addresses->context, address, target);
-    unsigned token = resources_begin_reading(recorder->device->resources);
-    resources_find_address(recorder->device->resources, address, &facts);
-    resources_find_buffer(recorder->device->resources, facts.buffer, &buffer);
-    resources_end_reading(recorder->device->resources, token);
-    *target = (struct buffer_target){facts.buffer, buffer.size - facts.bytes_left, facts.bytes_left,
-                                     facts.is_protected};
-    return facts.status == ADDRESS_IN_BUFFER;
+    return buffer_target_find(recorder->device->resources, address, target);
 }
 
 /* Beyond the budget it may help to read what others have copied; but only what needs nothing more

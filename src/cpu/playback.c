@@ -24,6 +24,7 @@ struct result {
 
 struct cpu_playback {
     struct cpu_device *device;
+    struct resources *resources;
     atomic_uint lost;
     pthread_mutex_t turns;    /* held while items are carried out, so that turns don't mix */
     pthread_mutex_t delivery; /* held while results are written; neither is taken under it */
@@ -31,13 +32,15 @@ struct cpu_playback {
     struct result *results, **results_last;
 };
 
-VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **playback)
+VkResult cpu_playback_create(struct cpu_device *device, struct resources *resources,
+                             struct cpu_playback **playback)
 {
     struct cpu_playback *state = calloc(1, sizeof(*state));
     *playback = state;
     if (!state)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     state->device = device;
+    state->resources = resources;
     state->results_last = &state->results;
     pthread_mutex_init(&state->turns, NULL);
     pthread_mutex_init(&state->delivery, NULL);
@@ -127,7 +130,7 @@ static void write_queries(struct cpu_playback *playback, struct execution *execu
                               tree_of(playback, item->structures[i]), execution->ticket);
 }
 
-/* Without memory the buffer keeps what it has. */
+/* Without memory the buffer keeps what it has, and so does an address that leads nowhere. */
 static void add_result(struct cpu_playback *playback, struct execution *execution,
                        const struct recorded_item *item, struct moment moment)
 {
@@ -143,11 +146,13 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
     result->count = item->count;
     result->stride = item->stride;
     result->flags = item->flags;
-    if (item->kind == ITEM_SERIALIZE)
+    if (item->kind == ITEM_SERIALIZE) {
+        buffer_target_find(playback->resources, item->address, &result->target);
         result->tree = tree_of(playback, item->src);
-    else
+    } else {
         copied = cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first,
                                       &result->count, &result->pool);
+    }
     if (copied != VK_SUCCESS)
         atomic_fetch_add(&playback->lost, 1);
     pthread_mutex_lock(&playback->lock);

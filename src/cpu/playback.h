@@ -14,7 +14,9 @@
 
 struct cpu_playback;
 
-VkResult cpu_playback_create(struct cpu_device *device, struct cpu_playback **playback);
+/* `resources`: the device's, to find what has an address. */
+VkResult cpu_playback_create(struct cpu_device *device, struct resources *resources,
+                             struct cpu_playback **playback);
 void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
 
 /* How many structures and results were lost for lack of memory since the last call. */

@@ -76,8 +76,6 @@ bool recording_add(struct recording *recording, const struct recorded_item *item
     recording->last = own;
     recording->secondary_count += item->kind == ITEM_EXECUTE;
     pthread_mutex_unlock(&recording->lock);
-    recording->has_targets |=
-        item->target.buffer || (item->secondary && item->secondary->has_targets);
     return true;
 }
 

@@ -18,6 +18,7 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
+#include "snapshots/buffer_target.h"
 #include "snapshots/recorded_build.h"
 #include "snapshots/ticket.h"
 
@@ -40,13 +41,6 @@ enum item_kind {
     ITEM_EXECUTE, /* a secondary command buffer */
 };
 
-/* Where a result goes when the submission is complete. */
-struct buffer_target {
-    VkBuffer buffer;
-    VkDeviceSize offset, size; /* bytes from the offset to the buffer's end */
-    bool is_protected;         /* unprotected commands may not access it */
-};
-
 struct recorded_item {
     struct recorded_item *next;
     enum item_kind kind;
@@ -59,7 +53,8 @@ struct recorded_item {
     VkQueryType query_type;
     struct recorded_build *build; /* of builds and updates */
     struct snapshot serialized;   /* a structure's serialized form */
-    struct buffer_target target;  /* of SERIALIZE and COPY_QUERIES */
+    struct buffer_target target;  /* of COPY_QUERIES: where results go */
+    VkDeviceAddress address;      /* of SERIALIZE: likewise, at whatever has it by then */
     struct recording *secondary;
 };
 
@@ -108,7 +103,6 @@ struct recording {
     void *user;
     uint32_t secondary_count;
     bool has_gatherings;
-    bool has_targets; /* it or a secondary has results to deliver */
     /* Builds of which not all could be copied: how many, and the first ones. */
     uint32_t left_out_count;
     struct left_out_build {

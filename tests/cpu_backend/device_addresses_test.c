@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands that name addresses, on backend cpu: the buffer that had an address when a command was
+ * recorded is destroyed before the submission, and another one on the same memory has it. */
+#include "result_scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static struct stage *const stage = &device.stage;
+
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+
+/* A buffer on the memory of another one. */
+static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize size)
+{
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    };
+    VkBuffer alias;
+    VkMemoryRequirements requirements;
+    expect(stage->vk.CreateBuffer(stage->device, &info, NULL, &alias));
+    stage->vk.GetBufferMemoryRequirements(stage->device, alias, &requirements);
+    expect(stage->vk.BindBufferMemory(stage->device, alias, buffer->memory, 0));
+    const VkBufferDeviceAddressInfo address = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = alias};
+    assert_int_equal(stage->vk.GetBufferDeviceAddress(stage->device, &address), buffer->address);
+    return alias;
+}
+
+/* Buffers that a driver may put where the destroyed one was. */
+enum { LURES = 4 };
+struct lures {
+    struct device_buffer buffers[LURES];
+};
+
+static void replace(struct device_buffer *buffer, VkDeviceSize size, struct lures *lures)
+{
+    stage->vk.DestroyBuffer(stage->device, buffer->handle, NULL);
+    for (int i = 0; i < LURES; i++)
+        lures->buffers[i] = device_buffer_create(&device, size);
+    buffer->handle = create_alias(buffer, size);
+}
+
+static void free_lures(struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        device_buffer_destroy(&device, &lures->buffers[i]);
+}
+
+static void test_builds(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    struct lures lures;
+    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    struct device_buffer *data = &scene.build.data;
+    memcpy(data->bytes, scene.host.data, scene.build.size);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    device_build(&device, commands, &scene.build, scene.blas.handle, VK_NULL_HANDLE);
+    replace(data, scene.build.size, &lures);
+    device_finish(&device, commands);
+    assert_true(stage_trace(stage, scene.blas.handle, 0.25f, 0.25f).isHit);
+    free_lures(&lures);
+    result_scene_close(&scene);
+}
+
+static void test_serializes(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    struct lures lures;
+    size_t size;
+    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    result_scene_record_build(&scene, commands);
+    device_finish(&device, commands);
+    void *expected = device_serialize(&device, scene.blas.handle, &size);
+    struct device_buffer buffer = device_buffer_create(&device, size);
+    const VkCopyAccelerationStructureToMemoryInfoKHR save = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = scene.blas.handle,
+        .dst.deviceAddress = buffer.address,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    commands = device_begin(&device, PRIMARY);
+    stage->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+    replace(&buffer, size, &lures);
+    device_finish(&device, commands);
+    assert_memory_equal(buffer.bytes, expected, size);
+    for (int i = 0; i < LURES; i++)
+        assert_true(((const char *)lures.buffers[i].bytes)[0] == 0);
+    free(expected);
+    free_lures(&lures);
+    device_buffer_destroy(&device, &buffer);
+    result_scene_close(&scene);
+}
+
+static void test_deserializes(void **state)
+{
+    (void)state;
+    struct result_scene scene;
+    struct lures lures;
+    size_t size;
+    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    result_scene_record_build(&scene, commands);
+    device_finish(&device, commands);
+    void *bytes = device_serialize(&device, scene.blas.handle, &size);
+    struct device_buffer buffer = device_buffer_create(&device, size);
+    memcpy(buffer.bytes, bytes, size);
+    struct stage_structure loaded =
+        stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    const VkCopyMemoryToAccelerationStructureInfoKHR load = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.deviceAddress = buffer.address,
+        .dst = loaded.handle,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    commands = device_begin(&device, PRIMARY);
+    stage->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+    replace(&buffer, size, &lures);
+    device_finish(&device, commands);
+    assert_true(stage_trace(stage, loaded.handle, 0.25f, 0.25f).isHit);
+    free(bytes);
+    free_lures(&lures);
+    stage_destroy(stage, &loaded);
+    device_buffer_destroy(&device, &buffer);
+    result_scene_close(&scene);
+}
+
+static int run_all(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_builds),
+        cmocka_unit_test(test_serializes),
+        cmocka_unit_test(test_deserializes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return device_stage_main(&device, argc, argv, run_all);
+}
