@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffers that builds read: that they can be copied from is added to their usage. */
+/* Buffers that vkCmdBuildAccelerationStructureNV may name: VK_BUFFER_USAGE_TRANSFER_SRC_BIT is
+ * added to their usage, so that their data can be copied. Other builds name addresses, which a
+ * shader of the layer's own reads. */
 #include "cpu/chain_copy.h"
 #include "snapshots/commands.h"
 #include "snapshots/snapshots.h"
@@ -29,13 +31,6 @@ static bool is_plain(const VkBufferCreateInfo *info)
 
 static bool is_input(const struct layer_device *device, VkBufferUsageFlags2 usage)
 {
-    VkBufferUsageFlags2 inputs =
-        VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-        VK_BUFFER_USAGE_2_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT;
-    if (device->facts.acceleration_structure_indirect_build)
-        inputs |= VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT;
-    if ((usage & inputs) && (usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT))
-        return true;
     return device->facts.extension.ray_tracing_nv &&
            (usage & VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR);
 }

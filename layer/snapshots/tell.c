@@ -23,7 +23,7 @@ static const char *reason_of(enum left_out reason)
     case LEFT_OUT_BUDGET:
         return "beyond content_budget_mib";
     case LEFT_OUT_BUFFER:
-        return "a buffer that can't be copied from";
+        return "a buffer that can't be read";
     case LEFT_OUT_PLACE:
         return "no place for copies";
     }

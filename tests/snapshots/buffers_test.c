@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Buffers that could not be copied from by their handles, or must not be read at all: on the null
+ * driver, which takes buffers of any kind. */
+#include "stage.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { BUFFER_SIZE = 1 << 16 };
+
+static struct platform platform;
+static struct stage stage;
+static struct stage_buffer structures, scratch, data; /* whose memory the buffers are bound to */
+static VkAccelerationStructureKHR blas;
+
+static int open_stage(void **state)
+{
+    const VkAabbPositionsKHR box = {.minX = 1};
+    (void)state;
+    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    structures =
+        stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    data = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    memcpy(data.bytes, &box, sizeof(box));
+    blas = stage_structure(&stage, &structures, 0, BUFFER_SIZE,
+                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    return 0;
+}
+
+static int close_stage(void **state)
+{
+    (void)state;
+    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
+    stage_destroy_buffer(&stage, &structures);
+    stage_destroy_buffer(&stage, &scratch);
+    stage_destroy_buffer(&stage, &data);
+    stage_close(&stage);
+    return 0;
+}
+
+static VkBuffer create(VkBufferCreateFlags flags, const void *next)
+{
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .pNext = next,
+        .flags = flags,
+        .size = BUFFER_SIZE,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    };
+    VkBuffer buffer;
+    GET(stage.vk.CreateBuffer(stage.device, &info, NULL, &buffer));
+    return buffer;
+}
+
+static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
+{
+    const VkSparseMemoryBind bind = {.size = size, .memory = data.memory};
+    const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
+    const VkBindSparseInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
+    GET(stage.vk.QueueBindSparse(stage.queue, 1, &info, VK_NULL_HANDLE));
+    GET(stage.vk.QueueWaitIdle(stage.queue));
+}
+
+static void build_boxes(VkBuffer buffer, uint32_t count)
+{
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = buffer};
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    stage_build_boxes(&stage, commands, blas, stage.vk.GetBufferDeviceAddress(stage.device, &info),
+                      count, (scratch.address + 255) & ~(VkDeviceAddress)255);
+    stage_finish(&stage, commands);
+}
+
+/* One message with the text; it is forgotten. */
+static void expect_told(const char *text)
+{
+    if (stage.messages.count != 1)
+        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
+    if (!strstr(stage.messages.items[0].text, text))
+        fail_msg("\"%s\" is not in: %s", text, stage.messages.items[0].text);
+    messages_clear(&stage.messages);
+}
+
+static void build_on_memory(VkBuffer buffer, const char *text)
+{
+    GET(stage.vk.BindBufferMemory(stage.device, buffer, data.memory, 0));
+    build_boxes(buffer, 1);
+    expect_told(text);
+    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+}
+
+/* ---- tests */
+
+static void test_imported(void **state)
+{
+    const VkExternalMemoryBufferCreateInfo external = {
+        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
+        .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT,
+    };
+    (void)state;
+    build_on_memory(create(0, &external), "minX");
+}
+
+static void test_replayed(void **state)
+{
+    (void)state;
+    build_on_memory(create(VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT, NULL), "minX");
+}
+
+static void test_protected(void **state)
+{
+    (void)state;
+    build_on_memory(create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL), "a buffer that can't be read");
+}
+
+/* All that is copied has to be bound. */
+static void test_sparse(void **state)
+{
+    VkBuffer buffer =
+        create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
+    (void)state;
+    bind_sparse(buffer, BUFFER_SIZE);
+    build_boxes(buffer, 1);
+    expect_told("minX");
+    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+}
+
+static void test_sparse_with_hole(void **state)
+{
+    VkBuffer buffer =
+        create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
+    (void)state;
+    bind_sparse(buffer, sizeof(VkAabbPositionsKHR));
+    build_boxes(buffer, 2);
+    assert_int_equal(messages_count(&stage.messages, "", NULL), 0);
+    for (uint32_t i = 0; i < messages_kept(&stage.messages); i++)
+        assert_null(strstr(stage.messages.items[i].text, "minX"));
+    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+}
+
+int main(void)
+{
+    const char *reason = platform_open(&platform, "null");
+    if (reason) {
+        puts(reason);
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_imported, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_replayed, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_protected, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_sparse, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_stage, close_stage),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
