@@ -112,8 +112,7 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
                   const struct test_case *test_case)
 {
     const bool changes = variant->change != CHANGE_NOTHING;
-    if (((variant->uses_two_queues || variant->waiting == WAIT_SUBMISSION) && !platform->is_null) ||
-        ((variant->instance_pointers || test_case->has_pointers) && platform->is_null))
+    if ((variant->uses_two_queues || variant->waiting == WAIT_SUBMISSION) && !platform->is_null)
         return false;
     if (!is_for_command(test_case, variant->command) ||
         (variant->instance_pointers && !has_plain_instances(test_case)))

@@ -90,7 +90,7 @@ struct test_case {
     bool submits;       /* what is recorded is judged when it is submitted */
     /* For content_test, which plays the cases of level content by command buffers, too: */
     bool is_wild;         /* a driver that trusts the data reads where nothing is */
-    bool has_pointers;    /* which a shader has to follow: there is none on the null driver */
+    bool has_pointers;    /* which a shader has to follow */
     bool is_for_the_call; /* its data is the host's, or parameters break rules, too */
 
     const char *path; /* that each message has to contain; "pGeometries[" fits ppGeometries too */

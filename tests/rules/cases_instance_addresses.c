@@ -62,12 +62,12 @@ static void instance_beside_a_blas(struct scene *scene)
 
 /* ---- pointers ---- */
 
-/* To the instances in their places; null ones on the null driver, which gathers none. */
+/* To the instances in their places. */
 static uint64_t *use_pointers(struct scene *scene)
 {
     uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
     memset(pointers, 0, SCENE_BUFFER_SIZE / 2);
-    for (uint32_t i = 0; i < 8 && !scene->world->platform->is_null; i++)
+    for (uint32_t i = 0; i < 8; i++)
         pointers[i] =
             scene_address(scene, &scene->instances, i * sizeof(VkAccelerationStructureInstanceKHR));
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;

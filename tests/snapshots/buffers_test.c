@@ -64,14 +64,24 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
     GET(stage.vk.QueueWaitIdle(stage.queue));
 }
 
-static void build_boxes(VkBuffer buffer, uint32_t count)
+static VkDeviceAddress address_of(VkBuffer buffer)
 {
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
+    return stage.vk.GetBufferDeviceAddress(stage.device, &info);
+}
+
+static VkCommandBuffer record(VkBuffer buffer, uint32_t count)
+{
     VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage_build_boxes(&stage, commands, blas, stage.vk.GetBufferDeviceAddress(stage.device, &info),
-                      count, (scratch.address + 255) & ~(VkDeviceAddress)255);
-    stage_finish(&stage, commands);
+    stage_build_boxes(&stage, commands, blas, address_of(buffer), count,
+                      (scratch.address + 255) & ~(VkDeviceAddress)255);
+    return commands;
+}
+
+static void build_boxes(VkBuffer buffer, uint32_t count)
+{
+    stage_finish(&stage, record(buffer, count));
 }
 
 /* One message with the text; it is forgotten. */
@@ -116,6 +126,22 @@ static void test_protected(void **state)
     build_on_memory(create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL), "a buffer that can't be read");
 }
 
+/* It has the address by the time of the submission. */
+static void test_replaced_by_protected(void **state)
+{
+    VkBuffer buffer = create(0, NULL);
+    (void)state;
+    GET(stage.vk.BindBufferMemory(stage.device, buffer, data.memory, 0));
+    VkCommandBuffer commands = record(buffer, 1);
+    VkBuffer other = create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL);
+    GET(stage.vk.BindBufferMemory(stage.device, other, data.memory, 0));
+    assert_int_equal(address_of(other), address_of(buffer));
+    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+    stage_finish(&stage, commands);
+    stage_expect_silence(&stage);
+    stage.vk.DestroyBuffer(stage.device, other, NULL);
+}
+
 /* All that is copied has to be bound. */
 static void test_sparse(void **state)
 {
@@ -152,6 +178,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_imported, open_stage, close_stage),
         cmocka_unit_test_setup_teardown(test_replayed, open_stage, close_stage),
         cmocka_unit_test_setup_teardown(test_protected, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_replaced_by_protected, open_stage, close_stage),
         cmocka_unit_test_setup_teardown(test_sparse, open_stage, close_stage),
         cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_stage, close_stage),
     };

@@ -280,6 +280,56 @@ static void test_a_structure_over_no_buffer_or_over_several_is_backed_by_who_kno
     resources_destroy(resources);
 }
 
+static uint64_t readable_at(struct resources *resources, VkDeviceAddress address, uint64_t size)
+{
+    return resources_find_readable(resources, address, size, &all_of_queue_1);
+}
+
+static void test_what_can_be_read_ends_with_the_buffer(void **state)
+{
+    (void)state;
+    struct resources *resources = one_buffer();
+    assert_int_equal(readable_at(resources, AT, 0x800), 0x800);
+    assert_int_equal(readable_at(resources, AT + 0xf00, 0x800), 0x100);
+    assert_int_equal(readable_at(resources, AT + 0x1000, 0x800), 0);
+    resources_remove_memory(resources, memory(1));
+    assert_int_equal(readable_at(resources, AT, 0x800), 0);
+    resources_destroy(resources);
+}
+
+static void test_no_protected_buffer_can_be_read(void **state)
+{
+    (void)state;
+    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                     .flags = VK_BUFFER_CREATE_PROTECTED_BIT,
+                                     .size = 0x800};
+    struct resources *resources = one_buffer();
+    resources_add_buffer(resources, buffer(2), &info);
+    bind_at(resources, 2, 1, 0x400);
+    resources_set_address(resources, buffer(2), AT);
+    assert_int_equal(readable_at(resources, AT, 0x10), 0);
+    assert_int_equal(readable_at(resources, AT + 0x800, 0x10), 0x10);
+    resources_remove_buffer(resources, buffer(2));
+    assert_int_equal(readable_at(resources, AT, 0x10), 0x10);
+    resources_destroy(resources);
+}
+
+static void test_of_a_sparse_buffer_all_is_read_or_nothing(void **state)
+{
+    (void)state;
+    const struct execution_clock nothing = {0};
+    struct resources *resources = no_resources();
+    have_memory(resources, 1);
+    have_sparse_buffer(resources, 1, 0x1000);
+    resources_set_address(resources, buffer(1), AT);
+    assert_int_equal(readable_at(resources, AT, 0x100), 0);
+    bind_sparse(resources, 1, 0, 0x800, 1, 0);
+    assert_int_equal(readable_at(resources, AT, 0x800), 0x800);
+    assert_int_equal(readable_at(resources, AT, 0x801), 0);
+    assert_int_equal(resources_find_readable(resources, AT, 0x800, &nothing), 0);
+    resources_destroy(resources);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -295,6 +345,9 @@ int main(void)
         cmocka_unit_test(test_a_lost_buffer_may_be_anywhere),
         cmocka_unit_test(test_a_lost_address_may_be_anywhere),
         cmocka_unit_test(test_a_buffer_at_the_end_of_the_address_space),
+        cmocka_unit_test(test_what_can_be_read_ends_with_the_buffer),
+        cmocka_unit_test(test_no_protected_buffer_can_be_read),
+        cmocka_unit_test(test_of_a_sparse_buffer_all_is_read_or_nothing),
         cmocka_unit_test(test_a_structure_over_an_address_range_lies_in_its_buffer),
         cmocka_unit_test(test_a_structure_over_no_buffer_or_over_several_is_backed_by_who_knows),
     };

@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The shader that copies, by itself: sources of any alignment and size, against memcpy(). */
+#include "stage.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "../state/random.h"
+#include "snapshots/recorded_build.h"
+
+static const uint32_t code[] = {
+#include "copy_comp.h"
+};
+
+enum {
+    ORDERS = 300,
+    SMALL_MAX = 300,
+    ROOM = COPY_SIZE_MAX, /* of each target, */
+    LARGE = 7,            /* and every so many sources are nearly as large */
+    SOURCE_SIZE = 1 << 18,
+    UNTOUCHED = 0xa5,
+};
+
+static struct platform platform;
+static struct stage stage;
+static VkPipelineLayout layout;
+static VkPipeline pipeline;
+static struct stage_buffer source, target, list;
+
+static void create_pipeline(void)
+{
+    const VkuDeviceDispatchTable *vk = &stage.vk;
+    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(uint64_t)};
+    const VkPipelineLayoutCreateInfo layout_info = {
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+        .pushConstantRangeCount = 1,
+        .pPushConstantRanges = &range,
+    };
+    const VkShaderModuleCreateInfo module_info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+        .codeSize = sizeof(code),
+        .pCode = code,
+    };
+    VkShaderModule module;
+    GET(vk->CreatePipelineLayout(stage.device, &layout_info, NULL, &layout));
+    GET(vk->CreateShaderModule(stage.device, &module_info, NULL, &module));
+    const VkComputePipelineCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module,
+                  .pName = "main"},
+        .layout = layout,
+    };
+    GET(vk->CreateComputePipelines(stage.device, VK_NULL_HANDLE, 1, &info, NULL, &pipeline));
+    vk->DestroyShaderModule(stage.device, module, NULL);
+}
+
+static void open_stage(void)
+{
+    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = false});
+    create_pipeline();
+    source = stage_buffer(&stage, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    target = stage_buffer(&stage, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    list = stage_buffer(&stage, ORDERS * sizeof(struct copy_order),
+                        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+}
+
+static void close_stage(void)
+{
+    stage_destroy_buffer(&stage, &source);
+    stage_destroy_buffer(&stage, &target);
+    stage_destroy_buffer(&stage, &list);
+    stage.vk.DestroyPipeline(stage.device, pipeline, NULL);
+    stage.vk.DestroyPipelineLayout(stage.device, layout, NULL);
+    stage_close(&stage);
+}
+
+static struct copy_order draw(struct random *random, uint32_t i)
+{
+    uint32_t size = i % LARGE ? random_below(random, SMALL_MAX)
+                              : COPY_SIZE_MAX - random_below(random, SMALL_MAX);
+    uint64_t left = size;
+    if (i % 3 == 1)
+        left = random_below(random, size + 1);
+    if (i % 3 == 2)
+        left = size + ((uint64_t)random_below(random, 2) << 32);
+    return (struct copy_order){
+        .source = source.address + random_below(random, SOURCE_SIZE - COPY_SIZE_MAX),
+        .target = target.address + (uint64_t)i * ROOM,
+        .size = size,
+        .left = left,
+    };
+}
+
+static void run(void)
+{
+    VkCommandBuffer commands = stage_begin(&stage, 0);
+    stage.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+    stage.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                              sizeof(list.address), &list.address);
+    stage.vk.CmdDispatch(commands, ORDERS, 1, 1);
+    stage_barrier(&stage, commands);
+    stage_finish(&stage, commands);
+}
+
+static void test_copies(void **state)
+{
+    (void)state;
+    open_stage();
+    struct random random = random_of("copy_test");
+    struct copy_order *orders = (struct copy_order *)list.bytes;
+    for (uint32_t i = 0; i < SOURCE_SIZE; i++)
+        source.bytes[i] = (unsigned char)random_below(&random, 256);
+    memset(target.bytes, UNTOUCHED, target.size);
+    for (uint32_t i = 0; i < ORDERS; i++)
+        orders[i] = draw(&random, i);
+    run();
+    for (uint32_t i = 0; i < ORDERS; i++) {
+        const unsigned char *to = target.bytes + (size_t)i * ROOM;
+        uint64_t size = orders[i].left < orders[i].size ? orders[i].left : orders[i].size;
+        assert_int_equal(orders[i].is_done, 1);
+        assert_memory_equal(to, source.bytes + (orders[i].source - source.address), size);
+        for (uint64_t at = (size + 3) / 4 * 4; at < ROOM; at++)
+            assert_int_equal(to[at], UNTOUCHED);
+    }
+    close_stage();
+}
+
+int main(int argc, char **argv)
+{
+    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
+    if (reason) {
+        puts(reason);
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_copies)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
