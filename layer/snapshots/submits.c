@@ -41,15 +41,16 @@ static bool reserve(struct submit *submit)
     return true;
 }
 
+/* The device may only read what is there now, also if nobody will look at what it copies. */
 static bool add_execution(struct submit *submit, struct recording *recording)
 {
     if (!submit->ticket)
         submit->ticket = ticket_create(submit->snapshots, submit->queue);
-    if (!submit->ticket || !reserve(submit))
-        return false;
     uint32_t unread = recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
     copy_orders_renew(submit->snapshots->device, recording, submit->ticket);
     submit->missed.unread += unread;
+    if (!submit->ticket || !reserve(submit))
+        return false;
     struct execution *execution = execution_create(recording, submit->ticket);
     if (!execution)
         return false;
