@@ -24,13 +24,20 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Ta
     uint at[];
 };
 
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Gate
+{
+    uint is_open;
+};
+
 layout(push_constant) uniform Constants
 {
-    uvec2 orders;
+    uvec2 gate, orders;
 };
 
 void main()
 {
+    if (Gate(gate).is_open == 0) // layer/snapshots/gates.h
+        return;
     CopyOrder order = CopyOrders(orders).at[gl_WorkGroupID.x];
     uint size = order.left.y != 0 || order.left.x > order.size ? order.size : order.left.x;
     uint skipped = order.source.x & 3; // bytes of the first word, which come before the source

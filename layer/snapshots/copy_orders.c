@@ -14,6 +14,11 @@ enum {
     GROUPS_MAX = 65535, /* of a dispatch; each device has as many */
 };
 
+/* As copy.comp has them. */
+struct constants {
+    uint64_t gate, orders;
+};
+
 static struct copy_order *orders_at(const struct recording *recording,
                                     const struct copy_orders *orders)
 {
@@ -59,7 +64,8 @@ static bool reserve(struct recorder *recorder, uint32_t count, uint64_t size,
                     struct snapshot *snapshot)
 {
     const struct copy_block *last = last_block(recorder);
-    bool has_orders = last && count <= last->orders.count - last->used;
+    bool has_orders = last && recorder->recording->chunks[last->orders.chunk] &&
+                      count <= last->orders.count - last->used;
     *snapshot = (struct snapshot){0};
     if (!has_orders && !add_block(recorder, count, size, snapshot))
         return false;
@@ -119,11 +125,14 @@ void copy_orders_flush(struct recorder *recorder)
         return;
     while (recorder->first_order < block->used) {
         uint32_t count = block->used - recorder->first_order;
-        uint64_t orders = chunk_of(recorder, block->orders.chunk)->buffer.address +
-                          block->orders.offset + (uint64_t)recorder->first_order * ORDER_SIZE;
+        const struct constants constants = {
+            .gate = recorder->recording->gate.address,
+            .orders = chunk_of(recorder, block->orders.chunk)->buffer.address +
+                      block->orders.offset + (uint64_t)recorder->first_order * ORDER_SIZE,
+        };
         count = count < GROUPS_MAX ? count : GROUPS_MAX;
         if (dispatches_prepare(recorder, SHADER_COPY))
-            dispatches_add(recorder, SHADER_COPY, &orders, sizeof(orders), count);
+            dispatches_add(recorder, SHADER_COPY, &constants, sizeof(constants), count);
         recorder->first_order += count;
     }
 }
@@ -147,6 +156,7 @@ static bool copy_buffer(struct recorder *recorder, const struct buffer_target *s
     snapshot->address = address;
     snapshot->orders = *mark;
     const VkBufferCopy region = {source->offset, snapshot->offset, size};
+    recording_keep_chunks(recorder->recording);
     recorder_start_copies(recorder);
     recorder->device->snapshots->next.CmdCopyBuffer(
         recorder->handle, source->buffer, chunk_of(recorder, snapshot->chunk)->buffer.handle, 1,
@@ -223,13 +233,14 @@ static void renew_order(const struct renewal *renewal, struct copy_order *order)
 
 static void renew(const struct renewal *renewal, struct recording *recording)
 {
-    bool is_pending = recording_is_pending(recording, renewal->next);
-    for (uint32_t i = 0; i < recording->copy_block_count && !is_pending; i++) {
+    bool is_renewed =
+        recording_open_gate(recording) && !recording_is_pending(recording, renewal->next);
+    for (uint32_t i = 0; i < recording->copy_block_count && is_renewed; i++) {
         const struct copy_block *block = &recording->copy_blocks[i];
         for (uint32_t j = 0; block->orders.chunk < recording->chunk_count && j < block->used; j++)
             renew_order(renewal, &orders_at(recording, &block->orders)[j]);
     }
-    if (!is_pending)
+    if (is_renewed)
         gather_renew_ranges(renewal->device, recording);
     for (const struct recorded_item *item = recording->first; item; item = item->next)
         if (item->kind == ITEM_EXECUTE)

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "snapshots/compute_state.h"
+#include "snapshots/gates.h"
 
 static const uint32_t copy_code[] = {
 #include "copy_comp.h"
@@ -66,10 +67,10 @@ static VkResult create_layout(const struct layer_device *device, VkPipelineLayou
     return device->snapshots->next.CreatePipelineLayout(device->handle, &info, NULL, layout);
 }
 
-bool dispatches_prepare(const struct recorder *recorder, enum own_shader shader)
+static bool make_pipeline(struct snapshots *snapshots, enum own_shader shader)
 {
-    struct own_shaders *shaders = recorder->device->snapshots->shaders;
-    const struct own_device own = snapshots_own_device(recorder->device->snapshots);
+    struct own_shaders *shaders = snapshots->shaders;
+    const struct own_device own = snapshots_own_device(snapshots);
     VkPipeline *pipeline = &shaders->pipelines[shader];
     pthread_mutex_lock(&shaders->lock);
     VkResult result = VK_SUCCESS;
@@ -80,6 +81,14 @@ bool dispatches_prepare(const struct recorder *recorder, enum own_shader shader)
                                     pipeline);
     pthread_mutex_unlock(&shaders->lock);
     return result == VK_SUCCESS;
+}
+
+bool dispatches_prepare(const struct recorder *recorder, enum own_shader shader)
+{
+    struct snapshots *snapshots = recorder->device->snapshots;
+    struct recording_gate *gate = &recorder->recording->gate;
+    return (gate->is_open || gates_take(snapshots->gates, gate)) &&
+           make_pipeline(snapshots, shader);
 }
 
 /* ---- conditional rendering: builds and copies follow no condition, dispatches do */

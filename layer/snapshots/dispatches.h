@@ -18,7 +18,8 @@ void own_shaders_destroy(struct own_shaders *shaders); /* NULL: nothing */
 /* Whether a dispatch there changes nothing of what the application does. */
 bool dispatches_are_allowed(const struct recorder *recorder);
 
-/* Makes the pipeline of a shader when it is first needed; false if that fails. */
+/* Makes the pipeline of a shader and the recording's gate when they are first needed; false if that
+ * fails. */
 bool dispatches_prepare(const struct recorder *recorder, enum own_shader shader);
 
 /* Records a dispatch of `groups` workgroups. The shader is prepared. */

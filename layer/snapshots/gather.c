@@ -10,7 +10,7 @@
 
 /* As the shader has them. */
 struct constants {
-    uint64_t addresses, ranges, target;
+    uint64_t gate, addresses, ranges, target;
     uint32_t count, range_count, words, typed;
 };
 _Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
@@ -107,6 +107,7 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements))
         return false;
     const struct constants constants = {
+        .gate = recorder->recording->gate.address,
         .addresses = address_of(recorder, addresses),
         .ranges = address_of(recorder, &gathering->ranges),
         .target = address_of(recorder, &gathering->elements),

@@ -24,9 +24,14 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Ta
     uint at[];
 };
 
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Gate
+{
+    uint is_open;
+};
+
 layout(push_constant) uniform Constants
 {
-    uvec2 addresses, ranges, target;
+    uvec2 gate, addresses, ranges, target;
     uint count, range_count;
     uint words; // of an element, the largest where they have types
     uint typed; // whether the low 4 bits of an address are a VkAccelerationStructureMotionInstanceTypeNV
@@ -69,7 +74,7 @@ uint words_of(uint type)
 void main()
 {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= count)
+    if (i >= count || Gate(gate).is_open == 0) // layer/snapshots/gates.h
         return;
     uvec2 address = Addresses(addresses).at[i];
     uint there = words;

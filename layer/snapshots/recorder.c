@@ -5,13 +5,30 @@
 #include "contents.h"
 #include "snapshots/copy_orders.h"
 #include "snapshots/dispatches.h"
+#include "snapshots/gates.h"
 #include "snapshots/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
 static void free_chunk(void *user, struct snapshot_chunk *chunk)
 {
-    staging_give_back(user, (struct staging_chunk *)chunk);
+    const struct snapshots *snapshots = user;
+    staging_give_back(snapshots->staging, (struct staging_chunk *)chunk);
+}
+
+static void free_gate(void *user, const struct recording_gate *gate)
+{
+    const struct snapshots *snapshots = user;
+    gates_give_back(snapshots->gates, gate);
+}
+
+static struct recording *create_recording(struct snapshots *snapshots, bool executes_once)
+{
+    const struct recording_memory memory = {free_chunk, free_gate, snapshots};
+    struct recording *recording = recording_create(&memory);
+    if (recording)
+        recording->executes_once = executes_once;
+    return recording;
 }
 
 static void release_work(void *recording)
@@ -35,11 +52,9 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         return false;
     struct journal *journal = recorder->command_buffer->journal;
     if (journal && !journal->work) {
-        journal->work = recording_create(free_chunk, device->snapshots->staging);
+        journal->work =
+            create_recording(device->snapshots, recorder->command_buffer->executes_once);
         journal->release_work = release_work;
-        if (journal->work)
-            ((struct recording *)journal->work)->executes_once =
-                recorder->command_buffer->executes_once;
     }
     recorder->recording = journal ? journal->work : NULL;
     if (!recorder->recording)

@@ -10,6 +10,7 @@
 #include "cpu/submits.h"
 #include "snapshots/commands.h"
 #include "snapshots/dispatches.h"
+#include "snapshots/gates.h"
 #include "snapshots/staging.h"
 #include "snapshots/tell.h"
 #include "snapshots/tickets.h"
@@ -93,6 +94,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     snapshots->expected_last = &snapshots->expected;
     device->snapshots = snapshots;
     if (staging_create(device, budget_of(device), &snapshots->staging) != VK_SUCCESS ||
+        gates_create(device, &snapshots->gates) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cover(device);
@@ -113,6 +115,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     tell_missed(snapshots->device, &missed);
     tickets_release(snapshots, true);
     staging_destroy(snapshots->staging);
+    gates_destroy(snapshots->gates);
     own_shaders_destroy(snapshots->shaders);
     handle_table_release(&snapshots->queue_families);
     handle_table_release(&snapshots->copyable);

@@ -15,6 +15,7 @@
 #include "state/handle_table.h"
 
 struct fence_ticket;
+struct gates;
 struct own_shaders;
 struct staging;
 
@@ -30,6 +31,7 @@ struct snapshots {
 #undef MEMBER
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
+    struct gates *gates;
     struct own_shaders *shaders;
     bool has_addresses;           /* buffers have: bufferDeviceAddress is enabled */
     pthread_mutex_t buffers_lock; /* guards: */

@@ -5,16 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct recording *recording_create(void (*free_chunk)(void *user, struct snapshot_chunk *chunk),
-                                   void *user)
+struct recording *recording_create(const struct recording_memory *memory)
 {
     struct recording *recording = calloc(1, sizeof(*recording));
     if (!recording)
         return NULL;
     atomic_init(&recording->references, 1);
     pthread_mutex_init(&recording->lock, NULL);
-    recording->free_chunk = free_chunk;
-    recording->user = user;
+    recording->memory = *memory;
     return recording;
 }
 
@@ -40,7 +38,7 @@ static void free_chunks(struct recording *recording, uint32_t count)
         recording->chunks[i] = NULL;
         pthread_mutex_unlock(&recording->lock);
         if (chunk)
-            recording->free_chunk(recording->user, chunk);
+            recording->memory.free_chunk(recording->memory.user, chunk);
     }
 }
 
@@ -56,6 +54,8 @@ void recording_release(struct recording *recording)
         free(item);
     }
     free_chunks(recording, recording->chunk_count);
+    if (recording->gate.is_open)
+        recording->memory.free_gate(recording->memory.user, &recording->gate);
     free(recording->chunks);
     free(recording->copy_blocks);
     pthread_mutex_destroy(&recording->lock);
@@ -109,7 +109,7 @@ bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chu
         recording->chunks[recording->chunk_count++] = chunk;
     pthread_mutex_unlock(&recording->lock);
     if (!has_room)
-        recording->free_chunk(recording->user, chunk);
+        recording->memory.free_chunk(recording->memory.user, chunk);
     return has_room;
 }
 
@@ -135,6 +135,23 @@ bool recording_add_copy_block(struct recording *recording, const struct copy_blo
     }
     recording->copy_blocks[recording->copy_block_count++] = *block;
     return true;
+}
+
+void recording_keep_chunks(struct recording *recording)
+{
+    pthread_mutex_lock(&recording->lock);
+    recording->keeps_chunks = true;
+    pthread_mutex_unlock(&recording->lock);
+}
+
+bool recording_open_gate(struct recording *recording)
+{
+    pthread_mutex_lock(&recording->lock);
+    bool opens = !recording->is_spent;
+    if (opens && recording->gate.is_open)
+        atomic_store(recording->gate.is_open, 1);
+    pthread_mutex_unlock(&recording->lock);
+    return opens;
 }
 
 /* ---- executions */
@@ -245,9 +262,11 @@ static void spend_chunks(const struct execution *execution)
         recording->executes_once && execution->ticket->wait(execution->ticket, 0) == VK_SUCCESS;
     pthread_mutex_lock(&recording->lock);
     recording->execution_count--;
-    recording->was_cut_short |= !is_complete;
-    bool spends = !recording->execution_count && !recording->was_cut_short;
+    recording->keeps_chunks |= !is_complete;
+    bool spends = !recording->execution_count && !recording->keeps_chunks;
     recording->is_spent |= spends;
+    if (spends && recording->gate.is_open)
+        atomic_store(recording->gate.is_open, 0);
     pthread_mutex_unlock(&recording->lock);
     if (spends)
         free_chunks(recording, execution->chunk_count);

@@ -90,6 +90,20 @@ struct copy_block {
     uint32_t used;
 };
 
+/* A word that the device reads before it executes what the layer recorded: while it is 0, nothing
+ * of the recording's chunks is read or written. NULL: there is none yet. */
+struct recording_gate {
+    _Atomic uint32_t *is_open;
+    uint64_t address; /* for the device */
+};
+
+/* Where a recording's memory goes in the end. */
+struct recording_memory {
+    void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
+    void (*free_gate)(void *user, const struct recording_gate *gate);
+    void *user;
+};
+
 struct recording {
     atomic_uint references;
     struct compute_state compute;
@@ -99,8 +113,8 @@ struct recording {
     struct copy_block *copy_blocks; /* orders are taken of the last one */
     uint32_t copy_block_count, copy_block_capacity;
     bool executes_once; /* then nothing needs the chunks after its execution */
-    void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
-    void *user;
+    struct recording_memory memory;
+    struct recording_gate gate; /* closed once chunks were given back */
     uint32_t secondary_count;
     bool has_gatherings;
     /* Builds of which not all could be copied: how many, and the first ones. */
@@ -114,8 +128,9 @@ struct recording {
     pthread_mutex_t lock;   /* guards the rest, and what is added to items and chunks */
     struct execution *latest; /* the last one made, while it lives */
     uint32_t execution_count; /* that live */
-    bool was_cut_short;       /* an execution was released before its end: chunks stay */
-    bool is_spent;            /* chunks were given back after an execution */
+    bool keeps_chunks; /* an execution was released before its end, or commands without a gate name
+                          chunks */
+    bool is_spent;     /* chunks were given back after an execution */
 };
 
 /* One execution of a recording: where its snapshots are, and when they can be read. */
@@ -145,8 +160,7 @@ struct execution {
 };
 
 /* NULL without memory. */
-struct recording *recording_create(void (*free_chunk)(void *user, struct snapshot_chunk *chunk),
-                                   void *user);
+struct recording *recording_create(const struct recording_memory *memory);
 struct recording *recording_share(struct recording *recording);
 void recording_release(struct recording *recording);
 
@@ -162,6 +176,10 @@ bool recording_contains(const struct recording *recording, const struct recordin
 
 /* False without memory. */
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block);
+/* From now on its chunks stay until it is released: commands name them that no gate stops. */
+void recording_keep_chunks(struct recording *recording);
+/* Before a submission: opens the gate, unless chunks were given back. Returns false then. */
+bool recording_open_gate(struct recording *recording);
 /* Whether an execution of another ticket than `next` may still be reading the chunks. */
 bool recording_is_pending(struct recording *recording, const struct ticket *next);
 

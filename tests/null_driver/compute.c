@@ -155,12 +155,24 @@ struct copy_order {
     uint32_t size, is_done;
 };
 
+struct copy_constants {
+    uint64_t gate, orders;
+};
+
+static bool is_open(VkDeviceAddress gate)
+{
+    uint32_t value;
+    return read_bytes(gate, &value, sizeof(value)) && value != 0;
+}
+
 static void copy(const struct dispatch *dispatch)
 {
-    VkDeviceAddress orders;
-    memcpy(&orders, dispatch->constants, sizeof(orders));
+    struct copy_constants constants;
+    memcpy(&constants, dispatch->constants, sizeof(constants));
+    if (!is_open(constants.gate))
+        return;
     for (uint32_t i = 0; i < dispatch->groups; i++) {
-        const VkDeviceAddress at = orders + i * sizeof(struct copy_order);
+        const VkDeviceAddress at = constants.orders + i * sizeof(struct copy_order);
         struct copy_order order;
         if (!read_bytes(at, &order, sizeof(order)))
             return;
@@ -173,7 +185,7 @@ static void copy(const struct dispatch *dispatch)
 /* ---- layer/snapshots/gather.comp */
 
 struct gathering {
-    uint64_t addresses, ranges, target;
+    uint64_t gate, addresses, ranges, target;
     uint32_t count, range_count, words, typed;
 };
 
@@ -203,6 +215,8 @@ static void gather(const struct dispatch *dispatch)
     struct gathering gathering;
     memcpy(&gathering, dispatch->constants, sizeof(gathering));
     const VkDeviceSize size = gathering.words * sizeof(uint32_t);
+    if (!is_open(gathering.gate))
+        return;
     for (uint32_t i = 0; i < gathering.count && gathering.words <= WORDS_MAX; i++) {
         uint32_t element[WORDS_MAX] = {0}, words = gathering.words;
         VkDeviceAddress address;

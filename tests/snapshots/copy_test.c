@@ -25,12 +25,12 @@ static struct platform platform;
 static struct stage stage;
 static VkPipelineLayout layout;
 static VkPipeline pipeline;
-static struct stage_buffer source, target, list;
+static struct stage_buffer source, target, list, gate;
 
 static void create_pipeline(void)
 {
     const VkuDeviceDispatchTable *vk = &stage.vk;
-    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(uint64_t)};
+    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, 2 * sizeof(uint64_t)};
     const VkPipelineLayoutCreateInfo layout_info = {
         .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
         .pushConstantRangeCount = 1,
@@ -62,6 +62,7 @@ static void open_stage(void)
     create_pipeline();
     source = stage_buffer(&stage, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     target = stage_buffer(&stage, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    gate = stage_buffer(&stage, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     list = stage_buffer(&stage, ORDERS * sizeof(struct copy_order),
                         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
 }
@@ -70,6 +71,7 @@ static void close_stage(void)
 {
     stage_destroy_buffer(&stage, &source);
     stage_destroy_buffer(&stage, &target);
+    stage_destroy_buffer(&stage, &gate);
     stage_destroy_buffer(&stage, &list);
     stage.vk.DestroyPipeline(stage.device, pipeline, NULL);
     stage.vk.DestroyPipelineLayout(stage.device, layout, NULL);
@@ -93,12 +95,14 @@ static struct copy_order draw(struct random *random, uint32_t i)
     };
 }
 
-static void run(void)
+static void run(bool is_open)
 {
+    *(uint32_t *)gate.bytes = is_open;
     VkCommandBuffer commands = stage_begin(&stage, 0);
     stage.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    stage.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                              sizeof(list.address), &list.address);
+    const VkDeviceAddress constants[] = {gate.address, list.address};
+    stage.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
+                              constants);
     stage.vk.CmdDispatch(commands, ORDERS, 1, 1);
     stage_barrier(&stage, commands);
     stage_finish(&stage, commands);
@@ -115,7 +119,7 @@ static void test_copies(void **state)
     memset(target.bytes, UNTOUCHED, target.size);
     for (uint32_t i = 0; i < ORDERS; i++)
         orders[i] = draw(&random, i);
-    run();
+    run(true);
     for (uint32_t i = 0; i < ORDERS; i++) {
         const unsigned char *to = target.bytes + (size_t)i * ROOM;
         uint64_t size = orders[i].left < orders[i].size ? orders[i].left : orders[i].size;
@@ -127,6 +131,24 @@ static void test_copies(void **state)
     close_stage();
 }
 
+static void test_closed_gate(void **state)
+{
+    (void)state;
+    open_stage();
+    struct copy_order *orders = (struct copy_order *)list.bytes;
+    memset(target.bytes, UNTOUCHED, target.size);
+    for (uint32_t i = 0; i < ORDERS; i++)
+        orders[i] = (struct copy_order){.source = source.address,
+                                        .target = target.address,
+                                        .left = sizeof(uint32_t),
+                                        .size = sizeof(uint32_t)};
+    run(false);
+    for (uint32_t i = 0; i < ORDERS; i++)
+        assert_int_equal(orders[i].is_done, 0);
+    assert_int_equal(target.bytes[0], UNTOUCHED);
+    close_stage();
+}
+
 int main(int argc, char **argv)
 {
     const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
@@ -134,6 +156,7 @@ int main(int argc, char **argv)
         puts(reason);
         return 77;
     }
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_copies)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_copies),
+                                       cmocka_unit_test(test_closed_gate)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

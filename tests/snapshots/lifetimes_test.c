@@ -134,6 +134,39 @@ static void test_one_time_submitted_twice(void **state)
     close_stage();
 }
 
+/* When the first command buffer is submitted again, the memory of its copies belongs to the second.
+ * It must not write there any more. */
+static void test_one_time_memory_of_another(void **state)
+{
+    (void)state;
+    open_stage();
+    struct stage_buffer others = stage_buffer(
+        &stage, boxes.size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    VkCommandBuffer commands[2];
+    commands[1] = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    build(commands[1], BOXES);
+    GET(stage.vk.EndCommandBuffer(commands[1]));
+    submit(commands[1]);
+    wait();
+    read_structure();
+    stage_expect_silence(&stage);
+    spoil_box(0);
+    commands[0] = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    stage_build_boxes(&stage, commands[0], blas, others.address, BOXES,
+                      (scratch.address + 255) & ~(VkDeviceAddress)255);
+    stage_barrier(&stage, commands[0]);
+    GET(stage.vk.EndCommandBuffer(commands[0]));
+    const VkSubmitInfo both = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .commandBufferCount = 2,
+                               .pCommandBuffers = commands};
+    GET(stage.vk.QueueSubmit(stage.queue, 1, &both, VK_NULL_HANDLE));
+    wait();
+    read_structure();
+    expect_told(1, "submitted again");
+    stage_destroy_buffer(&stage, &others);
+    close_stage();
+}
+
 /* The second execution is looked at if the layer still has the copies: on backend cpu they belong
  * to the structure. */
 static void test_one_time_submitted_twice_at_once(void **state)
@@ -343,6 +376,7 @@ int main(int argc, char **argv)
     }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_one_time_submitted_twice),
+        cmocka_unit_test(test_one_time_memory_of_another),
         cmocka_unit_test(test_one_time_submitted_twice_at_once),
         cmocka_unit_test(test_secondary_one_time_submitted_twice),
         cmocka_unit_test(test_one_time_recorded_further),
