@@ -52,6 +52,38 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
+/* Asks one rule of the call alone. */
+static void ask_one_rule(struct build_call *call, enum rule rule)
+{
+    static const struct check_hooks hooks = {.found = build_call_found};
+    bool active[RULE_COUNT] = {false};
+    active[rule] = call->device->active_rules[call->view.command][rule];
+    struct check_context context = {.hooks = &hooks, .user = call, .active = active};
+    check_call(&context, &call->view);
+}
+
+void build_call_report_command_buffer(enum build_command command, VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_blamed_device(handle);
+    struct build_call call;
+    if (!device)
+        return;
+    build_call_start(&call, device, command);
+    call.view.command_buffer = (struct command_buffer_facts){.handle = handle, .alive = NO};
+    ask_one_rule(&call, RULE_command_buffer_is_valid);
+}
+
+void build_call_report_device(VkDevice handle)
+{
+    struct layer_device *device = layer_blamed_device(handle);
+    struct build_call call;
+    if (!device)
+        return;
+    build_call_start(&call, device, COMMAND_HOST);
+    call.view.device_argument = handle;
+    ask_one_rule(&call, RULE_device_is_valid);
+}
+
 bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle)
 {
     return layer_other_device_has(((struct build_call *)user)->device, kind, handle);

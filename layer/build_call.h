@@ -29,6 +29,14 @@ void build_call_start(struct build_call *call, struct layer_device *device,
 void build_call_start_recorded(struct build_call *call, struct layer_device *device,
                                enum build_command command, VkCommandBuffer handle);
 
+/* Reports a handle that is no command buffer, which a build command was given, in the name of the
+ * device that the handle leads to, or of any device. */
+void build_call_report_command_buffer(enum build_command command, VkCommandBuffer handle);
+
+/* Reports a handle that leads to no device, which the host command was given, in the name of any
+ * device. */
+void build_call_report_device(VkDevice handle);
+
 /* For struct check_hooks; `user` is the call. */
 bool build_call_found(void *user, enum rule rule, const struct location *location,
                       const struct finding *finding);

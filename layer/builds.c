@@ -131,8 +131,12 @@ ON_RECORDING_PATH VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructure
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_build_device(commandBuffer);
     struct build_call call;
+    if (!device) {
+        build_call_report_command_buffer(COMMAND_DEVICE, commandBuffer);
+        return;
+    }
     build_call_start_recorded(&call, device, COMMAND_DEVICE, commandBuffer);
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
@@ -151,8 +155,12 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
     const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
     const uint32_t *const *ppMaxPrimitiveCounts)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_build_device(commandBuffer);
     struct build_call call;
+    if (!device) {
+        build_call_report_command_buffer(COMMAND_INDIRECT, commandBuffer);
+        return;
+    }
     build_call_start_recorded(&call, device, COMMAND_INDIRECT, commandBuffer);
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
@@ -166,23 +174,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
     device->vk.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
                                                          pIndirectDeviceAddresses, pIndirectStrides,
                                                          ppMaxPrimitiveCounts);
-}
-
-/* Reports a handle that leads to no device, in the name of some device. */
-static void tell_of_device(VkDevice handle)
-{
-    struct layer_device *some = layer_any_device();
-    if (!some)
-        return;
-    struct build_call call;
-    build_call_start(&call, some, COMMAND_HOST);
-    const bool active[RULE_COUNT] = {[RULE_device_is_valid] =
-                                         some->active_rules[COMMAND_HOST][RULE_device_is_valid]};
-    struct readable_cache cache = {0};
-    struct check_context context = {
-        .hooks = &hooks, .user = &call, .active = active, .readable = &cache};
-    call.view.device_argument = handle;
-    check_builds(&context, &call.view);
 }
 
 /* What the host's instances refer to is as it is when the call is made; a structure that is being
@@ -203,7 +194,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
 {
     struct layer_device *state = layer_find_device_safely(device);
     if (!state) {
-        tell_of_device(device);
+        build_call_report_device(device);
         return VK_ERROR_VALIDATION_FAILED_EXT;
     }
     struct build_call call;

@@ -31,8 +31,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateCommandPool(VkDevice device,
     return result;
 }
 
-static void forget_name(void *user, VkCommandBuffer handle)
+static void forget(void *user, VkCommandBuffer handle)
 {
+    layer_forget_command_buffer(handle);
     object_names_set(user, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle, NULL);
 }
 
@@ -40,7 +41,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyCommandPool(VkDevice device, VkCommandPo
                                                     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    command_buffers_remove_pool(state->command_buffers, commandPool, forget_name, state->names);
+    command_buffers_remove_pool(state->command_buffers, commandPool, forget, state->names);
     object_names_set(state->names, VK_OBJECT_TYPE_COMMAND_POOL, (uint64_t)(uintptr_t)commandPool,
                      NULL);
     state->vk.DestroyCommandPool(device, commandPool, pAllocator);
@@ -63,10 +64,12 @@ assay_AllocateCommandBuffers(VkDevice device, const VkCommandBufferAllocateInfo 
 {
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.AllocateCommandBuffers(device, pAllocateInfo, pCommandBuffers);
-    if (result == VK_SUCCESS)
-        command_buffers_add(state->command_buffers, pAllocateInfo->commandPool,
-                            pAllocateInfo->level, pAllocateInfo->commandBufferCount,
-                            pCommandBuffers);
+    if (result != VK_SUCCESS)
+        return result;
+    for (uint32_t i = 0; i < pAllocateInfo->commandBufferCount; i++)
+        layer_forget_command_buffer(pCommandBuffers[i]);
+    command_buffers_add(state->command_buffers, pAllocateInfo->commandPool, pAllocateInfo->level,
+                        pAllocateInfo->commandBufferCount, pCommandBuffers);
     return result;
 }
 
@@ -77,14 +80,16 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeCommandBuffers(VkDevice device, VkCommandPo
     struct layer_device *state = layer_find_device(device);
     command_buffers_remove(state->command_buffers, commandBufferCount, pCommandBuffers);
     for (uint32_t i = 0; i < commandBufferCount; i++)
-        forget_name(state->names, pCommandBuffers[i]);
+        forget(state->names, pCommandBuffers[i]);
     state->vk.FreeCommandBuffers(device, commandPool, commandBufferCount, pCommandBuffers);
 }
 
 ON_RECORDING_PATH VKAPI_ATTR VkResult VKAPI_CALL
 assay_BeginCommandBuffer(VkCommandBuffer commandBuffer, const VkCommandBufferBeginInfo *pBeginInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.BeginCommandBuffer(commandBuffer, pBeginInfo);
     command_buffer_begin(find(state, commandBuffer), pBeginInfo, resources_deaths(state->resources),
                          result);
@@ -94,7 +99,9 @@ assay_BeginCommandBuffer(VkCommandBuffer commandBuffer, const VkCommandBufferBeg
 ON_RECORDING_PATH VKAPI_ATTR VkResult VKAPI_CALL
 assay_EndCommandBuffer(VkCommandBuffer commandBuffer)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.EndCommandBuffer(commandBuffer);
     command_buffer_end(find(state, commandBuffer), result);
     return result;
@@ -103,7 +110,9 @@ assay_EndCommandBuffer(VkCommandBuffer commandBuffer)
 ON_RECORDING_PATH VKAPI_ATTR VkResult VKAPI_CALL
 assay_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferResetFlags flags)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.ResetCommandBuffer(commandBuffer, flags);
     command_buffer_reset(find(state, commandBuffer),
                          flags & VK_COMMAND_BUFFER_RESET_RELEASE_RESOURCES_BIT, result);
@@ -114,7 +123,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdExecuteCommands(VkCommandBuffer commandBuffe
                                                     uint32_t commandBufferCount,
                                                     const VkCommandBuffer *pCommandBuffers)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     struct command_buffer *primary = find(state, commandBuffer);
     for (uint32_t i = 0; primary && i < commandBufferCount; i++) {
         struct journal_mark mark = {0};
@@ -133,14 +144,18 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBeginRenderPass(VkCommandBuffer commandBuffe
                                                     const VkRenderPassBeginInfo *pRenderPassBegin,
                                                     VkSubpassContents contents)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     command_buffer_begin_rendering(find(state, commandBuffer), 0);
     state->vk.CmdBeginRenderPass(commandBuffer, pRenderPassBegin, contents);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     command_buffer_end_rendering(find(state, commandBuffer));
     state->vk.CmdEndRenderPass(commandBuffer);
 }
@@ -151,7 +166,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
                                             const VkRenderPassBeginInfo *pRenderPassBegin,         \
                                             const VkSubpassBeginInfo *pSubpassBeginInfo)           \
     {                                                                                              \
-        struct layer_device *state = layer_find_device(commandBuffer);                             \
+        struct layer_device *state = layer_find_recording_device(commandBuffer);                   \
+        if (!state)                                                                                \
+            return;                                                                                \
         command_buffer_begin_rendering(find(state, commandBuffer), 0);                             \
         state->vk.name(commandBuffer, pRenderPassBegin, pSubpassBeginInfo);                        \
     }
@@ -160,7 +177,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer,                         \
                                             const VkSubpassEndInfo *pSubpassEndInfo)               \
     {                                                                                              \
-        struct layer_device *state = layer_find_device(commandBuffer);                             \
+        struct layer_device *state = layer_find_recording_device(commandBuffer);                   \
+        if (!state)                                                                                \
+            return;                                                                                \
         command_buffer_end_rendering(find(state, commandBuffer));                                  \
         state->vk.name(commandBuffer, pSubpassEndInfo);                                            \
     }
@@ -169,7 +188,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer,                         \
                                             const VkRenderingInfo *pRenderingInfo)                 \
     {                                                                                              \
-        struct layer_device *state = layer_find_device(commandBuffer);                             \
+        struct layer_device *state = layer_find_recording_device(commandBuffer);                   \
+        if (!state)                                                                                \
+            return;                                                                                \
         command_buffer_begin_rendering(find(state, commandBuffer), pRenderingInfo->flags);         \
         state->vk.name(commandBuffer, pRenderingInfo);                                             \
     }
@@ -177,7 +198,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
 #define DEFINE_END_RENDERING(name)                                                                 \
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer)                         \
     {                                                                                              \
-        struct layer_device *state = layer_find_device(commandBuffer);                             \
+        struct layer_device *state = layer_find_recording_device(commandBuffer);                   \
+        if (!state)                                                                                \
+            return;                                                                                \
         command_buffer_end_rendering(find(state, commandBuffer));                                  \
         state->vk.name(commandBuffer);                                                             \
     }
@@ -186,7 +209,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer,                         \
                                             const VkRenderingEndInfoKHR *pRenderingEndInfo)        \
     {                                                                                              \
-        struct layer_device *state = layer_find_device(commandBuffer);                             \
+        struct layer_device *state = layer_find_recording_device(commandBuffer);                   \
+        if (!state)                                                                                \
+            return;                                                                                \
         command_buffer_end_rendering(find(state, commandBuffer));                                  \
         state->vk.name(commandBuffer, pRenderingEndInfo);                                          \
     }
@@ -207,7 +232,9 @@ DEFINE_END_RENDERING_2(CmdEndRendering2EXT)
 VKAPI_ATTR void VKAPI_CALL assay_CmdBeginVideoCodingKHR(VkCommandBuffer commandBuffer,
                                                         const VkVideoBeginCodingInfoKHR *pBeginInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     command_buffer_set_video_coding(find(state, commandBuffer), true);
     state->vk.CmdBeginVideoCodingKHR(commandBuffer, pBeginInfo);
 }
@@ -215,7 +242,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBeginVideoCodingKHR(VkCommandBuffer commandB
 VKAPI_ATTR void VKAPI_CALL assay_CmdEndVideoCodingKHR(VkCommandBuffer commandBuffer,
                                                       const VkVideoEndCodingInfoKHR *pEndCodingInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     command_buffer_set_video_coding(find(state, commandBuffer), false);
     state->vk.CmdEndVideoCodingKHR(commandBuffer, pEndCodingInfo);
 }

@@ -44,7 +44,9 @@ static struct journal_entry fill_entry(const struct layer_device *device,
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     struct journal_entry entry = copy_entry(device, pInfo);
     comparer_note_copy(device->comparer, &entry);
     note(device, commandBuffer, &entry);
@@ -55,7 +57,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureNV(
     VkCommandBuffer commandBuffer, VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
     VkCopyAccelerationStructureModeKHR mode)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
     struct journal_entry entry = {
         .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
@@ -73,7 +77,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureNV(
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     struct journal_entry entry = fill_entry(device, pInfo->dst);
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);

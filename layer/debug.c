@@ -134,7 +134,9 @@ static VkDebugUtilsLabelEXT label_of_marker(const VkDebugMarkerMarkerInfoEXT *ma
 VKAPI_ATTR void VKAPI_CALL assay_CmdBeginDebugUtilsLabelEXT(VkCommandBuffer commandBuffer,
                                                             const VkDebugUtilsLabelEXT *pLabelInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     open_label(state, commandBuffer, pLabelInfo);
     if (state->vk.CmdBeginDebugUtilsLabelEXT)
         state->vk.CmdBeginDebugUtilsLabelEXT(commandBuffer, pLabelInfo);
@@ -142,7 +144,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBeginDebugUtilsLabelEXT(VkCommandBuffer comm
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdEndDebugUtilsLabelEXT(VkCommandBuffer commandBuffer)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     close_label(state, commandBuffer);
     if (state->vk.CmdEndDebugUtilsLabelEXT)
         state->vk.CmdEndDebugUtilsLabelEXT(commandBuffer);
@@ -151,7 +155,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndDebugUtilsLabelEXT(VkCommandBuffer comman
 VKAPI_ATTR void VKAPI_CALL assay_CmdInsertDebugUtilsLabelEXT(VkCommandBuffer commandBuffer,
                                                              const VkDebugUtilsLabelEXT *pLabelInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     insert_label(state, commandBuffer, pLabelInfo);
     if (state->vk.CmdInsertDebugUtilsLabelEXT)
         state->vk.CmdInsertDebugUtilsLabelEXT(commandBuffer, pLabelInfo);
@@ -160,7 +166,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdInsertDebugUtilsLabelEXT(VkCommandBuffer com
 VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerBeginEXT(
     VkCommandBuffer commandBuffer, const VkDebugMarkerMarkerInfoEXT *pMarkerInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     VkDebugUtilsLabelEXT label = label_of_marker(pMarkerInfo);
     open_label(state, commandBuffer, &label);
     if (state->vk.CmdDebugMarkerBeginEXT)
@@ -169,7 +177,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerBeginEXT(
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerEndEXT(VkCommandBuffer commandBuffer)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     close_label(state, commandBuffer);
     if (state->vk.CmdDebugMarkerEndEXT)
         state->vk.CmdDebugMarkerEndEXT(commandBuffer);
@@ -178,7 +188,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerEndEXT(VkCommandBuffer commandBuf
 VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerInsertEXT(
     VkCommandBuffer commandBuffer, const VkDebugMarkerMarkerInfoEXT *pMarkerInfo)
 {
-    struct layer_device *state = layer_find_device(commandBuffer);
+    struct layer_device *state = layer_find_recording_device(commandBuffer);
+    if (!state)
+        return;
     VkDebugUtilsLabelEXT label = label_of_marker(pMarkerInfo);
     insert_label(state, commandBuffer, &label);
     if (state->vk.CmdDebugMarkerInsertEXT)

@@ -47,9 +47,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_ResetEvent(VkDevice device, VkEvent event)
 
 /* ---- command buffers */
 
-static void note(VkCommandBuffer command_buffer, enum journal_kind kind, VkEvent event)
+static void note(const struct layer_device *device, VkCommandBuffer command_buffer,
+                 enum journal_kind kind, VkEvent event)
 {
-    const struct layer_device *device = layer_find_device(command_buffer);
     struct command_buffer *recording = layer_find_recording(device, command_buffer);
     if (!recording)
         return;
@@ -60,27 +60,33 @@ static void note(VkCommandBuffer command_buffer, enum journal_kind kind, VkEvent
     replay_keep(recording, &mark);
 }
 
-static void note_waits(VkCommandBuffer command_buffer, uint32_t count, const VkEvent *events)
+static void note_waits(const struct layer_device *device, VkCommandBuffer command_buffer,
+                       uint32_t count, const VkEvent *events)
 {
-    const struct layer_device *device = layer_find_device(command_buffer);
     const struct command_buffer *recording = layer_find_recording(device, command_buffer);
     for (uint32_t i = 0; recording && i < count; i++)
         if (events_may_be_open(device->events, events[i], recording->journal))
-            note(command_buffer, JOURNAL_WAIT_EVENT, events[i]);
+            note(device, command_buffer, JOURNAL_WAIT_EVENT, events[i]);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdSetEvent(VkCommandBuffer commandBuffer, VkEvent event,
                                              VkPipelineStageFlags stageMask)
 {
-    note(commandBuffer, JOURNAL_SET_EVENT, event);
-    layer_find_device(commandBuffer)->vk.CmdSetEvent(commandBuffer, event, stageMask);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
+    note(device, commandBuffer, JOURNAL_SET_EVENT, event);
+    device->vk.CmdSetEvent(commandBuffer, event, stageMask);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdResetEvent(VkCommandBuffer commandBuffer, VkEvent event,
                                                VkPipelineStageFlags stageMask)
 {
-    note(commandBuffer, JOURNAL_RESET_EVENT, event);
-    layer_find_device(commandBuffer)->vk.CmdResetEvent(commandBuffer, event, stageMask);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
+    note(device, commandBuffer, JOURNAL_RESET_EVENT, event);
+    device->vk.CmdResetEvent(commandBuffer, event, stageMask);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdWaitEvents(
@@ -90,11 +96,13 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdWaitEvents(
     uint32_t bufferMemoryBarrierCount, const VkBufferMemoryBarrier *pBufferMemoryBarriers,
     uint32_t imageMemoryBarrierCount, const VkImageMemoryBarrier *pImageMemoryBarriers)
 {
-    note_waits(commandBuffer, eventCount, pEvents);
-    layer_find_device(commandBuffer)
-        ->vk.CmdWaitEvents(commandBuffer, eventCount, pEvents, srcStageMask, dstStageMask,
-                           memoryBarrierCount, pMemoryBarriers, bufferMemoryBarrierCount,
-                           pBufferMemoryBarriers, imageMemoryBarrierCount, pImageMemoryBarriers);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
+    note_waits(device, commandBuffer, eventCount, pEvents);
+    device->vk.CmdWaitEvents(commandBuffer, eventCount, pEvents, srcStageMask, dstStageMask,
+                             memoryBarrierCount, pMemoryBarriers, bufferMemoryBarrierCount,
+                             pBufferMemoryBarriers, imageMemoryBarrierCount, pImageMemoryBarriers);
 }
 
 /* A command and its older name differ only in which of the next layer's is called. */
@@ -102,16 +110,22 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdWaitEvents(
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer, VkEvent event,          \
                                             const VkDependencyInfo *pDependencyInfo)               \
     {                                                                                              \
-        note(commandBuffer, JOURNAL_SET_EVENT, event);                                             \
-        layer_find_device(commandBuffer)->vk.name(commandBuffer, event, pDependencyInfo);          \
+        struct layer_device *device = layer_find_recording_device(commandBuffer);                  \
+        if (!device)                                                                               \
+            return;                                                                                \
+        note(device, commandBuffer, JOURNAL_SET_EVENT, event);                                     \
+        device->vk.name(commandBuffer, event, pDependencyInfo);                                    \
     }
 
 #define DEFINE_RESET_EVENT_2(name)                                                                 \
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer, VkEvent event,          \
                                             VkPipelineStageFlags2 stageMask)                       \
     {                                                                                              \
-        note(commandBuffer, JOURNAL_RESET_EVENT, event);                                           \
-        layer_find_device(commandBuffer)->vk.name(commandBuffer, event, stageMask);                \
+        struct layer_device *device = layer_find_recording_device(commandBuffer);                  \
+        if (!device)                                                                               \
+            return;                                                                                \
+        note(device, commandBuffer, JOURNAL_RESET_EVENT, event);                                   \
+        device->vk.name(commandBuffer, event, stageMask);                                          \
     }
 
 #define DEFINE_WAIT_EVENTS_2(name)                                                                 \
@@ -119,9 +133,11 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdWaitEvents(
                                             const VkEvent *pEvents,                                \
                                             const VkDependencyInfo *pDependencyInfos)              \
     {                                                                                              \
-        note_waits(commandBuffer, eventCount, pEvents);                                            \
-        layer_find_device(commandBuffer)                                                           \
-            ->vk.name(commandBuffer, eventCount, pEvents, pDependencyInfos);                       \
+        struct layer_device *device = layer_find_recording_device(commandBuffer);                  \
+        if (!device)                                                                               \
+            return;                                                                                \
+        note_waits(device, commandBuffer, eventCount, pEvents);                                    \
+        device->vk.name(commandBuffer, eventCount, pEvents, pDependencyInfos);                     \
     }
 
 DEFINE_SET_EVENT_2(CmdSetEvent2)

@@ -2,8 +2,10 @@
 /* The registry of instances and devices. */
 #include "layer.h"
 
+#include <inttypes.h>
 #include <stdatomic.h>
 
+#include "report/text_buffer.h"
 #include "state/readable.h"
 #include "state/reader_lock.h"
 
@@ -20,6 +22,14 @@ static struct quick_device {
     const void *_Atomic key; /* NULL: unused */
     struct layer_device *device;
 } quick_devices[QUICK_DEVICES];
+
+/* The devices of the command buffers that were looked up last, for look-ups without a lock and
+ * without reading through the handle, which may be invalid. A word is the handle and, in the bits
+ * that are 0 in a pointer to an object, the index of the device in quick_devices; 0: unused.
+ * Freeing a command buffer clears its word, so that the handle of a freed one isn't found. */
+enum { OWNER_BITS = 6 };
+static uintptr_t _Atomic recent_owners[1 << OWNER_BITS];
+static const uintptr_t owner_index_mask = QUICK_DEVICES - 1;
 
 /* Handles that the loader made for one instance or device begin with the same pointer. */
 static const void *dispatch_key(const void *dispatchable)
@@ -92,12 +102,110 @@ struct layer_device *layer_find_device_safely(const void *dispatchable)
     return find(&devices, dispatch_key_safely(dispatchable));
 }
 
-struct layer_device *layer_any_device(void)
+struct layer_device *layer_blamed_device(const void *dispatchable)
 {
+    struct layer_device *device = layer_find_device_safely(dispatchable);
+    if (device)
+        return device;
     unsigned stripe = reader_lock_enter(&registry_lock);
     struct layer_link *link = devices;
     reader_lock_leave(&registry_lock, stripe);
     return (struct layer_device *)link;
+}
+
+/* ---- devices of command buffers */
+
+/* Spread as in state/handle_table.c. */
+static uintptr_t _Atomic *recent_owner(VkCommandBuffer handle)
+{
+    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    return &recent_owners[hash >> (64 - OWNER_BITS)];
+}
+
+static void remember_owner(VkCommandBuffer handle, const struct layer_device *device)
+{
+    const struct quick_device *quick = quick_device(device->link.key);
+    if (quick && ((uintptr_t)handle & owner_index_mask) == 0)
+        atomic_store_explicit(recent_owner(handle),
+                              (uintptr_t)handle | (uintptr_t)(quick - quick_devices),
+                              memory_order_release);
+}
+
+/* Looks into all devices, with the registry locked so that each of them stays. */
+static struct layer_device *find_owner(VkCommandBuffer handle)
+{
+    unsigned stripe = reader_lock_enter(&registry_lock);
+    struct layer_link *link = devices;
+    while (link && !command_buffers_find(((struct layer_device *)link)->command_buffers, handle))
+        link = link->next;
+    reader_lock_leave(&registry_lock, stripe);
+    return (struct layer_device *)link;
+}
+
+/* Of a handle that was not looked up lately, or is invalid. Below level STATE nothing is said of an
+ * invalid one, so what may be passed down is. */
+__attribute__((noinline, cold)) static struct layer_device *search_owner(VkCommandBuffer handle)
+{
+    struct layer_device *device = handle ? find_owner(handle) : NULL;
+    if (device) {
+        remember_owner(handle, device);
+        return device;
+    }
+    device = layer_find_device_safely(handle);
+    bool may_be_valid = device && (device->level < LEVEL_STATE ||
+                                   command_buffers_incomplete(device->command_buffers));
+    return may_be_valid ? device : NULL;
+}
+
+/* Each command that is recorded begins with one of these: they are inlined when the library is
+ * linked. */
+inline struct layer_device *layer_find_build_device(VkCommandBuffer handle)
+{
+    uintptr_t owner = atomic_load_explicit(recent_owner(handle), memory_order_acquire);
+    return handle && (owner & ~owner_index_mask) == (uintptr_t)handle
+               ? quick_devices[owner & owner_index_mask].device
+               : search_owner(handle);
+}
+
+__attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_blamed_device(handle);
+    char line[256];
+    struct text_buffer text;
+    if (!device || atomic_exchange(&device->warned_of_skipped, true))
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "A command was to be recorded in VkCommandBuffer %#" PRIx64
+                ", which is not a command buffer: it was freed, or never allocated. The layer "
+                "skips such commands.",
+                (uint64_t)(uintptr_t)handle);
+    reporter_warn(device->instance->reporter, line);
+}
+
+inline struct layer_device *layer_find_recording_device(VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_find_build_device(handle);
+    if (!device)
+        warn_of_skipped(handle);
+    return device;
+}
+
+void layer_forget_command_buffer(VkCommandBuffer handle)
+{
+    uintptr_t _Atomic *slot = recent_owner(handle);
+    uintptr_t owner = atomic_load_explicit(slot, memory_order_relaxed);
+    if ((owner & ~owner_index_mask) == (uintptr_t)handle)
+        atomic_compare_exchange_strong(slot, &owner, 0);
+}
+
+static void forget_owned_by(const struct quick_device *quick)
+{
+    for (unsigned i = 0; i < 1 << OWNER_BITS; i++) {
+        uintptr_t owner = atomic_load_explicit(&recent_owners[i], memory_order_relaxed);
+        if (owner && quick_devices + (owner & owner_index_mask) == quick)
+            atomic_compare_exchange_strong(&recent_owners[i], &owner, 0);
+    }
 }
 
 void layer_add_instance(struct layer_instance *instance)
@@ -125,8 +233,10 @@ void layer_add_device(struct layer_device *device)
 void layer_remove_device(struct layer_device *device)
 {
     struct quick_device *quick = quick_device(device->link.key);
-    if (quick)
+    if (quick) {
+        forget_owned_by(quick);
         atomic_store_explicit(&quick->key, NULL, memory_order_release);
+    }
     take_out(&devices, &device->link);
 }
 

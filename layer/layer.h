@@ -75,6 +75,8 @@ struct layer_device {
     VkQueueFamilyProperties *queue_families;
     uint32_t queue_family_count;
 
+    _Atomic bool warned_of_skipped; /* commands, see layer_find_recording_device */
+
     /* Each has its own lock. */
     struct resources *resources;
     struct command_buffers *command_buffers;
@@ -106,13 +108,25 @@ struct layer_device {
 
 /* For the handles of intercepted commands never NULL, so only these ask: the destructions of both,
  * which take VK_NULL_HANDLE, and vkGetDeviceProcAddr, which comes before the device is published.
- * With all other commands it was the same key that led the loader to the layer. */
+ * With all other commands it was the same key that led the loader to the layer. Commands that are
+ * recorded look up their command buffer instead, see layer_find_recording_device. */
 struct layer_instance *layer_find_instance(const void *dispatchable);
 struct layer_device *layer_find_device(const void *dispatchable);
 
-/* For handles that may be anything; and, to report one, some device, or NULL. */
+/* For handles that may be anything. The second is for reports of invalid handles: it returns the
+ * device that the handle leads to, or else any device, or NULL. */
 struct layer_device *layer_find_device_safely(const void *dispatchable);
-struct layer_device *layer_any_device(void);
+struct layer_device *layer_blamed_device(const void *dispatchable);
+
+/* The device of a command buffer, whatever the handle is. Returns NULL if no device tracks a
+ * command buffer of that handle: it is VK_NULL_HANDLE, was freed, or was never allocated. The
+ * command must be skipped then, for there may be nothing to read at the handle. A warning says so,
+ * once a device; build commands report the handle themselves. If a device lost a record for lack of
+ * memory, or is below level STATE, its dispatch key counts as well. */
+struct layer_device *layer_find_recording_device(VkCommandBuffer handle);
+struct layer_device *layer_find_build_device(VkCommandBuffer handle);
+/* After a command buffer was allocated or freed; takes VK_NULL_HANDLE. */
+void layer_forget_command_buffer(VkCommandBuffer handle);
 
 /* Publish and withdraw. */
 void layer_add_instance(struct layer_instance *instance);

@@ -62,7 +62,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildMicromapsEXT(VkCommandBuffer commandBuf
                                                       uint32_t infoCount,
                                                       const VkMicromapBuildInfoEXT *pInfos)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     for (uint32_t i = 0; i < infoCount; i++)
         note_write(device, commandBuffer, pInfos[i].dstMicromap);
     device->vk.CmdBuildMicromapsEXT(commandBuffer, infoCount, pInfos);
@@ -71,7 +73,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildMicromapsEXT(VkCommandBuffer commandBuf
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMicromapEXT(VkCommandBuffer commandBuffer,
                                                     const VkCopyMicromapInfoEXT *pInfo)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     note_write(device, commandBuffer, pInfo->dst);
     device->vk.CmdCopyMicromapEXT(commandBuffer, pInfo);
 }
@@ -79,7 +83,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMicromapEXT(VkCommandBuffer commandBuffe
 VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToMicromapEXT(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToMicromapInfoEXT *pInfo)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     note_write(device, commandBuffer, pInfo->dst);
     device->vk.CmdCopyMemoryToMicromapEXT(commandBuffer, pInfo);
 }

@@ -195,8 +195,12 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
     VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
     VkDeviceSize scratchOffset)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_build_device(commandBuffer);
     struct build_call call;
+    if (!device) {
+        build_call_report_command_buffer(COMMAND_NV, commandBuffer);
+        return;
+    }
     build_call_start_recorded(&call, device, COMMAND_NV, commandBuffer);
     struct nv_call_view view = {
         .call = &call.view,

@@ -43,7 +43,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdWriteAccelerationStructuresPropertiesKHR(
     const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
     VkQueryPool queryPool, uint32_t firstQuery)
 {
-    struct layer_device *device = layer_find_device(commandBuffer);
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     struct query_pool pool;
     struct command_buffer *recording = NULL;
     if (queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR &&

@@ -83,6 +83,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdPipelineBarrier(
     uint32_t bufferMemoryBarrierCount, const VkBufferMemoryBarrier *pBufferMemoryBarriers,
     uint32_t imageMemoryBarrierCount, const VkImageMemoryBarrier *pImageMemoryBarriers)
 {
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
     struct dependency below = {
         .src = srcStageMask,
         .dst = dstStageMask,
@@ -95,8 +98,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdPipelineBarrier(
     };
     struct block block;
     dependency_begin(&block, &below);
-    cpu_next(commandBuffer)
-        ->CmdPipelineBarrier(commandBuffer, below.src, below.dst, dependencyFlags,
+    next->CmdPipelineBarrier(commandBuffer, below.src, below.dst, dependencyFlags,
                              below.memory_count, below.memory, below.buffer_count, below.buffers,
                              below.image_count, below.images);
     block_end(&block);
@@ -109,6 +111,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdWaitEvents(
     uint32_t bufferMemoryBarrierCount, const VkBufferMemoryBarrier *pBufferMemoryBarriers,
     uint32_t imageMemoryBarrierCount, const VkImageMemoryBarrier *pImageMemoryBarriers)
 {
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
     struct dependency below = {
         .src = srcStageMask,
         .dst = dstStageMask,
@@ -121,8 +126,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdWaitEvents(
     };
     struct block block;
     dependency_begin(&block, &below);
-    cpu_next(commandBuffer)
-        ->CmdWaitEvents(commandBuffer, eventCount, pEvents, below.src, below.dst,
+    next->CmdWaitEvents(commandBuffer, eventCount, pEvents, below.src, below.dst,
                         below.memory_count, below.memory, below.buffer_count, below.buffers,
                         below.image_count, below.images);
     block_end(&block);
@@ -131,21 +135,29 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdWaitEvents(
 VKAPI_ATTR void VKAPI_CALL cpu_CmdSetEvent(VkCommandBuffer commandBuffer, VkEvent event,
                                            VkPipelineStageFlags stageMask)
 {
-    cpu_next(commandBuffer)->CmdSetEvent(commandBuffer, event, narrow_stages(stageMask));
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
+    next->CmdSetEvent(commandBuffer, event, narrow_stages(stageMask));
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdResetEvent(VkCommandBuffer commandBuffer, VkEvent event,
                                              VkPipelineStageFlags stageMask)
 {
-    cpu_next(commandBuffer)->CmdResetEvent(commandBuffer, event, narrow_stages(stageMask));
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
+    next->CmdResetEvent(commandBuffer, event, narrow_stages(stageMask));
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteTimestamp(VkCommandBuffer commandBuffer,
                                                  VkPipelineStageFlagBits pipelineStage,
                                                  VkQueryPool queryPool, uint32_t query)
 {
-    cpu_next(commandBuffer)
-        ->CmdWriteTimestamp(commandBuffer, narrow_stages(pipelineStage), queryPool, query);
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
+    next->CmdWriteTimestamp(commandBuffer, narrow_stages(pipelineStage), queryPool, query);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteBufferMarkerAMD(VkCommandBuffer commandBuffer,
@@ -153,7 +165,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteBufferMarkerAMD(VkCommandBuffer commandBu
                                                        VkBuffer dstBuffer, VkDeviceSize dstOffset,
                                                        uint32_t marker)
 {
-    cpu_next(commandBuffer)
-        ->CmdWriteBufferMarkerAMD(commandBuffer, narrow_stages(pipelineStage), dstBuffer, dstOffset,
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
+    next->CmdWriteBufferMarkerAMD(commandBuffer, narrow_stages(pipelineStage), dstBuffer, dstOffset,
                                   marker);
 }

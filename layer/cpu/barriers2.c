@@ -129,9 +129,12 @@ static void dependencies_end(struct dependencies *dependencies)
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
                                           const VkDependencyInfo *pDependencyInfo)                 \
     {                                                                                              \
+        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
+        if (!next)                                                                                 \
+            return;                                                                                \
         struct dependencies below;                                                                 \
         dependencies_begin(&below, 1, pDependencyInfo);                                            \
-        cpu_next(commandBuffer)->name(commandBuffer, below.infos);                                 \
+        next->name(commandBuffer, below.infos);                                                    \
         dependencies_end(&below);                                                                  \
     }
 
@@ -139,9 +142,12 @@ static void dependencies_end(struct dependencies *dependencies)
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer, VkEvent event,            \
                                           const VkDependencyInfo *pDependencyInfo)                 \
     {                                                                                              \
+        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
+        if (!next)                                                                                 \
+            return;                                                                                \
         struct dependencies below;                                                                 \
         dependencies_begin(&below, 1, pDependencyInfo);                                            \
-        cpu_next(commandBuffer)->name(commandBuffer, event, below.infos);                          \
+        next->name(commandBuffer, event, below.infos);                                             \
         dependencies_end(&below);                                                                  \
     }
 
@@ -150,9 +156,12 @@ static void dependencies_end(struct dependencies *dependencies)
                                           const VkEvent *pEvents,                                  \
                                           const VkDependencyInfo *pDependencyInfos)                \
     {                                                                                              \
+        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
+        if (!next)                                                                                 \
+            return;                                                                                \
         struct dependencies below;                                                                 \
         dependencies_begin(&below, eventCount, pDependencyInfos);                                  \
-        cpu_next(commandBuffer)->name(commandBuffer, eventCount, pEvents, below.infos);            \
+        next->name(commandBuffer, eventCount, pEvents, below.infos);                               \
         dependencies_end(&below);                                                                  \
     }
 
@@ -160,7 +169,10 @@ static void dependencies_end(struct dependencies *dependencies)
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer, VkEvent event,            \
                                           VkPipelineStageFlags2 stageMask)                         \
     {                                                                                              \
-        cpu_next(commandBuffer)->name(commandBuffer, event, stages_below(stageMask));              \
+        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
+        if (!next)                                                                                 \
+            return;                                                                                \
+        next->name(commandBuffer, event, stages_below(stageMask));                                 \
     }
 
 #define DEFINE_WRITE_TIMESTAMP(name)                                                               \
@@ -168,7 +180,10 @@ static void dependencies_end(struct dependencies *dependencies)
                                           VkPipelineStageFlags2 stage, VkQueryPool queryPool,      \
                                           uint32_t query)                                          \
     {                                                                                              \
-        cpu_next(commandBuffer)->name(commandBuffer, stages_below(stage), queryPool, query);       \
+        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
+        if (!next)                                                                                 \
+            return;                                                                                \
+        next->name(commandBuffer, stages_below(stage), queryPool, query);                          \
     }
 
 DEFINE_PIPELINE_BARRIER(CmdPipelineBarrier2)
@@ -187,7 +202,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteBufferMarker2AMD(VkCommandBuffer commandB
                                                         VkBuffer dstBuffer, VkDeviceSize dstOffset,
                                                         uint32_t marker)
 {
-    cpu_next(commandBuffer)
-        ->CmdWriteBufferMarker2AMD(commandBuffer, stages_below(stage), dstBuffer, dstOffset,
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
+    if (!next)
+        return;
+    next->CmdWriteBufferMarker2AMD(commandBuffer, stages_below(stage), dstBuffer, dstOffset,
                                    marker);
 }

@@ -27,10 +27,9 @@ static bool mutable_types_trace(const void *chain)
     return found;
 }
 
-static void refuse(const void *dispatchable, const char *command)
+static void refuse(const struct layer_device *device, const char *command)
 {
-    cpu_refuse(layer_find_device(dispatchable)->instance, command,
-               "a descriptor of an acceleration structure");
+    cpu_refuse(device->instance, command, "a descriptor of an acceleration structure");
 }
 
 /* ---- layouts, pools, templates */
@@ -50,7 +49,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateDescriptorSetLayout(
     if (!layout_traces(pCreateInfo))
         return cpu_next(device)->CreateDescriptorSetLayout(device, pCreateInfo, pAllocator,
                                                            pSetLayout);
-    refuse(device, "vkCreateDescriptorSetLayout");
+    refuse(layer_find_device(device), "vkCreateDescriptorSetLayout");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -79,7 +78,7 @@ cpu_CreateDescriptorPool(VkDevice device, const VkDescriptorPoolCreateInfo *pCre
     if (!traces)
         return cpu_next(device)->CreateDescriptorPool(device, pCreateInfo, pAllocator,
                                                       pDescriptorPool);
-    refuse(device, "vkCreateDescriptorPool");
+    refuse(layer_find_device(device), "vkCreateDescriptorPool");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -100,7 +99,7 @@ static bool template_traces(const VkDescriptorUpdateTemplateCreateInfo *info)
         if (!template_traces(pCreateInfo))                                                         \
             return cpu_next(device)->name(device, pCreateInfo, pAllocator,                         \
                                           pDescriptorUpdateTemplate);                              \
-        refuse(device, "vk" #name);                                                                \
+        refuse(layer_find_device(device), "vk" #name);                                             \
         return VK_ERROR_VALIDATION_FAILED_EXT;                                                     \
     }
 
@@ -123,14 +122,14 @@ static bool next_run(const VkWriteDescriptorSet *writes, uint32_t count, uint32_
 }
 
 /* Whether all can be written; else the application is told that some are left out. */
-static bool writes_work(const void *dispatchable, const char *command, uint32_t count,
+static bool writes_work(const struct layer_device *device, const char *command, uint32_t count,
                         const VkWriteDescriptorSet *writes)
 {
     uint32_t begin = 0, length;
     next_run(writes, count, &begin, &length);
     if (begin == 0 && length == count)
         return true;
-    refuse(dispatchable, command);
+    refuse(device, command);
     return false;
 }
 
@@ -141,7 +140,8 @@ VKAPI_ATTR void VKAPI_CALL cpu_UpdateDescriptorSets(VkDevice device, uint32_t de
 {
     PFN_vkUpdateDescriptorSets next = cpu_next(device)->UpdateDescriptorSets;
     uint32_t begin = 0, length;
-    if (writes_work(device, "vkUpdateDescriptorSets", descriptorWriteCount, pDescriptorWrites)) {
+    if (writes_work(layer_find_device(device), "vkUpdateDescriptorSets", descriptorWriteCount,
+                    pDescriptorWrites)) {
         next(device, descriptorWriteCount, pDescriptorWrites, descriptorCopyCount,
              pDescriptorCopies);
         return;
@@ -157,13 +157,15 @@ VKAPI_ATTR void VKAPI_CALL cpu_UpdateDescriptorSets(VkDevice device, uint32_t de
         VkPipelineLayout layout, uint32_t set, uint32_t descriptorWriteCount,                      \
         const VkWriteDescriptorSet *pDescriptorWrites)                                             \
     {                                                                                              \
+        const struct layer_device *device = layer_find_recording_device(commandBuffer);            \
         uint32_t begin = 0, length;                                                                \
-        writes_work(commandBuffer, "vk" #name, descriptorWriteCount, pDescriptorWrites);           \
+        if (!device)                                                                               \
+            return;                                                                                \
+        writes_work(device, "vk" #name, descriptorWriteCount, pDescriptorWrites);                  \
         for (; next_run(pDescriptorWrites, descriptorWriteCount, &begin, &length);                 \
              begin += length)                                                                      \
-            cpu_next(commandBuffer)                                                                \
-                ->name(commandBuffer, pipelineBindPoint, layout, set, length,                      \
-                       &pDescriptorWrites[begin]);                                                 \
+            device->cpu->next.name(commandBuffer, pipelineBindPoint, layout, set, length,          \
+                                   &pDescriptorWrites[begin]);                                     \
     }
 
 DEFINE_PUSH(CmdPushDescriptorSet)
@@ -173,16 +175,18 @@ DEFINE_PUSH(CmdPushDescriptorSetKHR)
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
                                           const VkPushDescriptorSetInfo *pPushDescriptorSetInfo)   \
     {                                                                                              \
+        const struct layer_device *device = layer_find_recording_device(commandBuffer);            \
+        if (!device)                                                                               \
+            return;                                                                                \
         const VkPushDescriptorSetInfo *info = pPushDescriptorSetInfo;                              \
         VkPushDescriptorSetInfo below = *info;                                                     \
         uint32_t begin = 0;                                                                        \
-        writes_work(commandBuffer, "vk" #name, info->descriptorWriteCount,                         \
-                    info->pDescriptorWrites);                                                      \
+        writes_work(device, "vk" #name, info->descriptorWriteCount, info->pDescriptorWrites);      \
         for (; next_run(info->pDescriptorWrites, info->descriptorWriteCount, &begin,               \
                         &below.descriptorWriteCount);                                              \
              begin += below.descriptorWriteCount) {                                                \
             below.pDescriptorWrites = &info->pDescriptorWrites[begin];                             \
-            cpu_next(commandBuffer)->name(commandBuffer, &below);                                  \
+            device->cpu->next.name(commandBuffer, &below);                                         \
         }                                                                                          \
     }
 
@@ -196,7 +200,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetDescriptorEXT(VkDevice device,
                                                 size_t dataSize, void *pDescriptor)
 {
     if (type_traces(pDescriptorInfo->type))
-        refuse(device, "vkGetDescriptorEXT");
+        refuse(layer_find_device(device), "vkGetDescriptorEXT");
     else
         cpu_next(device)->GetDescriptorEXT(device, pDescriptorInfo, dataSize, pDescriptor);
 }
@@ -206,7 +210,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureOpaqueCaptureDescript
 {
     (void)pInfo;
     (void)pData;
-    refuse(device, "vkGetAccelerationStructureOpaqueCaptureDescriptorDataEXT");
+    refuse(layer_find_device(device), "vkGetAccelerationStructureOpaqueCaptureDescriptorDataEXT");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -220,6 +224,6 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_WriteResourceDescriptorsEXT(
     if (!traces)
         return cpu_next(device)->WriteResourceDescriptorsEXT(device, resourceCount, pResources,
                                                              pDescriptors);
-    refuse(device, "vkWriteResourceDescriptorsEXT");
+    refuse(layer_find_device(device), "vkWriteResourceDescriptorsEXT");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }

@@ -32,7 +32,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructureNV(
 /* Tells of memory that ran out where the command buffer was recorded. */
 VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffer)
 {
-    const struct layer_device *device = layer_find_device(commandBuffer);
+    const struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     const struct command_buffer *command_buffer =
         command_buffers_find(device->command_buffers, commandBuffer);
     VkResult result = device->cpu->next.EndCommandBuffer(commandBuffer);

@@ -35,10 +35,11 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureToMemoryInfoKHR *pInfo)
 {
     struct recorder recorder;
+    if (!recorder_begin(&recorder, commandBuffer))
+        return;
     const struct recorded_item item = {
         .kind = ITEM_SERIALIZE, .src = (uint64_t)pInfo->src, .address = pInfo->dst.deviceAddress};
-    if (recorder_begin(&recorder, commandBuffer))
-        recorder_add(&recorder, &item);
+    recorder_add(&recorder, &item);
 }
 
 /* What the serialized form of a structure of `size` bytes can take at most: the header, and a
@@ -54,9 +55,10 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMemoryToAccelerationStructureKHR(
 {
     struct recorder recorder;
     struct cpu_structure_info info;
+    if (!recorder_begin(&recorder, commandBuffer))
+        return;
     struct recorded_item item = {.kind = ITEM_DESERIALIZE, .dst = (uint64_t)pInfo->dst};
-    if (!recorder_begin(&recorder, commandBuffer) ||
-        !cpu_structures_find(recorder.device->cpu->device->structures, item.dst, &info))
+    if (!cpu_structures_find(recorder.device->cpu->device->structures, item.dst, &info))
         return;
     if (recorder_copy(&recorder, pInfo->src.deviceAddress, serialized_max(info.size),
                       &item.serialized))

@@ -201,6 +201,8 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMicromapEXT(VkCommandBuffer commandBuffer,
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMicromapToMemoryEXT(
     VkCommandBuffer commandBuffer, const VkCopyMicromapToMemoryInfoEXT *pInfo)
 {
+    if (!layer_find_recording_device(commandBuffer))
+        return;
     const VkCopyAccelerationStructureToMemoryInfoKHR info = copy_to_memory_of(pInfo);
     cpu_CmdCopyAccelerationStructureToMemoryKHR(commandBuffer, &info);
 }

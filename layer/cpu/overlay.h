@@ -42,7 +42,7 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay); /* NULL: nothing */
 PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
                                        PFN_vkVoidFunction next);
 
-/* The backend of a dispatchable handle's device. */
+/* The backend of the device of a VkDevice or VkQueue. */
 static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
 {
     return layer_find_device(dispatchable)->cpu;
@@ -52,6 +52,19 @@ static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
 static inline const VkuDeviceDispatchTable *cpu_next(const void *dispatchable)
 {
     return &cpu_overlay_of(dispatchable)->next;
+}
+
+/* Both of a command buffer. Return NULL if the handle is invalid. */
+static inline struct cpu_overlay *cpu_overlay_of_recording(VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_find_recording_device(handle);
+    return device ? device->cpu : NULL;
+}
+
+static inline const VkuDeviceDispatchTable *cpu_next_of_recording(VkCommandBuffer handle)
+{
+    struct cpu_overlay *overlay = cpu_overlay_of_recording(handle);
+    return overlay ? &overlay->next : NULL;
 }
 
 #endif

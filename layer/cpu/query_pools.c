@@ -86,7 +86,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
                                                  VkQueryPool queryPool, uint32_t firstQuery,
                                                  uint32_t queryCount)
 {
-    const struct cpu_overlay *overlay = cpu_overlay_of(commandBuffer);
+    const struct cpu_overlay *overlay = cpu_overlay_of_recording(commandBuffer);
+    if (!overlay)
+        return;
     if (!is_own(overlay, queryPool)) {
         overlay->next.CmdResetQueryPool(commandBuffer, queryPool, firstQuery, queryCount);
         return;
@@ -151,7 +153,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
                                                        VkDeviceSize dstOffset, VkDeviceSize stride,
                                                        VkQueryResultFlags flags)
 {
-    const struct cpu_overlay *overlay = cpu_overlay_of(commandBuffer);
+    const struct cpu_overlay *overlay = cpu_overlay_of_recording(commandBuffer);
+    if (!overlay)
+        return;
     if (!is_own(overlay, queryPool)) {
         overlay->next.CmdCopyQueryPoolResults(commandBuffer, queryPool, firstQuery, queryCount,
                                               dstBuffer, dstOffset, stride, flags);

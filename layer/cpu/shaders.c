@@ -48,9 +48,11 @@ static bool code_traces(const uint32_t *code, size_t size)
     return false;
 }
 
-static VkResult refuse(const void *dispatchable, const char *command)
+static const char *const what_is_refused = "a shader that traces rays";
+
+static VkResult refuse(VkDevice device, const char *command)
 {
-    cpu_refuse(layer_find_device(dispatchable)->instance, command, "a shader that traces rays");
+    cpu_refuse(layer_find_device(device)->instance, command, what_is_refused);
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -184,5 +186,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdTraceRaysNV(
     (void)width;
     (void)height;
     (void)depth;
-    refuse(commandBuffer, "vkCmdTraceRaysNV");
+    const struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (device)
+        cpu_refuse(device->instance, "vkCmdTraceRaysNV", what_is_refused);
 }

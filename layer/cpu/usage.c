@@ -94,10 +94,12 @@ VKAPI_ATTR void VKAPI_CALL
 cpu_CmdBindDescriptorBuffersEXT(VkCommandBuffer commandBuffer, uint32_t bufferCount,
                                 const VkDescriptorBufferBindingInfoEXT *pBindingInfos)
 {
-    const VkuDeviceDispatchTable *next = cpu_next(commandBuffer);
+    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
     VkDescriptorBufferBindingInfoEXT *below;
     struct chain_copy *copies;
     struct block block;
+    if (!next)
+        return;
     if (!block_begin(&block, block_size(bufferCount, sizeof(*below)) +
                                  block_size(bufferCount, sizeof(*copies)))) {
         next->CmdBindDescriptorBuffersEXT(commandBuffer, bufferCount, pBindingInfos);

@@ -176,10 +176,12 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     record(commandBuffer, infoCount, pInfos, ppBuildRangeInfos);
-    snapshots_of(commandBuffer)
-        ->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
-                                                  ppBuildRangeInfos);
+    snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
+                                                       ppBuildRangeInfos);
 }
 
 static bool arrays_are_readable(uint32_t count,
@@ -237,10 +239,12 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
     const uint32_t *const *ppMaxPrimitiveCounts)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     record_indirect(commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
                     ppMaxPrimitiveCounts);
-    snapshots_of(commandBuffer)
-        ->below.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
-                                                          pIndirectDeviceAddresses,
-                                                          pIndirectStrides, ppMaxPrimitiveCounts);
+    snapshots->below.CmdBuildAccelerationStructuresIndirectKHR(
+        commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
+        ppMaxPrimitiveCounts);
 }

@@ -16,6 +16,9 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuff
                                                      VkPipelineBindPoint pipelineBindPoint,
                                                      VkPipeline pipeline)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     struct compute_state *state = pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE
                                       ? compute_state_of(commandBuffer)
                                       : NULL;
@@ -23,7 +26,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuff
         state->pipeline = pipeline;
         state->shader = VK_NULL_HANDLE;
     }
-    snapshots_of(commandBuffer)->below.CmdBindPipeline(commandBuffer, pipelineBindPoint, pipeline);
+    snapshots->below.CmdBindPipeline(commandBuffer, pipelineBindPoint, pipeline);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBuffer,
@@ -31,6 +34,9 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBu
                                                        const VkShaderStageFlagBits *pStages,
                                                        const VkShaderEXT *pShaders)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     for (uint32_t i = 0; i < stageCount; i++) {
         struct compute_state *state =
             pStages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? compute_state_of(commandBuffer) : NULL;
@@ -39,8 +45,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBu
         state->pipeline = VK_NULL_HANDLE;
         state->shader = pShaders ? pShaders[i] : VK_NULL_HANDLE;
     }
-    snapshots_of(commandBuffer)
-        ->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
+    snapshots->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
 }
 
 /* Constants pushed with another layout may be undefined from now on: to push them again, too, does
@@ -71,19 +76,24 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushConstants(VkCommandBuffer commandBuf
                                                       uint32_t offset, uint32_t size,
                                                       const void *pValues)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     note_constants(commandBuffer, layout, stageFlags, offset, size, pValues);
-    snapshots_of(commandBuffer)
-        ->below.CmdPushConstants(commandBuffer, layout, stageFlags, offset, size, pValues);
+    snapshots->below.CmdPushConstants(commandBuffer, layout, stageFlags, offset, size, pValues);
 }
 
 #define DEFINE_PUSH_CONSTANTS_2(name)                                                              \
     VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkCommandBuffer commandBuffer,                     \
                                                 const VkPushConstantsInfo *pPushConstantsInfo)     \
     {                                                                                              \
+        struct snapshots *snapshots = snapshots_of_recording(commandBuffer);                       \
+        if (!snapshots)                                                                            \
+            return;                                                                                \
         note_constants(commandBuffer, pPushConstantsInfo->layout, pPushConstantsInfo->stageFlags,  \
                        pPushConstantsInfo->offset, pPushConstantsInfo->size,                       \
                        pPushConstantsInfo->pValues);                                               \
-        snapshots_of(commandBuffer)->below.name(commandBuffer, pPushConstantsInfo);                \
+        snapshots->below.name(commandBuffer, pPushConstantsInfo);                                  \
     }
 
 DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2)

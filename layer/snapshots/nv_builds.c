@@ -135,6 +135,9 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
     VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
     VkDeviceSize scratchOffset)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     const VkAccelerationStructureBuildGeometryInfoKHR build = {
         .mode = update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
                        : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
@@ -142,7 +145,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
         .srcAccelerationStructure = (VkAccelerationStructureKHR)src,
     };
     record(commandBuffer, pInfo, instanceData, instanceOffset, &build);
-    snapshots_of(commandBuffer)
-        ->below.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
-                                                update, dst, src, scratch, scratchOffset);
+    snapshots->below.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData,
+                                                     instanceOffset, update, dst, src, scratch,
+                                                     scratchOffset);
 }

@@ -45,8 +45,10 @@ struct recording *recording_of(const struct layer_device *device, VkCommandBuffe
 
 bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
 {
-    struct layer_device *device = layer_find_device(handle);
+    struct layer_device *device = layer_find_recording_device(handle);
     *recorder = (struct recorder){.device = device, .handle = handle};
+    if (!device)
+        return false;
     recorder->command_buffer = command_buffers_find(device->command_buffers, handle);
     if (!recorder->command_buffer)
         return false;

@@ -50,9 +50,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_DestroyQueryPool(VkDevice device, VkQueryPo
     snapshots->below.DestroyQueryPool(device, queryPool, pAllocator);
 }
 
-static bool is_counting_pool(VkCommandBuffer handle, VkQueryPool pool)
+static bool is_counting_pool(struct snapshots *snapshots, VkQueryPool pool)
 {
-    struct snapshots *snapshots = snapshots_of(handle);
     pthread_mutex_lock(&snapshots->pools_lock);
     bool is_uncounting = handle_table_find(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool);
     pthread_mutex_unlock(&snapshots->pools_lock);
@@ -60,9 +59,11 @@ static bool is_counting_pool(VkCommandBuffer handle, VkQueryPool pool)
 }
 
 /* `count`: 1 where a query begins, -1 where it ends. */
-static void add_query(VkCommandBuffer handle, VkQueryPool pool, int count)
+static void add_query(struct snapshots *snapshots, VkCommandBuffer handle, VkQueryPool pool,
+                      int count)
 {
-    struct compute_state *state = is_counting_pool(handle, pool) ? compute_state_of(handle) : NULL;
+    struct compute_state *state =
+        is_counting_pool(snapshots, pool) ? compute_state_of(handle) : NULL;
     if (state)
         state->queries += (uint32_t)count;
 }
@@ -71,15 +72,21 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQuery(VkCommandBuffer commandBuffer
                                                    VkQueryPool queryPool, uint32_t query,
                                                    VkQueryControlFlags flags)
 {
-    add_query(commandBuffer, queryPool, 1);
-    snapshots_of(commandBuffer)->below.CmdBeginQuery(commandBuffer, queryPool, query, flags);
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    add_query(snapshots, commandBuffer, queryPool, 1);
+    snapshots->below.CmdBeginQuery(commandBuffer, queryPool, query, flags);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQuery(VkCommandBuffer commandBuffer,
                                                  VkQueryPool queryPool, uint32_t query)
 {
-    add_query(commandBuffer, queryPool, -1);
-    snapshots_of(commandBuffer)->below.CmdEndQuery(commandBuffer, queryPool, query);
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    add_query(snapshots, commandBuffer, queryPool, -1);
+    snapshots->below.CmdEndQuery(commandBuffer, queryPool, query);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQueryIndexedEXT(VkCommandBuffer commandBuffer,
@@ -87,18 +94,22 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQueryIndexedEXT(VkCommandBuffer com
                                                              VkQueryControlFlags flags,
                                                              uint32_t index)
 {
-    add_query(commandBuffer, queryPool, 1);
-    snapshots_of(commandBuffer)
-        ->below.CmdBeginQueryIndexedEXT(commandBuffer, queryPool, query, flags, index);
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    add_query(snapshots, commandBuffer, queryPool, 1);
+    snapshots->below.CmdBeginQueryIndexedEXT(commandBuffer, queryPool, query, flags, index);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQueryIndexedEXT(VkCommandBuffer commandBuffer,
                                                            VkQueryPool queryPool, uint32_t query,
                                                            uint32_t index)
 {
-    add_query(commandBuffer, queryPool, -1);
-    snapshots_of(commandBuffer)
-        ->below.CmdEndQueryIndexedEXT(commandBuffer, queryPool, query, index);
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    add_query(snapshots, commandBuffer, queryPool, -1);
+    snapshots->below.CmdEndQueryIndexedEXT(commandBuffer, queryPool, query, index);
 }
 
 /* ---- conditions */
@@ -114,31 +125,38 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRenderingEXT(
     VkCommandBuffer commandBuffer,
     const VkConditionalRenderingBeginInfoEXT *pConditionalRenderingBegin)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     set_condition(commandBuffer, &(struct condition){.kind = CONDITION_IN_BUFFER,
                                                      .flags = pConditionalRenderingBegin->flags,
                                                      .buffer = pConditionalRenderingBegin->buffer,
                                                      .offset = pConditionalRenderingBegin->offset});
-    snapshots_of(commandBuffer)
-        ->below.CmdBeginConditionalRenderingEXT(commandBuffer, pConditionalRenderingBegin);
+    snapshots->below.CmdBeginConditionalRenderingEXT(commandBuffer, pConditionalRenderingBegin);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRendering2EXT(
     VkCommandBuffer commandBuffer,
     const VkConditionalRenderingBeginInfo2EXT *pConditionalRenderingBegin)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     set_condition(commandBuffer,
                   &(struct condition){.kind = CONDITION_AT_ADDRESS,
                                       .flags = pConditionalRenderingBegin->flags,
                                       .range = pConditionalRenderingBegin->addressRange,
                                       .address_flags = pConditionalRenderingBegin->addressFlags});
-    snapshots_of(commandBuffer)
-        ->below.CmdBeginConditionalRendering2EXT(commandBuffer, pConditionalRenderingBegin);
+    snapshots->below.CmdBeginConditionalRendering2EXT(commandBuffer, pConditionalRenderingBegin);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndConditionalRenderingEXT(VkCommandBuffer commandBuffer)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     set_condition(commandBuffer, &(struct condition){.kind = CONDITION_NONE});
-    snapshots_of(commandBuffer)->below.CmdEndConditionalRenderingEXT(commandBuffer);
+    snapshots->below.CmdEndConditionalRenderingEXT(commandBuffer);
 }
 
 /* ---- heaps */
@@ -154,20 +172,29 @@ static void use_heaps(VkCommandBuffer handle)
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushDataEXT(VkCommandBuffer commandBuffer,
                                                     const VkPushDataInfoEXT *pPushDataInfo)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     use_heaps(commandBuffer);
-    snapshots_of(commandBuffer)->below.CmdPushDataEXT(commandBuffer, pPushDataInfo);
+    snapshots->below.CmdPushDataEXT(commandBuffer, pPushDataInfo);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindResourceHeapEXT(VkCommandBuffer commandBuffer,
                                                             const VkBindHeapInfoEXT *pBindInfo)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     use_heaps(commandBuffer);
-    snapshots_of(commandBuffer)->below.CmdBindResourceHeapEXT(commandBuffer, pBindInfo);
+    snapshots->below.CmdBindResourceHeapEXT(commandBuffer, pBindInfo);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindSamplerHeapEXT(VkCommandBuffer commandBuffer,
                                                            const VkBindHeapInfoEXT *pBindInfo)
 {
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
     use_heaps(commandBuffer);
-    snapshots_of(commandBuffer)->below.CmdBindSamplerHeapEXT(commandBuffer, pBindInfo);
+    snapshots->below.CmdBindSamplerHeapEXT(commandBuffer, pBindInfo);
 }

@@ -102,10 +102,17 @@ static inline struct own_device snapshots_own_device(const struct snapshots *sna
     return (struct own_device){device->handle, &snapshots->next, &device->memory};
 }
 
-/* The snapshots of a dispatchable handle's device. */
+/* The snapshots of the device of a VkDevice or VkQueue. */
 static inline struct snapshots *snapshots_of(const void *dispatchable)
 {
     return layer_find_device(dispatchable)->snapshots;
+}
+
+/* The same of a command buffer. Returns NULL if the handle is invalid. */
+static inline struct snapshots *snapshots_of_recording(VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_find_recording_device(handle);
+    return device ? device->snapshots : NULL;
 }
 
 #endif

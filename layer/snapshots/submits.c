@@ -279,7 +279,9 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdExecuteCommands(VkCommandBuffer commandB
                                                         uint32_t commandBufferCount,
                                                         const VkCommandBuffer *pCommandBuffers)
 {
-    const struct layer_device *device = layer_find_device(commandBuffer);
+    const struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
     for (uint32_t i = 0; i < commandBufferCount; i++) {
         struct recording *recording = recording_of(device, pCommandBuffers[i]);
         struct recorder recorder;

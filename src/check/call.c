@@ -41,7 +41,7 @@ bool command_buffer_is_valid(const struct call_view *call, struct finding *findi
     if (!call->command_buffer.handle)
         return violated_plainly(finding, "commandBuffer", "is VK_NULL_HANDLE");
     return violated(finding, "commandBuffer",
-                    "{} is not a command buffer of this device: it was freed, or never allocated",
+                    "{} is not a command buffer: it was freed, or never allocated",
                     this_command_buffer(call));
 }
 

@@ -222,6 +222,13 @@ static void check_pairs(struct walk *walk, const struct call_view *call, struct 
         context->witness->see_ranges(context->user, sweep_all_ranges(sweep));
 }
 
+void check_call(struct check_context *context, const struct call_view *call)
+{
+    struct walk walk;
+    walk_start(&walk, context);
+    walk_all_of_call(&walk, call);
+}
+
 ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
 {
     struct walk walk;

@@ -82,7 +82,11 @@ void check_free_sweep(struct sweep *sweep);
  * here. */
 void check_builds(struct check_context *context, struct call_view *call);
 
-/* The same for COMMAND_NV: the caller fills the parameters, and the view of the call. */
+/* Asks the rules about the call as a whole, of which the context needs `hooks`, `user` and `active`
+ * alone. */
+void check_call(struct check_context *context, const struct call_view *call);
+
+/* check_builds for COMMAND_NV: the caller fills the parameters, and the view of the call. */
 void check_nv_build(struct check_context *context, struct nv_call_view *call);
 
 #endif

@@ -246,14 +246,20 @@ inline struct command_buffer *command_buffers_find(struct command_buffers *comma
     return is_it ? recent : look_up(command_buffers, handle);
 }
 
+bool command_buffers_incomplete(struct command_buffers *command_buffers)
+{
+    unsigned stripe = reader_lock_enter(&command_buffers->lock);
+    bool incomplete = command_buffers->incomplete;
+    reader_lock_leave(&command_buffers->lock, stripe);
+    return incomplete;
+}
+
 /* Of a handle without record. */
 __attribute__((cold)) static void facts_of_nobody(struct command_buffers *command_buffers,
                                                   VkCommandBuffer handle,
                                                   struct command_buffer_facts *facts)
 {
-    unsigned stripe = reader_lock_enter(&command_buffers->lock);
-    bool incomplete = command_buffers->incomplete;
-    reader_lock_leave(&command_buffers->lock, stripe);
+    bool incomplete = command_buffers_incomplete(command_buffers);
     *facts = (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
 }
 

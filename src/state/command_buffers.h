@@ -74,6 +74,9 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
 struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
                                             VkCommandBuffer handle);
 
+/* Whether a record was lost for lack of memory, so that a valid handle may be unknown. */
+bool command_buffers_incomplete(struct command_buffers *command_buffers);
+
 /* What rules may see; for a handle without record alive is NO, or UNKNOWN where one was lost. */
 void command_buffers_facts(struct command_buffers *command_buffers,
                            const struct command_buffer *command_buffer, VkCommandBuffer handle,

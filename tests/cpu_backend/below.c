@@ -18,6 +18,12 @@ struct layer_device *layer_find_device(const void *dispatchable)
     return &device;
 }
 
+struct layer_device *layer_find_recording_device(VkCommandBuffer handle)
+{
+    (void)handle;
+    return &device;
+}
+
 struct layer_instance *layer_find_instance(const void *dispatchable)
 {
     (void)dispatchable;
