@@ -2,7 +2,8 @@
 /* Whether application memory can be read, without touching it.
  *
  * rt_sigprocmask with a `how` that there is not reports a fault as an error instead of a signal,
- * and does nothing else (process_vm_readv on the own process, which is for copies, does so, too).
+ * and does nothing else (process_vm_readv on the own process, which is for copies and for programs
+ * under Valgrind, does so, too).
  * Where the system forbids them every pointer counts as readable. A cache remembers a few ranges
  * that were found readable, which grow page by page and together, so that arrays that are walked
  * side by side do not drive each other out. */

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Replaces the C library's syscall and clock_gettime. The program exports both, so the dynamic
- * linker gives them to the layer, too. */
-#define _GNU_SOURCE /* RTLD_NEXT */
+/* Replaces the C library's syscall, process_vm_readv (with which the layer probes under Valgrind)
+ * and clock_gettime. The program exports them, so the dynamic linker gives them to the layer, too. */
+#define _GNU_SOURCE /* RTLD_NEXT, process_vm_readv */
 #include "probes.h"
 
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <sys/syscall.h>
+#include <sys/uio.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -49,4 +50,17 @@ __attribute__((visibility("default"))) long syscall(long sysno, ...)
         a[i] = va_arg(arguments, long);
     va_end(arguments);
     return next(sysno, a[0], a[1], a[2], a[3], a[4], a[5]);
+}
+
+__attribute__((visibility("default"))) ssize_t
+process_vm_readv(pid_t pid, const struct iovec *local, unsigned long local_count,
+                 const struct iovec *remote, unsigned long remote_count, unsigned long flags)
+{
+    static ssize_t (*next)(pid_t, const struct iovec *, unsigned long, const struct iovec *,
+                           unsigned long, unsigned long);
+    if (!next)
+        next = (ssize_t(*)(pid_t, const struct iovec *, unsigned long, const struct iovec *,
+                           unsigned long, unsigned long))dlsym(RTLD_NEXT, "process_vm_readv");
+    count++;
+    return next(pid, local, local_count, remote, remote_count, flags);
 }
