@@ -200,25 +200,52 @@ void pairs_collect_instances(struct sweep *sweep, const struct build_view *build
     }
 }
 
-/* Whether any rule about two ranges of these roles still wants findings. */
-static bool wants_pairs_of(const struct walk *walk, enum range_role a, enum range_role b)
+/* Whether any rule still wants findings about two structures that are equal, a dst and a range of
+ * some kind. */
+static bool wants_equal(const bool *wants, enum range_kind kind)
 {
-    const bool *wants = walk->wants;
-    if (a == ROLE_DST && b == ROLE_DST)
-        return wants[RULE_no_dst_is_built_twice] || wants[RULE_dst_and_dst_are_apart];
-    if (a == ROLE_DST && b == ROLE_SRC)
-        return wants[RULE_no_src_is_the_dst_of_another_build] ||
-               wants[RULE_update_src_and_dst_do_not_alias] ||
-               wants[RULE_dst_and_update_src_are_apart] ||
-               wants[RULE_no_dst_is_a_micromap_of_another_build] ||
-               wants[RULE_dst_and_micromaps_of_other_builds_are_apart] ||
-               wants[RULE_no_dst_is_an_instance_of_another_build] ||
-               wants[RULE_dst_and_instances_of_other_builds_are_apart];
-    if (a == ROLE_DST)
+    switch (kind) {
+    case KIND_DST:
+        return wants[RULE_no_dst_is_built_twice];
+    case KIND_SRC:
+        return wants[RULE_no_src_is_the_dst_of_another_build];
+    case KIND_MICROMAP:
+        return wants[RULE_no_dst_is_a_micromap_of_another_build];
+    case KIND_INSTANCE:
+        return wants[RULE_no_dst_is_an_instance_of_another_build];
+    default:
+        return false;
+    }
+}
+
+/* The same about a dst and a range of some kind that share memory. */
+static bool wants_shared_with_dst(const bool *wants, enum range_kind kind)
+{
+    switch (kind) {
+    case KIND_DST:
+        return wants[RULE_dst_and_dst_are_apart];
+    case KIND_SRC:
+        return wants[RULE_update_src_and_dst_do_not_alias] ||
+               wants[RULE_dst_and_update_src_are_apart];
+    case KIND_MICROMAP:
+        return wants[RULE_dst_and_micromaps_of_other_builds_are_apart];
+    case KIND_INSTANCE:
+        return wants[RULE_dst_and_instances_of_other_builds_are_apart];
+    default:
         return wants[RULE_dst_and_scratch_are_apart];
-    if (a == ROLE_SRC)
-        return b == ROLE_SCRATCH && wants[RULE_scratch_and_update_src_are_apart];
-    return wants[RULE_scratch_and_scratch_are_apart];
+    }
+}
+
+/* The same about two ranges of these kinds, the lower one first. */
+static bool wants_pairs_of(const bool *wants, enum range_kind a, enum range_kind b,
+                           bool shares_memory)
+{
+    if (!shares_memory)
+        return wants_equal(wants, b);
+    if (a == KIND_DST)
+        return wants_shared_with_dst(wants, b);
+    return wants[a == KIND_SCRATCH ? RULE_scratch_and_scratch_are_apart
+                                   : RULE_scratch_and_update_src_are_apart];
 }
 
 struct pair_walk {
@@ -238,7 +265,7 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
     if (shared)
         pair.shared = *shared;
     walk_pair(pairs->walk, &pair);
-    return wants_pairs_of(pairs->walk, a->role, b->role);
+    return wants_pairs_of(pairs->walk->wants, range_kind(a), range_kind(b), shared != NULL);
 }
 
 ON_RECORDING_PATH void pairs_walk(struct walk *walk, const struct call_view *call,

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Radix sort and sweep with an active set for shared memory: linear in the ranges, plus the pairs
- * found. */
+/* Radix sort and sweep with active sets of bounded size for shared memory: linear in the ranges. */
 #include "check/sweep.h"
 
 #include <stdlib.h>
@@ -85,26 +84,36 @@ void sweep_add(struct sweep *sweep, const struct used_range *range)
 
 /* Shared memory. */
 
-/* The ranges met whose end the sweep has not passed, by role. */
+/* The ranges met whose end the sweep has not passed, of one kind; if there are more than it has
+ * room for, those that end last. */
 struct active_set {
-    const struct used_range **items;
-    uint32_t count, capacity;
+    const struct used_range *items[SWEEP_PARTNERS];
+    uint32_t count;
 };
 
 struct active_sets {
-    struct active_set roles[ROLE_COUNT];
-    bool wanted[ROLE_COUNT][ROLE_COUNT]; /* lower role first */
+    struct active_set kinds[KIND_COUNT];
+    bool wanted[KIND_COUNT][KIND_COUNT]; /* lower kind first */
     VkDeviceMemory memory;
 };
 
-static bool is_wanted(const struct active_sets *sets, enum range_role a, enum range_role b)
+static bool is_wanted(const struct active_sets *sets, enum range_kind a, enum range_kind b)
 {
     return a < b ? sets->wanted[a][b] : sets->wanted[b][a];
 }
 
-static void stop_wanting(struct active_sets *sets, enum range_role a, enum range_role b)
+static void stop_wanting(struct active_sets *sets, enum range_kind a, enum range_kind b)
 {
     sets->wanted[a < b ? a : b][a < b ? b : a] = false;
+}
+
+/* Pairs that no rule is about are not visited: there may be many, of what is only read. */
+static void want_all(struct active_sets *sets)
+{
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        sets->wanted[KIND_DST][kind] = true;
+    sets->wanted[KIND_SRC][KIND_SCRATCH] = true;
+    sets->wanted[KIND_SCRATCH][KIND_SCRATCH] = true;
 }
 
 static void visit_pair(struct active_sets *sets, const struct used_range *a,
@@ -119,57 +128,59 @@ static void visit_pair(struct active_sets *sets, const struct used_range *a,
                                  .end = a->span.end < b->span.end ? a->span.end : b->span.end};
     bool in_order = a->role < b->role || (a->role == b->role && a->build < b->build);
     if (!visit(user, in_order ? a : b, in_order ? b : a, &shared))
-        stop_wanting(sets, a->role, b->role);
+        stop_wanting(sets, range_kind(a), range_kind(b));
 }
 
-/* Drops what ends at or before `range` from a set, and visits the pairs with what is left. */
-static void meet(struct active_sets *sets, struct active_set *set, const struct used_range *range,
+/* Drops what ends at or before `range` from the set of a kind, and visits the pairs with what is
+ * left. */
+static void meet(struct active_sets *sets, enum range_kind kind, const struct used_range *range,
                  pair_visitor visit, void *user)
 {
+    struct active_set *set = &sets->kinds[kind];
     uint32_t kept = 0;
     for (uint32_t i = 0; i < set->count; i++)
         if (set->items[i]->span.end > range->span.begin)
             set->items[kept++] = set->items[i];
     set->count = kept;
-    for (uint32_t i = 0; i < kept; i++) {
-        if (!is_wanted(sets, set->items[i]->role, range->role))
-            return;
+    for (uint32_t i = 0; i < kept && is_wanted(sets, kind, range_kind(range)); i++)
         visit_pair(sets, set->items[i], range, visit, user);
-    }
 }
 
-static bool activate(struct active_set *set, const struct used_range *range)
+/* In a full set a range takes the place of that which ends first, if it ends later: all that are
+ * left then share memory with whatever the one that is left out would have met. */
+static void activate(struct active_set *set, const struct used_range *range)
 {
-    if (set->count == set->capacity) {
-        uint32_t capacity = set->capacity ? set->capacity * 2 : SWEEP_INLINE_RANGES;
-        const struct used_range **items = realloc(set->items, capacity * sizeof(*items));
-        if (!items)
-            return false;
-        set->items = items;
-        set->capacity = capacity;
+    if (set->count < SWEEP_PARTNERS) {
+        set->items[set->count++] = range;
+        return;
     }
-    set->items[set->count++] = range;
-    return true;
+    uint32_t first = 0;
+    for (uint32_t i = 1; i < SWEEP_PARTNERS; i++)
+        if (set->items[i]->span.end < set->items[first]->span.end)
+            first = i;
+    if (set->items[first]->span.end < range->span.end)
+        set->items[first] = range;
 }
 
-static bool sweep_range(struct active_sets *sets, const struct used_range *range,
+static void sweep_range(struct active_sets *sets, const struct used_range *range,
                         pair_visitor visit, void *user)
 {
     if (range->span.memory != sets->memory) {
         sets->memory = range->span.memory;
-        for (int role = 0; role < ROLE_COUNT; role++) // NOLINT(clang-analyzer-unix.Malloc)
-            sets->roles[role].count = 0;
+        for (int kind = 0; kind < KIND_COUNT; kind++)
+            sets->kinds[kind].count = 0;
     }
     if (!range->span.memory || range->span.begin >= range->span.end)
-        return true;
+        return;
     bool any_wanted = false;
-    for (int role = 0; role < ROLE_COUNT; role++) {
-        if (!is_wanted(sets, (enum range_role)role, range->role))
+    for (int kind = 0; kind < KIND_COUNT; kind++) {
+        if (!is_wanted(sets, (enum range_kind)kind, range_kind(range)))
             continue;
         any_wanted = true;
-        meet(sets, &sets->roles[role], range, visit, user);
+        meet(sets, (enum range_kind)kind, range, visit, user);
     }
-    return !any_wanted || activate(&sets->roles[range->role], range);
+    if (any_wanted)
+        activate(&sets->kinds[range_kind(range)], range);
 }
 
 /* The ranges of a role in the order of their bytes, which are those of the list or `order`; before
@@ -298,23 +309,29 @@ static bool all_are_apart(const struct sweep *sweep, const struct range_queue qu
     return true;
 }
 
-/* clang-tidy doesn't see that the loops go over all roles. */
-__attribute__((noinline)) static void sweep_all(struct sweep *sweep, pair_visitor visit, void *user)
+/* Inlined, the sets would take stack of each call. */
+__attribute__((noinline)) static void sweep_queues(struct range_queue queues[ROLE_COUNT],
+                                                   pair_visitor visit, void *user)
 {
-    struct range_queue queues[ROLE_COUNT], *queue;
-    if (!queue_all(sweep, queues) || all_are_apart(sweep, queues))
-        return;
-    struct active_sets sets = {0};
-    memset(sets.wanted, true, sizeof(sets.wanted));
-    stop_wanting(&sets, ROLE_SRC, ROLE_SRC); /* both are only read, and may be many of one */
+    struct active_sets sets;
+    struct range_queue *queue;
+    memset(sets.wanted, false, sizeof(sets.wanted));
+    want_all(&sets);
+    sets.memory = VK_NULL_HANDLE;
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        sets.kinds[kind].count = 0;
     for (int role = 0; role < ROLE_COUNT; role++)
         advance(&queues[role]);
     for (; (queue = first_of(queues)); advance(queue))
-        if (!sweep_range(&sets, queue->head, visit, user))
-            break;
-    for (int role = 0; role < ROLE_COUNT; role++)
-        free(sets.roles[role].items);
-} // NOLINT(clang-analyzer-unix.Malloc)
+        sweep_range(&sets, queue->head, visit, user);
+}
+
+__attribute__((noinline)) static void sweep_all(struct sweep *sweep, pair_visitor visit, void *user)
+{
+    struct range_queue queues[ROLE_COUNT];
+    if (queue_all(sweep, queues) && !all_are_apart(sweep, queues))
+        sweep_queues(queues, visit, user);
+}
 
 __attribute__((noinline)) static bool are_apart_in_order(struct sweep *sweep)
 {

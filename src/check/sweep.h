@@ -12,6 +12,20 @@
 
 enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
 
+/* A range is paired with so many ranges of another kind at most, so that a search stays linear in
+ * the ranges if all of them conflict. */
+enum { SWEEP_PARTNERS = 128 };
+
+/* Ranges by the rules about them: those about two ranges depend on the kinds of both. */
+enum range_kind { KIND_DST, KIND_SRC, KIND_MICROMAP, KIND_INSTANCE, KIND_SCRATCH, KIND_COUNT };
+
+static inline enum range_kind range_kind(const struct used_range *range)
+{
+    if (range->role == ROLE_SRC)
+        return range->is_micromap ? KIND_MICROMAP : range->is_instance ? KIND_INSTANCE : KIND_SRC;
+    return range->role == ROLE_DST ? KIND_DST : KIND_SCRATCH;
+}
+
 /* The ranges of one role, in the order of their builds. Whether they are also in the order of their
  * bytes, with none in another, and of their handles, is noted as they come, so that a call in order
  * is neither sorted nor swept. */
@@ -85,7 +99,7 @@ struct noted_ranges *sweep_all_ranges(const struct sweep *sweep);
  * share memory no two are of one structure. */
 bool sweep_finds_nothing(struct sweep *sweep);
 
-/* Takes a pair. Returns false if no more pairs of these two roles are wanted. */
+/* Takes a pair. Returns false if no more pairs of these two kinds are wanted. */
 typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,
                              const struct memory_span *shared);
 
@@ -93,8 +107,8 @@ typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struc
  * A structure in pieces counts once. */
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user);
 
-/* Visits the pairs that share memory, except those of equal handles, of two src, and of two pieces
- * of one structure or scratch. */
+/* Visits the pairs that share memory, except those of equal handles, of two src, of a scratch with
+ * a micromap or instance, and of two pieces of one structure or scratch. */
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user);
 
 #endif

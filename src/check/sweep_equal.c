@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Hashing for equal handles: linear in the ranges, plus the pairs found. */
+/* Hashing and sorting for equal handles: a range has a bounded number of partners. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -103,27 +103,38 @@ static const struct used_range **by_handle(const struct range_list *list, uint32
     return sorted;
 }
 
+/* The end of the partners of a range that begin at `first`. */
+static uint32_t end_of_partners(uint32_t first, uint32_t count)
+{
+    return count - first < SWEEP_PARTNERS ? count : first + SWEEP_PARTNERS;
+}
+
 static void visit_equal_dsts(const struct used_range **dsts, uint32_t count, pair_visitor visit,
                              void *user)
 {
-    for (uint32_t i = 0; i < count; i++)
-        for (uint32_t j = i + 1; j < count && dsts[j]->handle == dsts[i]->handle; j++)
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t end = end_of_partners(i + 1, count);
+        for (uint32_t j = i + 1; j < end && dsts[j]->handle == dsts[i]->handle; j++)
             if (!visit(user, dsts[i], dsts[j], NULL))
                 return;
+    }
 }
 
 static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
                              const struct used_range **srcs, uint32_t src_count, pair_visitor visit,
                              void *user)
 {
+    bool is_unwanted[KIND_COUNT] = {false};
     uint32_t first = 0;
     for (uint32_t s = 0; s < src_count; s++) {
         uint64_t handle = (uint64_t)(uintptr_t)srcs[s]->handle;
         while (first < dst_count && (uint64_t)(uintptr_t)dsts[first]->handle < handle)
             first++;
-        for (uint32_t d = first; d < dst_count && dsts[d]->handle == srcs[s]->handle; d++)
-            if (dsts[d]->build != srcs[s]->build && !visit(user, dsts[d], srcs[s], NULL))
-                return;
+        bool *unwanted = &is_unwanted[range_kind(srcs[s])];
+        uint32_t end = end_of_partners(first, dst_count);
+        for (uint32_t d = first; d < end && dsts[d]->handle == srcs[s]->handle && !*unwanted; d++)
+            if (dsts[d]->build != srcs[s]->build)
+                *unwanted = !visit(user, dsts[d], srcs[s], NULL);
     }
 }
 

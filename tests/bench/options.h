@@ -17,6 +17,7 @@ struct options {
     uint32_t alive;                         /* structures; a call's builds where those are more */
     bool with_buffers[2], with_order[2];    /* by enum buffers and enum order */
     bool changing;                          /* no build is as it was before */
+    bool conflicts;                         /* see scene_conflict */
     uint32_t samples;
     uint32_t builds_per_sample; /* at least; a call's builds where those are more */
     const char *level, *csv;    /* or NULL */

@@ -33,6 +33,7 @@ static void open_bench(struct bench *bench, const struct options *options, const
     driver_select(driver);
     for (int s = 0; s < SIDES; s++) {
         side_open(&bench->sides[s], s == WITH ? BENCH_LAYER : NULL, options->level);
+        bench->sides[s].findings->are_expected = options->conflicts;
         recorder_open(&bench->recorders[s], &bench->sides[s]);
     }
 }
@@ -84,6 +85,8 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
         samples[s] = bench_alloc(count, sizeof(double));
         scene_create(&scenes[s], &bench->sides[s], which->buffers, which->order, which->alive);
         scenes[s].changes = bench->options->changing;
+        if (bench->options->conflicts)
+            scene_conflict(&scenes[s]);
     }
     take_samples(bench, scenes, which->builds, samples);
     for (uint32_t i = 0; i < count; i++)
@@ -189,11 +192,14 @@ static void profile(const struct options *options)
     struct scene scene;
     driver_select(options->drivers[0]);
     side_open(&side, options->profile_with_layer ? BENCH_LAYER : NULL, options->level);
+    side.findings->are_expected = options->conflicts;
     recorder_open(&recorder, &side);
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,
                  options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED,
                  larger_of(options->sizes[0], options->alive));
     scene.changes = options->changing;
+    if (options->conflicts)
+        scene_conflict(&scene);
     probes_advance_clock();
     recorder_run(&recorder, &scene, options->sizes[0], 2);
     uint64_t probes = probes_count();

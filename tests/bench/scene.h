@@ -48,6 +48,15 @@ void scene_create(struct scene *scene, const struct side *side, enum buffers buf
                   enum order order, uint32_t count);
 void scene_destroy(struct scene *scene);
 
+/* Gives all builds the dst and the scratch of the first, so that each conflicts with all others. */
+static inline void scene_conflict(const struct scene *scene)
+{
+    for (uint32_t i = 1; i < scene->count; i++) {
+        scene->infos[i].dstAccelerationStructure = scene->infos[0].dstAccelerationStructure;
+        scene->infos[i].scratchData = scene->infos[0].scratchData;
+    }
+}
+
 /* Makes builds others than they were: nothing is transformed, so their offset to a transform is for
  * nobody to use; who compares them sees another. */
 static inline void scene_change(const struct scene *scene, uint32_t first, uint32_t count)

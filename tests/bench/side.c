@@ -242,7 +242,10 @@ void side_close(struct side *side)
     side->calls.DestroyDevice(side->device, NULL);
     side->instance_calls.DestroyDebugUtilsMessengerEXT(side->instance, side->messenger, NULL);
     side->instance_calls.DestroyInstance(side->instance, NULL);
-    if (side->findings->count)
+    const bool are_expected = side->layer && side->findings->are_expected;
+    if (are_expected && !side->findings->count)
+        bench_fail("%s reports no finding: the recorded builds should have some", side->layer);
+    if (!are_expected && side->findings->count)
         bench_fail("%s reports %u findings: the recorded builds should have none", side->layer,
                    side->findings->count);
     free(side->findings);

@@ -11,9 +11,11 @@
 #define BENCH_LAYER "VK_LAYER_ASSAY_validation"
 #define BENCH_PEER "VK_LAYER_KHRONOS_validation"
 
-/* Messages of the layer once the device is there: there should be none. */
+/* Messages of the layer once the device is there: there should be none, or, of builds with
+ * mistakes, some. */
 struct side_findings {
     bool is_open;
+    bool are_expected;
     uint32_t count;
 };
 

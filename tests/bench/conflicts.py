@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Counts the instructions, with callgrind, that the layer adds to recording calls whose builds all
+have the same dst and scratch. A build of a large call takes no more than one of a small call: the
+search for pairs stays linear, however many pairs are in conflict."""
+
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+SMALL, LARGE = 1000, 8000  # builds a call
+TIMES = 2
+MARGIN = 0.5  # of what the small call takes; its square would be eight times that
+
+
+def count(arguments, builds, layer):
+    """Instructions a build, with the layer ("on") or without ("off")."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run(
+            [arguments.valgrind, "--tool=callgrind", f"--callgrind-out-file={folder}/out",
+             "--collect-atstart=no", "--toggle-collect=profiled_recording",
+             arguments.record, "--profile", layer, "--driver", "null", "--buffers", "shared",
+             "--order", "created", "--sizes", str(builds), "--times", str(TIMES), "--conflicts"],
+            capture_output=True, text=True, check=False)
+    collected = re.search(r"Collected : (\d+)", run.stderr)
+    recorded = re.search(r"recorded (\d+) builds", run.stdout)
+    if run.returncode or not collected or not recorded:
+        sys.exit(f"conflicts.py: the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
+    return int(collected[1]) / int(recorded[1])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--record", type=pathlib.Path, required=True, help="the program")
+    parser.add_argument("--valgrind", default="valgrind")
+    arguments = parser.parse_args()
+    added = {}
+    for builds in (SMALL, LARGE):
+        added[builds] = count(arguments, builds, "on") - count(arguments, builds, "off")
+        print(f"{builds:5} builds a call: {added[builds]:.0f} instructions a build", flush=True)
+    if added[LARGE] > added[SMALL] * (1 + MARGIN):
+        sys.exit("conflicts.py: a build of a large call takes more than one of a small call")
+
+
+if __name__ == "__main__":
+    main()

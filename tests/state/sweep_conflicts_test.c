@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the sweep over ranges that are all in conflict: it stays linear. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "check/sweep.h"
+#include "sweep_things.h"
+
+/* Builds of one call that all have one structure as dst, update it, use it as an instance and a
+ * micromap, and have one scratch; or the same with structures of their own, on the same memory. */
+static uint32_t pairs_of_conflicts(uint32_t builds, bool one_structure)
+{
+    struct sweep sweep;
+    uint32_t pairs = 0;
+    sweep_init(&sweep);
+    for (uint32_t i = 0; i < builds; i++) {
+        uintptr_t handle = one_structure ? 7 : 7 + i;
+        const struct used_range dst = range_of(ROLE_DST, i, handle, 1, 0, 100);
+        const struct used_range scratch = range_of(ROLE_SCRATCH, i, 0, 1, 50, 150);
+        struct used_range src = range_of(ROLE_SRC, i, handle, 1, 0, 100);
+        sweep_add(&sweep, &dst);
+        sweep_add(&sweep, &scratch);
+        sweep_add(&sweep, &src);
+        src.is_micromap = true;
+        sweep_add(&sweep, &src);
+        src.is_micromap = false;
+        src.is_instance = true;
+        sweep_add(&sweep, &src);
+    }
+    sweep_equal_handles(&sweep, count_pair, &pairs);
+    sweep_shared_memory(&sweep, count_pair, &pairs);
+    sweep_release(&sweep);
+    return pairs;
+}
+
+/* However many builds there are: as many pairs a build, also if all pairs are wanted. */
+static void test_conflicts_cost_no_square(void **state)
+{
+    enum { MANY = 20000, KINDS = 5 };
+    (void)state;
+    for (int one_structure = 0; one_structure < 2; one_structure++) {
+        uint32_t pairs = pairs_of_conflicts(MANY, one_structure);
+        assert_true(pairs > MANY);
+        assert_true(pairs <= (uint32_t)MANY * SWEEP_PARTNERS * KINDS * 2);
+        uint32_t twice = pairs_of_conflicts(2 * MANY, one_structure);
+        assert_true(twice < 2 * pairs + MANY);
+    }
+}
+
+/* What conflicts with a range that begins last of all is found behind any number of others. */
+static void test_conflicts_hide_no_other(void **state)
+{
+    enum { MANY = 1000 };
+    (void)state;
+    struct sweep sweep;
+    uint32_t pairs = 0;
+    sweep_init(&sweep);
+    for (uint32_t i = 0; i < MANY; i++) /* of one structure, so no pairs of shared memory */
+        sweep_add(&sweep, &(struct used_range){.role = ROLE_DST,
+                                               .build = i,
+                                               .handle = (VkAccelerationStructureKHR)(uintptr_t)7,
+                                               .span = {(VkDeviceMemory)(uintptr_t)1, 0, 100}});
+    const struct used_range longer = range_of(ROLE_DST, MANY, 8, 1, 10, 200);
+    const struct used_range scratch = range_of(ROLE_SCRATCH, MANY, 0, 1, 150, 160);
+    sweep_add(&sweep, &longer);
+    sweep_shared_memory(&sweep, count_pair, &pairs);
+    assert_int_equal(pairs, SWEEP_PARTNERS);
+    sweep_add(&sweep, &scratch);
+    sweep_shared_memory(&sweep, count_pair, &pairs);
+    assert_int_equal(pairs, 2 * SWEEP_PARTNERS + 1);
+    sweep_release(&sweep);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_conflicts_cost_no_square),
+        cmocka_unit_test(test_conflicts_hide_no_other),
+    };
+    return cmocka_run_group_tests_name("sweep_conflicts", tests, NULL, NULL);
+}
