@@ -7,7 +7,8 @@
  *     PENDING(name, LEVEL, "waits for", ids)   not decided yet
  *
  * SHAPE as a level is PARAMETERS of a rule that reads nothing but the shape of its build
- * (state/recent_build.h): what holds of one build holds of all of its shape.
+ * (state/recent_build.h): what holds of one build holds of all of its shape. LIMIT as a level is
+ * STATE of a rule about that shape, or the primitive counts, and what the device supports.
  *
  * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
  * command whose statement it is, or IN(structure, tail) for a structure's own, which every command
@@ -37,6 +38,7 @@ enum level {
     LEVEL_CONTENT,    /* the input data itself */
     LEVEL_COUNT,
     LEVEL_SHAPE = LEVEL_PARAMETERS,
+    LEVEL_LIMIT = LEVEL_STATE,
 };
 
 /* Whether a word for a level says that the rule reads the shape alone. */
@@ -44,8 +46,21 @@ enum {
     READS_SHAPE_SHAPE = 1,
     READS_SHAPE_PARAMETERS = 0,
     READS_SHAPE_STATE = 0,
+    READS_SHAPE_LIMIT = 0,
     READS_SHAPE_EXECUTION = 0,
     READS_SHAPE_CONTENT = 0,
+};
+
+/* Whether a word for a level says that the rule is about what
+ * vkGetAccelerationStructureBuildSizesKHR reads of a build, a geometry or a range: if it doesn't
+ * hold the driver must not be asked. */
+enum {
+    IS_OF_SIZES_SHAPE = 1,
+    IS_OF_SIZES_LIMIT = 1,
+    IS_OF_SIZES_PARAMETERS = 0,
+    IS_OF_SIZES_STATE = 0,
+    IS_OF_SIZES_EXECUTION = 0,
+    IS_OF_SIZES_CONTENT = 0,
 };
 
 enum vuid {
@@ -94,6 +109,7 @@ struct rule_info {
     const char *subject;   /* NULL: pending */
     const char *waits_for; /* NULL: decided */
     enum level level;
+    bool is_of_sizes; /* see IS_OF_SIZES_SHAPE */
     /* The id by command, VUID_NONE where the command has no such statement. */
     enum vuid vuid[COMMAND_COUNT];
 };

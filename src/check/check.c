@@ -112,7 +112,7 @@ static void check_geometries(struct walk *walk, const struct build_view *build,
     }
 }
 
-/* Of a build whose parameters are without findings. */
+/* Of a build without findings about what its sizes depend on. */
 static void find_sizes(const struct walk *walk, struct build_view *build, bool is_like)
 {
     struct check_context *context = walk->context;
@@ -131,6 +131,7 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
     uint32_t findings_before = walk->findings;
+    walk->hides_sizes = false;
     bool is_like = view_is_like_recent(context, build);
     walk->alike = is_like && recent_build_holds(context->recent_build, build->info);
     if (build->call->device->extension.adds_to_inputs)
@@ -147,8 +148,7 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
         build->micromaps = found_micromaps(walk);
     if (with_state) {
         view_build_state(context, build);
-        /* The driver is asked for sizes of sound parameters only. */
-        if (walk->findings == findings_before)
+        if (!walk->hides_sizes)
             find_sizes(walk, build, is_like);
         bool state_holds = build_state_holds(build);
         if (!state_holds)

@@ -26,15 +26,23 @@ bool extended_data_is_missing(const struct geometry_view *geometry)
            !geometry->build->call->device->newer_than_registry;
 }
 
+/* The rows of extensions don't say which of them are about what the sizes depend on: all count. */
+static void note_findings(struct walk *walk, uint32_t findings_before)
+{
+    walk->hides_sizes |= walk->findings != findings_before;
+}
+
 void check_extended_build(struct walk *walk, struct build_view *build, bool with_state)
 {
     const struct device_facts *device = build->call->device;
+    uint32_t findings_before = walk->findings;
     if (device->extension.motion_blur_nv)
         check_motion_build(walk, build, with_state);
     if (device->micromap.any)
         check_micromap_build(walk, build, with_state);
     if (device->extension.dense_geometry_format_amdx)
         check_dense_build(walk, build);
+    note_findings(walk, findings_before);
 }
 
 /* Whether no extension has anything to say of a geometry: that is so of most, also where extensions
@@ -53,6 +61,7 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
                              struct chained_inputs *chained, bool with_state)
 {
     const struct device_facts *device = geometry->build->call->device;
+    uint32_t findings_before = walk->findings;
     if (is_plain(geometry))
         return;
     chained->count = 0;
@@ -65,6 +74,7 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
         check_micromaps(walk, geometry, with_state);
     if (device->extension.dense_geometry_format_amdx)
         check_dense(walk, geometry, with_state);
+    note_findings(walk, findings_before);
 }
 
 const struct address_facts *chained_input(struct check_context *context,

@@ -10,6 +10,7 @@ void walk_start(struct walk *walk, struct check_context *context)
 {
     walk->context = context;
     walk->findings = 0;
+    walk->hides_sizes = false;
     walk->micromaps = (struct micromap_uses){0};
     walk->instances = NULL;
     walk->contents = NULL;
@@ -30,6 +31,7 @@ void walk_hand_on(struct walk *walk, enum rule rule, const struct location *loca
 {
     struct check_context *context = walk->context;
     walk->findings++;
+    walk->hides_sizes |= rule_infos[rule].is_of_sizes;
     if (!context->hooks->found(context->user, rule, location, finding))
         walk_stop_asking(walk, rule);
 }

@@ -16,6 +16,7 @@ struct walk {
     const bool *wants; /* RULE_COUNT: the active rules, less those that want no more findings */
     bool fewer[RULE_COUNT]; /* `wants`, where that isn't all of the context's active rules */
     uint32_t findings;
+    bool hides_sizes; /* a finding about the build in hand is about what its sizes depend on */
     bool alike; /* what holds of the recent build's shape holds of the build in hand (hold.h), */
     bool holds; /* and all of its parameters, and its geometries', as far as that was asked */
     struct micromap_uses micromaps;      /* of the build in hand, see check_micromap_build */

@@ -111,11 +111,11 @@ extern const struct case_list cases_host, cases_host_memory, cases_limits, cases
     cases_call, cases_recording, cases_pointers, cases_build, cases_build_state, cases_scratch,
     cases_empty, cases_geometry, cases_chain, cases_address, cases_alignment, cases_range,
     cases_indirect, cases_indirect_contents, cases_instance_addresses, cases_overlap, cases_memory,
-    cases_pairs, cases_silent, cases_sparse, cases_update, cases_content, cases_content_update,
-    cases_micromap_contents, cases_instances, cases_dense, cases_motion, cases_motion_instances,
-    cases_spheres, cases_radii, cases_micromap, cases_micromap_data, cases_micromap_use,
-    cases_micromap_state, cases_micromap_update, cases_displacement, cases_nv, cases_nv_contents,
-    cases_nv_info, cases_nv_geometry, cases_nv_update;
+    cases_pairs, cases_silent, cases_sparse, cases_two_mistakes, cases_update, cases_content,
+    cases_content_update, cases_micromap_contents, cases_instances, cases_dense, cases_motion,
+    cases_motion_instances, cases_spheres, cases_radii, cases_micromap, cases_micromap_data,
+    cases_micromap_use, cases_micromap_state, cases_micromap_update, cases_displacement, cases_nv,
+    cases_nv_contents, cases_nv_info, cases_nv_geometry, cases_nv_update;
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

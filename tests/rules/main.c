@@ -21,6 +21,7 @@ static const struct case_list *const lists[] = {
     &cases_build_state,
     &cases_limits,
     &cases_scratch,
+    &cases_two_mistakes,
     &cases_geometry,
     &cases_chain,
     &cases_address,
