@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of command buffers: what they read is copied at that point of the command buffer. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "snapshots/build_input.h"
 #include "snapshots/commands.h"
@@ -143,11 +144,13 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
             recorder_miss_build(recorder, position);
         return NULL;
     }
+    VkAccelerationStructureBuildGeometryInfoKHR given; /* may be misaligned */
+    memcpy(&given, info, sizeof(given));
     build->place = (struct recorded_place){
         .command = command,
         .info = index,
         .position = position,
-        .geometry_by_pointer = !info->pGeometries && info->ppGeometries,
+        .geometry_by_pointer = !given.pGeometries && given.ppGeometries,
     };
     return build;
 }
@@ -163,8 +166,10 @@ static void record(VkCommandBuffer handle, uint32_t count,
         !readable(cache, ranges, count * sizeof(*ranges)))
         return;
     for (uint32_t i = 0; i < count; i++) {
+        const VkAccelerationStructureBuildRangeInfoKHR *own;
+        memcpy(&own, &ranges[i], sizeof(own)); /* the array may be misaligned */
         struct recorded_build *build =
-            copy_parameters(&recorder, COMMAND_DEVICE, count, i, &infos[i], ranges[i]);
+            copy_parameters(&recorder, COMMAND_DEVICE, count, i, &infos[i], own);
         if (build)
             recorder_add_build(&recorder, build);
     }
@@ -203,7 +208,7 @@ static bool copy_counts(const uint32_t *counts, struct recorded_build *build)
         return false;
     for (uint32_t i = 0; i < count; i++)
         if (!geometry_is_dense(&build->parameters.geometries[i]))
-            build->parameters.ranges[i].primitiveCount = counts[i];
+            memcpy(&build->parameters.ranges[i].primitiveCount, &counts[i], sizeof(*counts));
     return true;
 }
 
@@ -221,10 +226,14 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
             copy_parameters(&recorder, COMMAND_INDIRECT, info_count, i, &infos[i], NULL);
         if (!build)
             continue;
+        const uint32_t *own_counts; /* the arrays may be misaligned */
+        uint32_t own_stride;
         build->is_indirect = true;
-        build->indirect_address = addresses[i];
-        build->indirect_stride = strides[i];
-        if (!copy_counts(counts[i], build)) {
+        memcpy(&build->indirect_address, &addresses[i], sizeof(*addresses));
+        memcpy(&own_stride, &strides[i], sizeof(own_stride));
+        build->indirect_stride = own_stride;
+        memcpy(&own_counts, &counts[i], sizeof(own_counts));
+        if (!copy_counts(own_counts, build)) {
             recorded_build_free(build);
             continue;
         }

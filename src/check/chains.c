@@ -5,9 +5,6 @@
 
 #include <vulkan/vulkan.h>
 
-/* Chains longer than this are cyclic, or nobody's. */
-enum { CHAIN_MAX = 64 };
-
 static bool may_follow_geometry(const struct device_facts *device, VkStructureType type)
 {
     switch ((int)type) {
@@ -48,8 +45,7 @@ static bool comes_before(const VkBaseInStructure *chain, int count, VkStructureT
     return false;
 }
 
-/* How much of a structure can be read at least, where it is what its type says. */
-static size_t size_of(VkStructureType type)
+size_t chain_size_of(VkStructureType type)
 {
     switch ((int)type) {
     case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
@@ -76,7 +72,7 @@ static size_t size_of(VkStructureType type)
 static bool is_readable(struct check_context *context, const VkBaseInStructure *structure)
 {
     return readable(context->readable, structure, sizeof(*structure)) &&
-           readable(context->readable, structure, size_of(structure->sType));
+           readable(context->readable, structure, chain_size_of(structure->sType));
 }
 
 void chain_view(struct check_context *context, const struct device_facts *device,

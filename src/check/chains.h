@@ -5,6 +5,12 @@
 
 #include "check/check.h"
 
+/* Chains longer than this are cyclic, or nobody's. */
+enum { CHAIN_MAX = 64 };
+
+/* How much of a structure can be read at least, where it is what its type says. */
+size_t chain_size_of(VkStructureType type);
+
 enum chain_owner { CHAIN_OF_GEOMETRY, CHAIN_OF_TRIANGLES };
 
 /* Walks a chain; `facts` is zero before. */

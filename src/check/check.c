@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "check/address.h"
+#include "check/align.h"
 #include "check/content.h"
 #include "check/extensions.h"
 #include "check/hold.h"
@@ -229,31 +230,39 @@ void check_call(struct check_context *context, const struct call_view *call)
     walk_all_of_call(&walk, call);
 }
 
-ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
+static inline void check_all_builds(struct walk *walk, const struct call_view *call)
 {
-    struct walk walk;
-    walk_start(&walk, context);
-    if (context->known)
-        context->changes = resources_changes(context->resources);
-    view_call(context, call);
-    if (!call_holds(call))
-        walk_all_of_call(&walk, call);
-    if (!call->infos_readable)
-        return;
-
+    struct check_context *context = walk->context;
     struct sweep own, *sweep = context->sweep ? context->sweep : &own;
     own.is_begun = false;
     if (sweep != &own)
         sweep_empty(sweep);
     for (uint32_t i = 0; i < call->info_count; i += VIEWS_MAX)
-        check_some_builds(&walk, sweep, call, i,
+        check_some_builds(walk, sweep, call, i,
                           call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
     if (sweep->is_begun)
-        check_pairs(&walk, call, sweep);
+        check_pairs(walk, call, sweep);
     if (own.is_begun)
         sweep_release(&own);
-    free(walk.micromaps.items);
-    content_free_instances(walk.instances);
+    free(walk->micromaps.items);
+    content_free_instances(walk->instances);
+}
+
+ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
+{
+    struct aligned_copies copies = {NULL};
+    struct walk walk;
+    walk_start(&walk, context);
+    context->copies = &copies;
+    if (context->known)
+        context->changes = resources_changes(context->resources);
+    view_call(context, call);
+    if (!call_holds(call))
+        walk_all_of_call(&walk, call);
+    if (call->infos_readable && align_call(context, call))
+        check_all_builds(&walk, call);
+    if (copies.first)
+        aligned_copies_release(&copies);
 }
 
 struct sweep *check_make_sweep(void)

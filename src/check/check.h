@@ -9,6 +9,7 @@
 #include "check/location.h"
 #include "check/nv_view.h"
 #include "check/view.h"
+#include "state/aligned_copies.h"
 #include "state/journal.h"
 #include "state/readable.h"
 #include "state/resources.h"
@@ -59,6 +60,7 @@ struct check_context {
     enum level level;
     const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
     struct readable_cache *readable;
+    struct aligned_copies *copies; /* of misaligned parameters; filled while a call is checked */
     struct resources *resources;
     struct recent_build *recent_build; /* kept between calls; or NULL */
     struct known_builds *known;        /* likewise, taken for this check; of COMMAND_DEVICE alone */

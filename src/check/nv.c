@@ -3,6 +3,7 @@
  * views. */
 #include <string.h>
 
+#include "check/align.h"
 #include "check/check.h"
 #include "check/walk.h"
 
@@ -150,30 +151,38 @@ static void check_geometries(struct walk *walk, const struct nv_call_view *call,
     }
 }
 
-void check_nv_build(struct check_context *context, struct nv_call_view *call)
+static void check_parameters(struct walk *walk, struct nv_call_view *call)
 {
-    struct walk walk;
+    struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
-    walk_start(&walk, context);
-    walk_call(&walk, call->call, LEVEL_PARAMETERS);
-    walk_call(&walk, call->call, LEVEL_STATE);
-    if (!call->call->device->extension.ray_tracing_nv)
-        return;
     view_parameters(context, call);
     if (with_state)
         find_call(context, call);
-    walk_nv_call(&walk, call, LEVEL_PARAMETERS);
+    walk_nv_call(walk, call, LEVEL_PARAMETERS);
     if (with_state)
-        walk_nv_call(&walk, call, LEVEL_STATE);
+        walk_nv_call(walk, call, LEVEL_STATE);
     if (call->info) {
         struct nv_info_view info = view_info(call);
-        walk_nv_info(&walk, &info, LEVEL_PARAMETERS);
+        walk_nv_info(walk, &info, LEVEL_PARAMETERS);
         if (with_state)
-            walk_nv_info(&walk, &info, LEVEL_STATE);
-        check_geometries(&walk, call, with_state);
+            walk_nv_info(walk, &info, LEVEL_STATE);
+        check_geometries(walk, call, with_state);
     }
     if (context->witness)
         see_call(context, call);
     nv_shape_release(call->dst_facts.created);
     nv_shape_release(call->src_facts.created);
+}
+
+void check_nv_build(struct check_context *context, struct nv_call_view *call)
+{
+    struct aligned_copies copies = {NULL};
+    struct walk walk;
+    walk_start(&walk, context);
+    context->copies = &copies;
+    walk_call(&walk, call->call, LEVEL_PARAMETERS);
+    walk_call(&walk, call->call, LEVEL_STATE);
+    if (call->call->device->extension.ray_tracing_nv && align_nv_call(context, call))
+        check_parameters(&walk, call);
+    aligned_copies_release(&copies);
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check/align.h"
 #include "check/chains.h"
 #include "check/extensions.h"
 #include "check/formats.h"
@@ -44,9 +45,12 @@ static bool pointers_are_readable(struct readable_cache *cache,
     if (!readable(cache, info->ppGeometries,
                   (size_t)info->geometryCount * sizeof(*info->ppGeometries)))
         return false;
-    for (uint32_t i = 0; i < info->geometryCount; i++)
-        if (!readable(cache, info->ppGeometries[i], sizeof(**info->ppGeometries)))
+    for (uint32_t i = 0; i < info->geometryCount; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry;
+        memcpy(&geometry, &info->ppGeometries[i], sizeof(geometry)); /* it may be misaligned */
+        if (!readable(cache, geometry, sizeof(*geometry)))
             return false;
+    }
     return true;
 }
 
@@ -69,6 +73,32 @@ static void view_geometry_arrays(struct check_context *context, struct build_vie
     build->geometry_count = info->geometryCount;
 }
 
+/* Whether all that there is to read of a build is the array of its geometries, which is aligned: so
+ * are nearly all. */
+static inline bool is_plainly_aligned(const struct build_view *build)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    if (info->ppGeometries || info->pNext || !is_aligned(info->pGeometries, _Alignof(void *)))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++)
+        if (info->pGeometries[i].pNext || info->pGeometries[i].geometry.triangles.pNext)
+            return false;
+    return true;
+}
+
+__attribute__((noinline)) static void view_misaligned(struct check_context *context,
+                                                      struct build_view *build)
+{
+    if (!build_is_misaligned(context, build))
+        return;
+    bool has_memory = align_build(context, build);
+    build->geometry_count = 0;
+    build->geometries = NULL;
+    build->geometry_pointers = NULL;
+    if (has_memory)
+        view_geometry_arrays(context, build);
+}
+
 static void view_counts(struct check_context *context, struct build_view *build)
 {
     const struct call_view *call = build->call;
@@ -79,12 +109,17 @@ static void view_counts(struct check_context *context, struct build_view *build)
         const VkAccelerationStructureBuildRangeInfoKHR *ranges = call->build_ranges[build->index];
         build->build_ranges_unreadable =
             !readable(context->readable, ranges, count * sizeof(*ranges));
-        build->ranges = build->build_ranges_unreadable ? NULL : ranges;
+        build->ranges =
+            build->build_ranges_unreadable
+                ? NULL
+                : align_array(context, ranges, count * sizeof(*ranges), _Alignof(uint32_t));
     }
     if (call->max_primitive_counts_readable) {
         const uint32_t *counts = call->max_primitive_counts[build->index];
         build->max_primitive_counts =
-            readable(context->readable, counts, count * sizeof(*counts)) ? counts : NULL;
+            readable(context->readable, counts, count * sizeof(*counts))
+                ? align_array(context, counts, count * sizeof(*counts), _Alignof(uint32_t))
+                : NULL;
     }
 }
 
@@ -175,6 +210,8 @@ void view_build(struct check_context *context, const struct call_view *call, uin
     build->index = index;
     build->info = &call->infos[index];
     view_geometry_arrays(context, build);
+    if (!is_plainly_aligned(build))
+        view_misaligned(context, build);
     view_counts(context, build);
     sum_primitives(build);
 }

@@ -3,6 +3,7 @@
 #include "cpu/host.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "cpu/deferred.h"
 #include "cpu/make.h"
@@ -108,10 +109,12 @@ static VkResult copy_parameters(struct build_call *call,
 {
     struct readable_cache *cache = &call->memory.readable;
     for (uint32_t i = 0; i < call->count; i++) {
-        VkResult result = build_parameters_copy(cache, &infos[i], ranges[i], &call->builds[i]);
+        const VkAccelerationStructureBuildRangeInfoKHR *own;
+        memcpy(&own, &ranges[i], sizeof(own)); /* the array may be misaligned */
+        VkResult result = build_parameters_copy(cache, &infos[i], own, &call->builds[i]);
         if (result != VK_SUCCESS)
             return result;
-        if (!ranges[i] && build_parameters_take_ranges(&call->builds[i]))
+        if (!own && build_parameters_take_ranges(&call->builds[i]))
             return VK_ERROR_VALIDATION_FAILED;
     }
     return VK_SUCCESS;

@@ -3,6 +3,7 @@
 #include "snapshots/build_parameters.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "snapshots/build_input.h"
 
@@ -45,19 +46,22 @@ VkResult build_parameters_allocate(struct build_parameters *build, uint32_t coun
     return VK_SUCCESS;
 }
 
+/* The application's memory may be misaligned, so it is copied byte by byte. */
 static bool copy_arrays(struct readable_cache *cache,
                         const VkAccelerationStructureBuildGeometryInfoKHR *info,
                         const VkAccelerationStructureBuildRangeInfoKHR *ranges,
                         struct build_parameters *copy)
 {
     for (uint32_t i = 0; i < info->geometryCount; i++) {
-        const VkAccelerationStructureGeometryKHR *from =
-            info->pGeometries ? &info->pGeometries[i] : info->ppGeometries[i];
-        if (!info->pGeometries && !readable(cache, from, sizeof(*from)))
-            return false;
-        copy->geometries[i] = *from;
+        const VkAccelerationStructureGeometryKHR *from = &info->pGeometries[i];
+        if (!info->pGeometries) {
+            memcpy(&from, &info->ppGeometries[i], sizeof(from));
+            if (!readable(cache, from, sizeof(*from)))
+                return false;
+        }
+        memcpy(&copy->geometries[i], from, sizeof(*from));
         if (ranges)
-            copy->ranges[i] = ranges[i];
+            memcpy(&copy->ranges[i], &ranges[i], sizeof(*ranges));
     }
     return true;
 }
@@ -83,13 +87,15 @@ static void forget_chains(struct build_parameters *copy)
 }
 
 VkResult build_parameters_copy(struct readable_cache *cache,
-                               const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                               const VkAccelerationStructureBuildGeometryInfoKHR *from,
                                const VkAccelerationStructureBuildRangeInfoKHR *ranges,
                                struct build_parameters *copy)
 {
     *copy = (struct build_parameters){0};
-    if (!readable(cache, info, sizeof(*info)))
+    if (!readable(cache, from, sizeof(*from)))
         return VK_ERROR_VALIDATION_FAILED;
+    VkAccelerationStructureBuildGeometryInfoKHR own, *info = &own;
+    memcpy(info, from, sizeof(*info));
     copy->info = *info;
     copy->info.pNext = NULL;
     copy->had_chains = info->pNext != NULL;

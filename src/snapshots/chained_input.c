@@ -8,22 +8,25 @@
 /* Chains longer than this are cyclic, or nobody's. */
 enum { CHAIN_MAX = 64 };
 
-/* The first structure of a type, all of whose `size` bytes can be read; NULL: the chain has none.
- * False where it can't be read. */
+/* Copies the first structure of a type, all of whose `size` bytes can be read; one in the chain may
+ * be misaligned. The copy has no sType if the chain has none. False if it can't be read. */
 static bool find(struct readable_cache *cache, const void *chain, VkStructureType type, size_t size,
-                 const void **found)
+                 void *found)
 {
-    const VkBaseInStructure *s = chain;
-    *found = NULL;
-    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
-        if (!readable(cache, s, sizeof(*s)))
+    VkBaseInStructure base;
+    memset(found, 0, size);
+    for (int i = 0; chain && i < CHAIN_MAX; chain = base.pNext, i++) {
+        if (!readable(cache, chain, sizeof(base)))
             return false;
-        if (s->sType != type)
+        memcpy(&base, chain, sizeof(base));
+        if (base.sType != type)
             continue;
-        *found = s;
-        return readable(cache, s, size);
+        if (!readable(cache, chain, size))
+            return false;
+        memcpy(found, chain, size);
+        return true;
     }
-    return !s;
+    return !chain;
 }
 
 /* ---- what each type of geometry may have; true with nothing where it hasn't got it */
@@ -32,36 +35,36 @@ static bool copy_motion(struct readable_cache *cache,
                         const VkAccelerationStructureGeometryKHR *geometry,
                         struct chained_input *copy)
 {
-    const VkAccelerationStructureGeometryMotionTrianglesDataNV *motion;
+    VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
     if (!find(cache, geometry->geometry.triangles.pNext,
               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-              sizeof(*motion), (const void **)&motion))
+              sizeof(motion), &motion))
         return false;
-    if (motion)
-        copy->motion_vertices = motion->vertexData;
+    if (motion.sType)
+        copy->motion_vertices = motion.vertexData;
     return true;
 }
 
 static bool copy_opacity(struct readable_cache *cache, const void *chain,
                          struct chained_input *copy)
 {
-    const VkAccelerationStructureTrianglesOpacityMicromapEXT *ext;
-    const VkAccelerationStructureTrianglesOpacityMicromapKHR *khr;
+    VkAccelerationStructureTrianglesOpacityMicromapEXT ext;
+    VkAccelerationStructureTrianglesOpacityMicromapKHR khr;
     if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-              sizeof(*ext), (const void **)&ext) ||
+              sizeof(ext), &ext) ||
         !find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-              sizeof(*khr), (const void **)&khr))
+              sizeof(khr), &khr))
         return false;
-    copy->has_opacity = ext || khr;
+    copy->has_opacity = ext.sType || khr.sType;
 #define MEMBERS(s)                                                                                 \
-    .sType = (s)->sType, .indexType = (s)->indexType, .indexStride = (s)->indexStride,             \
-    .baseTriangle = (s)->baseTriangle, .micromap = (VkMicromapEXT)(s)->micromap
-    if (khr)
+    .sType = (s).sType, .indexType = (s).indexType, .indexStride = (s).indexStride,                \
+    .baseTriangle = (s).baseTriangle, .micromap = (VkMicromapEXT)(s).micromap
+    if (khr.sType)
         copy->opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-            MEMBERS(khr), .indexBuffer.deviceAddress = khr->indexBuffer};
-    else if (ext)
+            MEMBERS(khr), .indexBuffer.deviceAddress = khr.indexBuffer};
+    else if (ext.sType)
         copy->opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-            MEMBERS(ext), .indexBuffer = ext->indexBuffer};
+            MEMBERS(ext), .indexBuffer = ext.indexBuffer};
 #undef MEMBERS
     return true;
 }
@@ -69,22 +72,22 @@ static bool copy_opacity(struct readable_cache *cache, const void *chain,
 static bool copy_spheres(struct readable_cache *cache, const void *chain,
                          struct chained_input *copy)
 {
-    const VkAccelerationStructureGeometrySpheresDataNV *s;
+    VkAccelerationStructureGeometrySpheresDataNV s;
     if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-              sizeof(*s), (const void **)&s))
+              sizeof(s), &s))
         return false;
-    if (s)
+    if (s.sType)
         copy->spheres = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
-            .sType = s->sType,
-            .vertexFormat = s->vertexFormat,
-            .vertexData = s->vertexData,
-            .vertexStride = s->vertexStride,
-            .radiusFormat = s->radiusFormat,
-            .radiusData = s->radiusData,
-            .radiusStride = s->radiusStride,
-            .indexType = s->indexType,
-            .indexData = s->indexData,
-            .indexStride = s->indexStride,
+            .sType = s.sType,
+            .vertexFormat = s.vertexFormat,
+            .vertexData = s.vertexData,
+            .vertexStride = s.vertexStride,
+            .radiusFormat = s.radiusFormat,
+            .radiusData = s.radiusData,
+            .radiusStride = s.radiusStride,
+            .indexType = s.indexType,
+            .indexData = s.indexData,
+            .indexStride = s.indexStride,
         };
     return true;
 }
@@ -92,29 +95,29 @@ static bool copy_spheres(struct readable_cache *cache, const void *chain,
 static bool copy_swept_spheres(struct readable_cache *cache, const void *chain,
                                struct chained_input *copy)
 {
-    const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s;
+    VkAccelerationStructureGeometryLinearSweptSpheresDataNV s;
     if (!find(cache, chain,
               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
-              sizeof(*s), (const void **)&s))
+              sizeof(s), &s))
         return false;
-    if (s)
-        copy->spheres = *s;
+    if (s.sType)
+        copy->spheres = s;
     copy->spheres.pNext = NULL;
     return true;
 }
 
 static bool copy_dense(struct readable_cache *cache, const void *chain, struct chained_input *copy)
 {
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *s;
+    VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX s;
     if (!find(cache, chain,
               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
-              sizeof(*s), (const void **)&s))
+              sizeof(s), &s))
         return false;
-    if (!s)
+    if (!s.sType)
         return true;
-    copy->dense = *s;
+    copy->dense = s;
     copy->dense.pNext = NULL;
-    return copy_opacity(cache, s->pNext, copy);
+    return copy_opacity(cache, s.pNext, copy);
 }
 
 /* ---- micromaps */
@@ -135,8 +138,9 @@ VkResult micromap_usages_copy(struct readable_cache *cache, uint32_t count, cons
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     copy->usage_count = count;
     for (uint32_t i = 0; i < count; i++) {
-        const void *usage =
-            usages ? (const char *)usages + size * i : ((const void *const *)pointers)[i];
+        const void *usage = (const char *)usages + size * i;
+        if (!usages)
+            memcpy(&usage, (const char *)pointers + sizeof(usage) * i, sizeof(usage));
         if (!usages && !readable(cache, usage, size))
             return VK_ERROR_VALIDATION_FAILED;
         memcpy(&copy->usages[i], usage, size);
@@ -147,38 +151,38 @@ VkResult micromap_usages_copy(struct readable_cache *cache, uint32_t count, cons
 static VkResult copy_micromap(struct readable_cache *cache, const void *chain,
                               struct chained_input *copy)
 {
-    const VkAccelerationStructureGeometryMicromapDataKHR *s;
+    VkAccelerationStructureGeometryMicromapDataKHR s;
     if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-              sizeof(*s), (const void **)&s))
+              sizeof(s), &s))
         return VK_ERROR_VALIDATION_FAILED;
-    if (!s)
+    if (!s.sType)
         return VK_SUCCESS;
     copy->micromap = (struct micromap_parameters){
         .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-        .data.deviceAddress = s->data,
-        .triangles.deviceAddress = s->triangleArray,
-        .stride = s->triangleArrayStride,
+        .data.deviceAddress = s.data,
+        .triangles.deviceAddress = s.triangleArray,
+        .stride = s.triangleArrayStride,
     };
-    return micromap_usages_copy(cache, s->usageCountsCount, s->pUsageCounts, s->ppUsageCounts,
+    return micromap_usages_copy(cache, s.usageCountsCount, s.pUsageCounts, s.ppUsageCounts,
                                 &copy->micromap);
 }
 
 static VkResult copy_displacement(struct readable_cache *cache, const void *chain,
                                   struct chained_input *copy)
 {
-    const VkAccelerationStructureTrianglesDisplacementMicromapNV *s;
+    VkAccelerationStructureTrianglesDisplacementMicromapNV s;
     if (!find(cache, chain,
               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-              sizeof(*s), (const void **)&s))
+              sizeof(s), &s))
         return VK_ERROR_VALIDATION_FAILED;
-    if (!s)
+    if (!s.sType)
         return VK_SUCCESS;
     copy->has_displacement = true;
-    copy->displacement = *s;
+    copy->displacement = s;
     copy->displacement.pNext = NULL;
     copy->displacement.pUsageCounts = NULL;
     copy->displacement.ppUsageCounts = NULL;
-    return micromap_usages_copy(cache, s->usageCountsCount, s->pUsageCounts, s->ppUsageCounts,
+    return micromap_usages_copy(cache, s.usageCountsCount, s.pUsageCounts, s.ppUsageCounts,
                                 &copy->micromap);
 }
 

@@ -3,6 +3,7 @@
 #include "snapshots/micromap_info.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static VkResult copy_input(struct readable_cache *cache, const VkMicromapBuildInfoEXT *info,
                            struct build_parameters *copy)
@@ -21,12 +22,14 @@ static VkResult copy_input(struct readable_cache *cache, const VkMicromapBuildIn
                                 info->ppUsageCounts, &copy->chained[0].micromap);
 }
 
-VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildInfoEXT *info,
+VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildInfoEXT *from,
                             struct build_parameters *copy)
 {
     *copy = (struct build_parameters){0};
-    if (!readable(cache, info, sizeof(*info)))
+    if (!readable(cache, from, sizeof(*from)))
         return VK_ERROR_VALIDATION_FAILED;
+    VkMicromapBuildInfoEXT own, *info = &own;
+    memcpy(info, from, sizeof(*info));
     copy->had_chains = true; /* there is more to it than its members say */
     copy->info.type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     copy->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;

@@ -2,6 +2,8 @@
 /* From VkAccelerationStructureInfoNV to a build's parameters. */
 #include "snapshots/nv_info.h"
 
+#include <string.h>
+
 #include "state/built.h"
 
 static VkDeviceOrHostAddressConstKHR address(const struct nv_data *data, VkBuffer buffer,
@@ -56,9 +58,11 @@ static VkResult copy_geometries(struct readable_cache *cache,
     if (!readable(cache, info->pGeometries, count * sizeof(*info->pGeometries)))
         return VK_ERROR_VALIDATION_FAILED;
     VkResult result = build_parameters_allocate(copy, info->geometryCount);
-    for (size_t i = 0; result == VK_SUCCESS && i < count; i++)
-        translate_geometry(&info->pGeometries[i], data, &copy->geometries[i],
-                           &copy->ranges[i].primitiveCount);
+    for (size_t i = 0; result == VK_SUCCESS && i < count; i++) {
+        VkGeometryNV geometry; /* the array may be misaligned */
+        memcpy(&geometry, &info->pGeometries[i], sizeof(geometry));
+        translate_geometry(&geometry, data, &copy->geometries[i], &copy->ranges[i].primitiveCount);
+    }
     return result;
 }
 
@@ -79,12 +83,14 @@ static VkResult copy_instances(const VkAccelerationStructureInfoNV *info,
     return VK_SUCCESS;
 }
 
-VkResult nv_info_copy(struct readable_cache *cache, const VkAccelerationStructureInfoNV *info,
+VkResult nv_info_copy(struct readable_cache *cache, const VkAccelerationStructureInfoNV *from,
                       const struct nv_data *data, struct build_parameters *copy)
 {
     *copy = (struct build_parameters){0};
-    if (!readable(cache, info, sizeof(*info)))
+    if (!readable(cache, from, sizeof(*from)))
         return VK_ERROR_VALIDATION_FAILED;
+    VkAccelerationStructureInfoNV own, *info = &own;
+    memcpy(info, from, sizeof(*info));
     copy->info.type = info->type;
     copy->info.flags = info->flags;
     return info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV

@@ -3,6 +3,7 @@
 #include "state/nv_shape.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "state/readable.h"
 
@@ -31,8 +32,11 @@ struct nv_shape *nv_shape_create(const VkAccelerationStructureInfoNV *info)
     shape->flags = info->flags;
     shape->instance_count = info->instanceCount;
     shape->geometry_count = info->geometryCount;
-    for (size_t i = 0; i < count; i++)
-        shape->geometries[i] = nv_counts_of(&info->pGeometries[i]);
+    for (size_t i = 0; i < count; i++) {
+        VkGeometryNV geometry; /* the array may be misaligned */
+        memcpy(&geometry, &info->pGeometries[i], sizeof(geometry));
+        shape->geometries[i] = nv_counts_of(&geometry);
+    }
     return shape;
 }
 

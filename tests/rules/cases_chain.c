@@ -29,7 +29,7 @@ static const VkAccelerationStructureGeometrySpheresDataNV spheres = {
 static const VkAccelerationStructureGeometrySpheresDataNV spheres_twice = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV, .pNext = &spheres};
 /* Each of these points to itself. */
-static const VkBaseInStructure motion_loop = {
+static const VkAccelerationStructureGeometryMotionTrianglesDataNV motion_loop = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
     .pNext = &motion_loop};
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME]
+ *            [--misaligned]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as
  * lines of tab-separated values: platform, case, command, id, fired|silent|failed; at a level that
@@ -330,7 +331,7 @@ static int usage(void)
 {
     fputs("usage: rules_test " PLATFORM_NAMES
           " [--filter NAME] [--list] [--verbose] "
-          "[--results FILE] [--level NAME]\n",
+          "[--results FILE] [--level NAME] [--misaligned]\n",
           stderr);
     return 2;
 }
@@ -348,6 +349,7 @@ int main(int argc, char **argv)
         return 77;
     }
     catch_crashes();
+    run.world.misaligns = run.tally.misaligns;
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);

@@ -2,6 +2,8 @@
 /* The valid build call and its parts. */
 #include "scene.h"
 
+#include "misaligned.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -351,6 +353,8 @@ static void call_indirect(struct scene *scene)
             scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
     }
     scene_inputs_stage(scene, scene->command_buffer);
+    if (scene->world->misaligns)
+        scene_misalign(scene);
     scene->vk->CmdBuildAccelerationStructuresIndirectKHR(
         scene->command_buffer, scene->info_count, scene->infos_argument,
         scene->indirect_addresses_argument, scene->indirect_strides_argument,
@@ -359,6 +363,8 @@ static void call_indirect(struct scene *scene)
 
 VkResult scene_call(struct scene *scene)
 {
+    if (scene->world->misaligns && scene->command != COMMAND_INDIRECT)
+        scene_misalign(scene);
     switch (scene->command) {
     case COMMAND_DEVICE:
         scene_inputs_stage(scene, scene->command_buffer);

@@ -11,6 +11,8 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
     for (int i = 2; i < argc; i++) {
         if (strcmp(argv[i], "--list") == 0) {
             tally->list = true;
+        } else if (strcmp(argv[i], "--misaligned") == 0) {
+            tally->misaligns = true;
         } else if (strcmp(argv[i], "--verbose") == 0) {
             tally->verbose = true;
         } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {

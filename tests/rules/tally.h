@@ -14,6 +14,7 @@ enum { TALLY_REASONS_MAX = 64 };
 struct tally {
     const char *filter; /* part of the names to be played; NULL: all */
     bool list, verbose;
+    bool misaligns;    /* --misaligned */
     const char *level; /* that all is played at; NULL: at its own */
     FILE *results;     /* NULL: none wanted */
     uint32_t passed, failed, skipped;
