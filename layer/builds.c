@@ -126,6 +126,18 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
     build_call_settle_journal(call);
 }
 
+/* From so many builds on, a call pays little for probing its arrays anew. Smaller calls trust what
+ * was readable within the last milliseconds: docs/probes.md has the figures. */
+enum { PROBED_ANEW = 64 };
+
+static inline struct readable_cache *readable_cache_for(uint32_t builds)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    if (builds >= PROBED_ANEW)
+        readable_forget(cache);
+    return cache;
+}
+
 ON_RECORDING_PATH VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
     VkCommandBuffer commandBuffer, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
@@ -141,7 +153,7 @@ ON_RECORDING_PATH VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructure
     call.view.info_count = infoCount;
     call.view.infos = pInfos;
     call.view.build_ranges = ppBuildRangeInfos;
-    run_checks(&call, readable_cache_of_thread());
+    run_checks(&call, readable_cache_for(infoCount));
     if (call.skip)
         return;
     build_call_count_builds(&call, infoCount);
@@ -167,7 +179,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
     call.view.max_primitive_counts = ppMaxPrimitiveCounts;
     call.view.indirect_addresses = pIndirectDeviceAddresses;
     call.view.indirect_strides = pIndirectStrides;
-    run_checks(&call, readable_cache_of_thread());
+    run_checks(&call, readable_cache_for(infoCount));
     if (call.skip)
         return;
     build_call_count_builds(&call, infoCount);

@@ -6,13 +6,24 @@
 
 #include "check/check.h"
 
+/* Whether the arrays of a call are aligned: those of nearly all calls are. */
+static inline bool call_is_aligned(const struct call_view *call)
+{
+    uintptr_t of_pointers = (uintptr_t)call->infos | (uintptr_t)(const void *)call->build_ranges |
+                            (uintptr_t)(const void *)call->max_primitive_counts |
+                            (uintptr_t)call->indirect_addresses;
+    uintptr_t of_words = (uintptr_t)call->indirect_strides;
+    return !(of_pointers & (_Alignof(uint64_t) - 1)) && !(of_words & (_Alignof(uint32_t) - 1));
+}
+
 /* Makes the arrays of the call aligned. Returns false without memory. */
-bool align_call(struct check_context *context, struct call_view *call);
+__attribute__((cold)) bool align_call(struct check_context *context, struct call_view *call);
 
 /* Whether the geometries of a build, their chains, or what these point to is misaligned. */
-bool build_is_misaligned(struct check_context *context, const struct build_view *build);
+__attribute__((cold)) bool build_is_misaligned(struct check_context *context,
+                                               const struct build_view *build);
 /* Makes all of that aligned. Returns false without memory. */
-bool align_build(struct check_context *context, struct build_view *build);
+__attribute__((cold)) bool align_build(struct check_context *context, struct build_view *build);
 
 /* The same of the parameters of COMMAND_NV. Returns false without memory. */
 bool align_nv_call(struct check_context *context, struct nv_call_view *call);

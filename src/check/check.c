@@ -230,7 +230,8 @@ void check_call(struct check_context *context, const struct call_view *call)
     walk_all_of_call(&walk, call);
 }
 
-static inline void check_all_builds(struct walk *walk, const struct call_view *call)
+__attribute__((always_inline)) static inline void check_all_builds(struct walk *walk,
+                                                                   const struct call_view *call)
 {
     struct check_context *context = walk->context;
     struct sweep own, *sweep = context->sweep ? context->sweep : &own;
@@ -259,7 +260,7 @@ ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_v
     view_call(context, call);
     if (!call_holds(call))
         walk_all_of_call(&walk, call);
-    if (call->infos_readable && align_call(context, call))
+    if (call->infos_readable && (call_is_aligned(call) || align_call(context, call)))
         check_all_builds(&walk, call);
     if (copies.first)
         aligned_copies_release(&copies);

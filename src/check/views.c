@@ -54,7 +54,8 @@ static bool pointers_are_readable(struct readable_cache *cache,
     return true;
 }
 
-static void view_geometry_arrays(struct check_context *context, struct build_view *build)
+__attribute__((always_inline)) static inline void
+view_geometry_arrays(struct check_context *context, struct build_view *build)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
     struct readable_cache *cache = context->readable;
@@ -86,8 +87,8 @@ static inline bool is_plainly_aligned(const struct build_view *build)
     return true;
 }
 
-__attribute__((noinline)) static void view_misaligned(struct check_context *context,
-                                                      struct build_view *build)
+__attribute__((noinline, cold)) static void view_misaligned(struct check_context *context,
+                                                            struct build_view *build)
 {
     if (!build_is_misaligned(context, build))
         return;

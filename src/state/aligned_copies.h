@@ -15,7 +15,7 @@ struct aligned_copies {
     struct aligned_copy *first; /* NULL: none. All bits 0 is empty */
 };
 
-void aligned_copies_release(struct aligned_copies *copies);
+__attribute__((cold)) void aligned_copies_release(struct aligned_copies *copies);
 
 static inline bool is_aligned(const void *pointer, size_t alignment)
 {
@@ -23,6 +23,7 @@ static inline bool is_aligned(const void *pointer, size_t alignment)
 }
 
 /* A copy of `size` readable bytes, aligned for every type. Returns NULL without memory. */
-void *aligned_copies_take(struct aligned_copies *copies, const void *from, size_t size);
+__attribute__((cold)) void *aligned_copies_take(struct aligned_copies *copies, const void *from,
+                                                size_t size);
 
 #endif

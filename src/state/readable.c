@@ -58,7 +58,7 @@ static bool runs_on_valgrind(void)
 }
 
 /* The kernel copies a set of signals from the page that ends there, before it refuses to do
- * anything with it. It is the cheapest call that reads, a third of process_vm_readv, and reads
+ * anything with it. It is the cheapest call that reads, a fifth of process_vm_readv, and reads
  * memory of devices, too. */
 static bool is_readable_by_sigprocmask(uintptr_t end)
 {

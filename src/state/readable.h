@@ -38,8 +38,8 @@ void readable_forget(struct readable_cache *cache);
 
 /* The calling thread's, for the arrays that commands are recorded from: of pages that were readable
  * a few milliseconds ago at most, since commands come in runs and each probe is a system call. What
- * an application unmaps and hands over within that time is not noticed; the driver reads it, too.
- */
+ * an application unmaps and hands over within that time is not noticed, unless the caller empties
+ * the cache before; the driver reads it, too. docs/probes.md has the cost of both. */
 struct readable_cache *readable_cache_of_thread(void);
 
 /* How many bytes from `pointer` on can be read, at most `size`. */

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Arrays of a large call that are unmapped right after it and handed over again: the layer reports
+ * them and doesn't read them. */
+#define _GNU_SOURCE /* MAP_ANONYMOUS */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/mman.h>
+
+#include <cmocka.h>
+
+#include "scene.h"
+
+enum { BUILDS = 64, ROUNDS = 20 };
+
+typedef VkAccelerationStructureBuildGeometryInfoKHR build_info;
+
+static struct platform platform;
+static struct world world;
+
+/* The same build so often, of handles that nobody looks up at level parameters. */
+static build_info *map_infos(const struct scene *scene)
+{
+    build_info *infos = mmap(NULL, BUILDS * sizeof(*infos), PROT_READ | PROT_WRITE,
+                             MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_ptr_not_equal(infos, MAP_FAILED);
+    for (uint32_t i = 0; i < BUILDS; i++) {
+        infos[i] = scene->infos[INDEXED];
+        infos[i].dstAccelerationStructure = (VkAccelerationStructureKHR)(uintptr_t)(1 + i);
+    }
+    return infos;
+}
+
+static void test_infos_are_probed_anew(void **state)
+{
+    (void)state;
+    static const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILDS];
+    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    for (uint32_t i = 0; i < BUILDS; i++)
+        ranges[i] = scene->ranges[INDEXED];
+    world.messages.answer = VK_TRUE; /* nothing goes down */
+    for (int round = 0; round < ROUNDS; round++) {
+        build_info *infos = map_infos(scene);
+        messages_clear(&world.messages);
+        scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
+        assert_int_equal(messages_count(&world.messages,
+                                        "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter",
+                                        NULL),
+                         0);
+        munmap(infos, BUILDS * sizeof(*infos));
+        messages_clear(&world.messages);
+        scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
+        assert_int_equal(messages_count(&world.messages,
+                                        "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter",
+                                        NULL),
+                         1);
+    }
+    world.messages.answer = VK_FALSE;
+    scene_close(scene);
+}
+
+int main(void)
+{
+    static const struct setup plain = {.level = "parameters"};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_infos_are_probed_anew)};
+    const char *missing = platform_open(&platform, "null");
+    if (missing == NULL)
+        missing = world_open(&world, &platform, &plain);
+    if (missing != NULL) {
+        print_error("%s\n", missing);
+        return 1;
+    }
+    const int result = cmocka_run_group_tests(tests, NULL, NULL);
+    world_close(&world);
+    return result;
+}
