@@ -50,6 +50,14 @@ void address_release(const struct null_driver_config *config, VkDeviceAddress ad
     pthread_mutex_unlock(&lock);
 }
 
+void address_start_over(VkDeviceAddress first)
+{
+    pthread_mutex_lock(&lock);
+    next_address = first;
+    freed_count = 0;
+    pthread_mutex_unlock(&lock);
+}
+
 /* ---- what has an address */
 
 static struct placed {

@@ -185,6 +185,8 @@ struct object *object_child(struct object *parent, enum object_type type, uint32
 VkDeviceAddress address_allocate(const struct null_driver_config *config, VkDeviceSize size);
 void address_release(const struct null_driver_config *config, VkDeviceAddress address,
                      VkDeviceSize size);
+/* While nothing has an address: from where the next ones are given out. */
+void address_start_over(VkDeviceAddress first);
 
 /* From now on the addresses are those of a memory or of a sparse buffer, until it is removed. */
 void address_add_object(const struct object *object, VkDeviceAddress address, VkDeviceSize size);

@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Memory, buffers, structures, micromaps: created, bound, named, destroyed. */
+#include <string.h>
+
+#include "calls.h"
+
+/* ---- memory */
+
+void call_allocate_memory(struct calls *calls)
+{
+    struct memory_slot *slot = PICK(calls, memories);
+    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
+    info.pNext = take(calls) % 8 ? NULL : &flags;
+    info.allocationSize = take_size(calls);
+    info.memoryTypeIndex = (take(calls) + 1u) % 6;
+    VkDeviceMemory memory;
+    if (calls->vk.AllocateMemory(calls->device, &info, NULL, &memory) == VK_SUCCESS)
+        *slot = (struct memory_slot){memory, true, info.allocationSize, NULL};
+}
+
+void call_free_memory(struct calls *calls)
+{
+    struct memory_slot *slot = PICK(calls, memories);
+    calls->vk.FreeMemory(calls->device, slot->handle, NULL);
+    slot->is_alive = false;
+    slot->bytes = NULL;
+}
+
+void call_map_memory(struct calls *calls)
+{
+    struct memory_slot *slot = PICK(calls, memories);
+    void *bytes;
+    if (take(calls) % 2) {
+        calls->vk.UnmapMemory(calls->device, slot->handle);
+        slot->bytes = NULL;
+    } else if (calls->vk.MapMemory(calls->device, slot->handle, 0, VK_WHOLE_SIZE, 0, &bytes) ==
+                   VK_SUCCESS &&
+               slot->is_alive) {
+        slot->bytes = bytes;
+    }
+}
+
+/* ---- buffers */
+
+static void ask_address(struct calls *calls, struct buffer_slot *slot)
+{
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = slot->handle};
+    VkDeviceAddress address = calls->vk.GetBufferDeviceAddress(calls->device, &info);
+    if (address)
+        slot->address = address;
+}
+
+void call_create_buffer(struct calls *calls)
+{
+    static const VkBufferUsageFlags usages[] = {
+        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+            VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
+        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
+        VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+            VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
+            VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT,
+    };
+    static const VkBufferCreateFlags flags[] = {0, 0, VK_BUFFER_CREATE_SPARSE_BINDING_BIT,
+                                                VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
+                                                    VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
+                                                    VK_BUFFER_CREATE_SPARSE_ALIASED_BIT};
+    struct buffer_slot *slot = PICK(calls, buffers);
+    VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+    info.size = take_size(calls);
+    info.usage = TAKE(calls, usages);
+    info.flags = TAKE(calls, flags);
+    VkBuffer buffer;
+    if (calls->vk.CreateBuffer(calls->device, &info, NULL, &buffer) == VK_SUCCESS)
+        *slot = (struct buffer_slot){buffer, true, info.size, slot->address};
+}
+
+void call_destroy_buffer(struct calls *calls)
+{
+    struct buffer_slot *slot = PICK(calls, buffers);
+    calls->vk.DestroyBuffer(calls->device, slot->handle, NULL);
+    slot->is_alive = false;
+}
+
+void call_bind_buffer(struct calls *calls)
+{
+    struct buffer_slot *slot = PICK(calls, buffers);
+    const struct memory_slot *memory = PICK(calls, memories);
+    const VkDeviceSize offset = take_offset(calls);
+    const VkBindBufferMemoryInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
+                                         .buffer = slot->handle,
+                                         .memory = memory->handle,
+                                         .memoryOffset = offset};
+    if (take(calls) % 2)
+        calls->vk.BindBufferMemory2(calls->device, 1, &info);
+    else
+        calls->vk.BindBufferMemory(calls->device, slot->handle, memory->handle, offset);
+    ask_address(calls, slot);
+}
+
+void call_get_address(struct calls *calls)
+{
+    ask_address(calls, PICK(calls, buffers));
+}
+
+void call_bind_sparse(struct calls *calls)
+{
+    const struct buffer_slot *buffer = PICK(calls, buffers);
+    const struct memory_slot *memory = PICK(calls, memories);
+    VkSparseMemoryBind bind = {.memory = memory->handle};
+    bind.resourceOffset = take_offset(calls);
+    bind.size = take_size(calls);
+    bind.memoryOffset = take_offset(calls);
+    const VkSparseBufferMemoryBindInfo binds = {buffer->handle, 1, &bind};
+    const VkBindSparseInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
+    calls->vk.QueueBindSparse(calls->queues[0], 1, &info, HANDLE_OF(VkFence, PICK(calls, fences)));
+}
+
+/* What builds read: in memory that is mapped, or in the application's own. */
+void call_write_data(struct calls *calls)
+{
+    static const VkAabbPositionsKHR boxes[] = {{0, 0, 0, 1, 1, 1}, {1, 0, 0, -1, 1, 1}};
+    static const float floats[] = {0, 1, -1, 1e30f, __builtin_nanf(""), __builtin_inff()};
+    unsigned char bytes[64] = {0};
+    size_t size = sizeof(bytes);
+    uint8_t place = take(calls), kind = take(calls);
+    const struct memory_slot *memory = &calls->memories[place % MEMORIES];
+    unsigned char *target = place & 128 ? calls->host : memory->bytes;
+    const VkDeviceSize room = place & 128 ? HOST_SIZE : memory->size;
+    const VkDeviceSize offset = take_offset(calls);
+
+    if (kind % 8 == 0) {
+        memcpy(bytes, &boxes[kind / 8 % 2], size = sizeof(boxes[0]));
+    } else if (kind % 8 == 1) {
+        for (size_t i = 0; i < 9; i++)
+            memcpy(bytes + i * sizeof(float), &TAKE(calls, floats), sizeof(float));
+    } else if (kind % 8 == 2) {
+        const struct structure_slot *structure = PICK(calls, structures);
+        VkAccelerationStructureInstanceKHR instance = {
+            .transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}},
+            .mask = 0xff,
+            .flags = take(calls),
+            .accelerationStructureReference =
+                kind & 8 ? (uint64_t)(uintptr_t)structure->handle : structure->address};
+        memcpy(bytes, &instance, size = sizeof(instance));
+    } else if (kind % 8 == 3) {
+        const uint64_t address =
+            kind & 8 ? (uint64_t)(uintptr_t)take_pointer(calls) : take_address(calls, 0);
+        memcpy(bytes, &address, size = sizeof(address));
+    } else if (kind % 8 == 4) {
+        VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = take_count(calls)};
+        range.primitiveOffset = take(calls);
+        range.firstVertex = take(calls);
+        range.transformOffset = take(calls);
+        memcpy(bytes, &range, size = sizeof(range));
+    } else {
+        for (size_t i = 0; i < 16; i++)
+            bytes[i] = take(calls);
+    }
+    if (target && room > size && offset <= room - size)
+        memcpy(target + offset, bytes, size);
+}
+
+/* ---- structures */
+
+void call_create_structure(struct calls *calls)
+{
+    static const VkAccelerationStructureTypeKHR types[] = {
+        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
+        VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, (VkAccelerationStructureTypeKHR)99};
+    struct structure_slot *slot = PICK(calls, structures);
+    const VkAccelerationStructureMotionInfoNV motion = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV, .maxInstances = 3};
+    const struct buffer_slot *buffer = PICK(calls, buffers);
+    VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .buffer = buffer->handle};
+    info.pNext = take(calls) % 4 == 1 ? &motion : NULL;
+    info.offset = take_offset(calls);
+    info.size = take_size(calls);
+    info.type = TAKE(calls, types);
+    VkAccelerationStructureKHR handle;
+    if (calls->vk.CreateAccelerationStructureKHR(calls->device, &info, NULL, &handle) == VK_SUCCESS)
+        *slot = (struct structure_slot){handle, true, slot->address};
+}
+
+void call_destroy_structure(struct calls *calls)
+{
+    struct structure_slot *slot = PICK(calls, structures);
+    calls->vk.DestroyAccelerationStructureKHR(calls->device, slot->handle, NULL);
+    slot->is_alive = false;
+}
+
+void call_get_structure_address(struct calls *calls)
+{
+    struct structure_slot *slot = PICK(calls, structures);
+    const VkAccelerationStructureDeviceAddressInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+        .accelerationStructure = slot->handle};
+    if (slot->is_alive)
+        slot->address = calls->vk.GetAccelerationStructureDeviceAddressKHR(calls->device, &info);
+}
+
+void call_create_micromap(struct calls *calls)
+{
+    struct slot *slot = PICK(calls, micromaps);
+    const struct buffer_slot *buffer = PICK(calls, buffers);
+    VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+                                    .buffer = buffer->handle};
+    info.offset = take_offset(calls);
+    info.size = take_size(calls);
+    info.type = (VkMicromapTypeEXT)(take(calls) % 2);
+    VkMicromapEXT handle;
+    if (calls->vk.CreateMicromapEXT(calls->device, &info, NULL, &handle) == VK_SUCCESS)
+        *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
+}
+
+void call_destroy_micromap(struct calls *calls)
+{
+    struct slot *slot = PICK(calls, micromaps);
+    calls->vk.DestroyMicromapEXT(calls->device, HANDLE_OF(VkMicromapEXT, slot), NULL);
+    slot->is_alive = false;
+}
+
+/* ---- names, and what the messenger answers */
+
+void call_name_object(struct calls *calls)
+{
+    static const char *const names[] = {"a name", "", NULL, "\xff%s%n\x01 \"quoted\"\n"};
+    const uint8_t kind = take(calls);
+    VkDebugUtilsObjectNameInfoEXT info = {.sType =
+                                              VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                                          .objectType = VK_OBJECT_TYPE_BUFFER,
+                                          .pObjectName = TAKE(calls, names)};
+    info.objectHandle = (uint64_t)(uintptr_t)PICK(calls, buffers)->handle;
+    if (kind % 3 == 1) {
+        info.objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+        info.objectHandle = (uint64_t)(uintptr_t)PICK(calls, structures)->handle;
+    } else if (kind % 3 == 2) {
+        info.objectType = VK_OBJECT_TYPE_COMMAND_BUFFER;
+        info.objectHandle = (uint64_t)(uintptr_t)pick_commands(calls);
+    }
+    calls->vk.SetDebugUtilsObjectNameEXT(calls->device, &info);
+}
+
+void call_answer(struct calls *calls)
+{
+    calls->answer = take(calls) % 2;
+}
