@@ -77,6 +77,14 @@ static enum source_state read_radius(const struct source *source, struct radius_
     return state;
 }
 
+/* How many primitives are worth a look: without indices none that can be read lies behind the first
+ * that can't. */
+static uint64_t primitives_within(const struct source *source)
+{
+    bool has_end = source->index_size == 0 && source->index_limit < source->count;
+    return has_end ? source->index_limit : source->count;
+}
+
 void content_read_radii(struct content *content)
 {
     struct radius_view view = {.geometry = content->range->geometry, .is_swept = is_swept(content)};
@@ -84,7 +92,8 @@ void content_read_radii(struct content *content)
     struct source source = {0};
     if (!describe(content, &described) || !content_open_source(content, &described, &source))
         return;
-    for (; view.primitive < source.count; view.primitive++) {
+    const uint64_t count = primitives_within(&source);
+    for (; view.primitive < count; view.primitive++) {
         if (read_radius(&source, &view) != SOURCE_UNDEFINED)
             continue;
         content_walk_radius(content, &view);
