@@ -22,9 +22,12 @@ static inline bool address_is_plain(const struct address_facts *facts)
 
 static inline bool geometry_addresses_hold(const struct geometry_view *geometry)
 {
-    return !geometry->chained && address_is_plain(&geometry->vertex) &&
-           address_is_plain(&geometry->index_data) && address_is_plain(&geometry->transform) &&
-           address_is_plain(&geometry->data);
+    const struct chained_inputs *chained = geometry->chained;
+    for (uint32_t i = 0; chained && i < chained->count; i++)
+        if (!address_is_plain(&chained->items[i].facts))
+            return false;
+    return address_is_plain(&geometry->vertex) && address_is_plain(&geometry->index_data) &&
+           address_is_plain(&geometry->transform) && address_is_plain(&geometry->data);
 }
 
 static inline bool scratch_address_holds(const struct build_view *build)
