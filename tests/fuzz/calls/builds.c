@@ -78,10 +78,20 @@ static void take_geometry(struct calls *calls, struct build_arguments *arguments
     }
 }
 
-/* Issue 17, item 7: structures of the application are still read where they lie. */
-static void *align(void *pointer)
+/* A pointer into the application's memory where no structure may lie, if the layer bears that. */
+static void *take_any_pointer(struct calls *calls)
 {
-    return (void *)((uintptr_t)pointer & ~(uintptr_t)7);
+    const uintptr_t pointer = (uintptr_t)take_pointer(calls);
+    return (void *)(CALLS_MISALIGNED ? pointer : pointer & ~(uintptr_t)7);
+}
+
+/* A copy of the geometries, likewise; it ends where its block ends. */
+static const void *misplace(struct build_arguments *arguments, const void *geometries, size_t size)
+{
+    const size_t offset = CALLS_MISALIGNED ? 4 : 8;
+    unsigned char *block = build_block(arguments, offset + size);
+    memcpy(block + offset, geometries, size);
+    return block + offset;
 }
 
 static void point_to_geometries(struct build_arguments *arguments,
@@ -103,7 +113,8 @@ static void point_to_geometries(struct build_arguments *arguments,
     if (how == 250)
         info->pGeometries = (const void *)(NOWHERE + 8);
     if (how == 248)
-        info->pGeometries = align((char *)geometries + 4);
+        info->pGeometries =
+            misplace(arguments, geometries, info->geometryCount * sizeof(*geometries));
 }
 
 /* Ranges that lead nowhere, or lie where no structure may, come to an end there. */
@@ -122,7 +133,7 @@ take_ranges(struct calls *calls, struct build_arguments *arguments, uint32_t cou
         if (byte & 4)
             ranges[i].transformOffset = (uint32_t)take_offset(calls);
         if (byte == 255)
-            return align(take_pointer(calls));
+            return take_any_pointer(calls);
     }
     return ranges;
 }
