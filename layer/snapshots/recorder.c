@@ -59,12 +59,15 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         journal->release_work = release_work;
     }
     recorder->recording = journal ? journal->work : NULL;
-    if (!recorder->recording)
+    if (!recorder->recording) {
         recorder_lose(recorder);
-    else if (recorder->recording->copy_block_count)
+        return false;
+    }
+    recording_go_on(recorder->recording);
+    if (recorder->recording->copy_block_count)
         recorder->first_order =
             recorder->recording->copy_blocks[recorder->recording->copy_block_count - 1].used;
-    return recorder->recording;
+    return true;
 }
 
 static bool is_place_for_copies(const struct command_buffer *command_buffer)

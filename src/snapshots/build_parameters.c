@@ -53,8 +53,10 @@ static bool copy_arrays(struct readable_cache *cache,
                         struct build_parameters *copy)
 {
     for (uint32_t i = 0; i < info->geometryCount; i++) {
-        const VkAccelerationStructureGeometryKHR *from = &info->pGeometries[i];
-        if (!info->pGeometries) {
+        const VkAccelerationStructureGeometryKHR *from;
+        if (info->pGeometries) {
+            from = &info->pGeometries[i];
+        } else {
             memcpy(&from, &info->ppGeometries[i], sizeof(from));
             if (!readable(cache, from, sizeof(*from)))
                 return false;

@@ -137,6 +137,13 @@ bool recording_add_copy_block(struct recording *recording, const struct copy_blo
     return true;
 }
 
+void recording_go_on(struct recording *recording)
+{
+    pthread_mutex_lock(&recording->lock);
+    recording->keeps_chunks |= recording->execution_count != 0;
+    pthread_mutex_unlock(&recording->lock);
+}
+
 void recording_keep_chunks(struct recording *recording)
 {
     pthread_mutex_lock(&recording->lock);

@@ -128,8 +128,8 @@ struct recording {
     pthread_mutex_t lock;   /* guards the rest, and what is added to items and chunks */
     struct execution *latest; /* the last one made, while it lives */
     uint32_t execution_count; /* that live */
-    bool keeps_chunks; /* an execution was released before its end, or commands without a gate name
-                          chunks */
+    bool keeps_chunks; /* until it is released: an execution was cut short, commands that no gate
+                          stops name chunks, or more was recorded after a submission */
     bool is_spent;     /* chunks were given back after an execution */
 };
 
@@ -176,6 +176,9 @@ bool recording_contains(const struct recording *recording, const struct recordin
 
 /* False without memory. */
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block);
+/* Before more is recorded: if it was submitted by mistake before that, its chunks stay, so that
+ * none is given back while a command is recorded. */
+void recording_go_on(struct recording *recording);
 /* From now on its chunks stay until it is released: commands name them that no gate stops. */
 void recording_keep_chunks(struct recording *recording);
 /* Before a submission: opens the gate, unless chunks were given back. Returns false then. */

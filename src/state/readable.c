@@ -186,7 +186,7 @@ size_t readable_copy(void *to, const void *from, size_t size)
     struct iovec local = {.iov_base = to, .iov_len = size};
     struct iovec remote[] = {
         {.iov_base = (void *)(uintptr_t)from, .iov_len = first},
-        {.iov_base = (char *)(uintptr_t)from + first, .iov_len = size - first},
+        {.iov_base = (void *)((uintptr_t)from + first), .iov_len = size - first},
     };
     ssize_t count = process_vm_readv(getpid(), &local, 1, remote, 2, 0);
     if (count >= 0)

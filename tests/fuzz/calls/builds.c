@@ -78,17 +78,10 @@ static void take_geometry(struct calls *calls, struct build_arguments *arguments
     }
 }
 
-/* A pointer into the application's memory where no structure may lie, if the layer bears that. */
-static void *take_any_pointer(struct calls *calls)
-{
-    const uintptr_t pointer = (uintptr_t)take_pointer(calls);
-    return (void *)(CALLS_MISALIGNED ? pointer : pointer & ~(uintptr_t)7);
-}
-
-/* A copy of the geometries, likewise; it ends where its block ends. */
+/* A misaligned copy of the geometries, which ends where its block ends. */
 static const void *misplace(struct build_arguments *arguments, const void *geometries, size_t size)
 {
-    const size_t offset = CALLS_MISALIGNED ? 4 : 8;
+    const size_t offset = 4;
     unsigned char *block = build_block(arguments, offset + size);
     memcpy(block + offset, geometries, size);
     return block + offset;
@@ -133,7 +126,7 @@ take_ranges(struct calls *calls, struct build_arguments *arguments, uint32_t cou
         if (byte & 4)
             ranges[i].transformOffset = (uint32_t)take_offset(calls);
         if (byte == 255)
-            return take_any_pointer(calls);
+            return take_pointer(calls);
     }
     return ranges;
 }

@@ -17,15 +17,6 @@
 
 #include "assay.h"
 
-/* Once the layer survives handles that are no command buffers (issue 17, item 5), and structures of
- * the application that lie where none may (item 7). */
-#ifndef CALLS_WILD_COMMAND_BUFFERS
-#define CALLS_WILD_COMMAND_BUFFERS false
-#endif
-#ifndef CALLS_MISALIGNED
-#define CALLS_MISALIGNED false
-#endif
-
 enum {
     MEMORIES = 4,
     BUFFERS = 8,

@@ -122,7 +122,7 @@ VkCommandBuffer pick_commands(struct calls *calls)
 VkCommandBuffer pick_any_commands(struct calls *calls)
 {
     uint8_t byte = take(calls);
-    if (byte >= 252 && CALLS_WILD_COMMAND_BUFFERS)
+    if (byte >= 252)
         return take_pointer(calls);
     return calls->command_buffers[byte % COMMAND_BUFFERS].handle;
 }
