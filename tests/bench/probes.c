@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Replaces the C library's syscall, process_vm_readv (with which the layer probes under Valgrind)
- * and clock_gettime. The program exports them, so the dynamic linker gives them to the layer, too. */
+ * and clock_gettime. The program exports them, so the dynamic linker gives them to the layer too.
+ */
 #define _GNU_SOURCE /* RTLD_NEXT, process_vm_readv */
 #include "probes.h"
 
