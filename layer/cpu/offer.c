@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/displacement.h"
-#include "build/formats.h"
-#include "build/micromap.h"
+#include "src/bvh/input/displacement.h"
+#include "src/bvh/input/formats.h"
+#include "src/bvh/micromap.h"
 #include "cpu/commands.h"
 #include "physical_device.h"
 #include "registry.h"

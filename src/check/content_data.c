@@ -2,7 +2,7 @@
 /* Rules about the data of triangles and boxes, and about transforms. */
 #include <math.h>
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "check/content.h"
 #include "check/predicates.h"
 

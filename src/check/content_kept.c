@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/source.h"
+#include "src/bvh/input/source.h"
 #include "check/content.h"
 #include "check/geometry_data.h"
 #include "state/build_info.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The radii of spheres and linear swept spheres: read by the reference builder's own reader, and
  * their rules. What is inactive has none that counts. */
-#include "build/source.h"
+#include "src/bvh/input/source.h"
 #include "check/content.h"
 #include "check/extensions.h"
 #include "check/geometry_data.h"

@@ -2,7 +2,7 @@
 /* Rules about the instances of builds with motion. */
 #include <string.h>
 
-#include "build/source.h"
+#include "src/bvh/input/source.h"
 #include "check/content.h"
 #include "check/enabled.h"
 #include "check/predicates.h"

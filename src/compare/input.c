@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/formats.h"
-#include "build/source.h"
+#include "src/bvh/input/formats.h"
+#include "src/bvh/input/source.h"
 
 /* What a build reads of an array: `size` bytes, `offset` bytes from its address. */
 struct extent {

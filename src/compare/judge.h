@@ -6,7 +6,7 @@
 #ifndef ASSAY_COMPARE_JUDGE_H
 #define ASSAY_COMPARE_JUDGE_H
 
-#include "build/trace.h"
+#include "src/bvh/trace.h"
 #include "compare/placing.h"
 #include "compare/rays.h"
 #include "report/difference.h"

@@ -7,7 +7,7 @@
 #ifndef ASSAY_COMPARE_PLACING_H
 #define ASSAY_COMPARE_PLACING_H
 
-#include "build/structure.h"
+#include "src/bvh/structure.h"
 #include "compare/trace_data.h"
 
 #define PLACING_TOLERANCE 0x1p-16 /* 256 times the rounding of a float */

@@ -3,7 +3,7 @@
 #ifndef ASSAY_COMPARE_REFERENCE_H
 #define ASSAY_COMPARE_REFERENCE_H
 
-#include "build/source.h"
+#include "src/bvh/input/source.h"
 #include "compare/input.h"
 #include "snapshots/build_input.h"
 

@@ -4,7 +4,7 @@
 #ifndef ASSAY_CPU_BYTES_H
 #define ASSAY_CPU_BYTES_H
 
-#include "build/micromap.h"
+#include "src/bvh/micromap.h"
 
 static inline uint64_t bytes_size(const void *bytes)
 {

@@ -8,7 +8,7 @@
 #ifndef ASSAY_CPU_DEVICE_H
 #define ASSAY_CPU_DEVICE_H
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "cpu/counters.h"
 #include "cpu/deferred.h"
 #include "cpu/private_data.h"

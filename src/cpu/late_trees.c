@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/micromap.h"
+#include "src/bvh/micromap.h"
 #include "cpu/make.h"
 #include "cpu/pins.h"
 

@@ -4,7 +4,7 @@
 #ifndef ASSAY_CPU_MAKE_H
 #define ASSAY_CPU_MAKE_H
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "cpu/device.h"
 #include "cpu/tree.h"
 #include "snapshots/build_parameters.h"

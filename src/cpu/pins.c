@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-#include "build/structure.h"
+#include "src/bvh/structure.h"
 #include "cpu/bytes.h"
 
 struct pin {

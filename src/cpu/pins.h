@@ -7,7 +7,7 @@
 #include <pthread.h>
 #include <stdbool.h>
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "cpu/structures.h"
 #include "state/handle_table.h"
 

@@ -3,7 +3,7 @@
 #ifndef ASSAY_CPU_SCENE_H
 #define ASSAY_CPU_SCENE_H
 
-#include "build/trace.h"
+#include "src/bvh/trace.h"
 #include "cpu/device.h"
 #include "cpu/pins.h"
 

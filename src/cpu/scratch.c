@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "snapshots/memory.h"
 
 _Static_assert(CPU_SCRATCH_SLACK == BUILDER_ALIGNMENT - 1, "room to align in");

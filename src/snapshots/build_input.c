@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "build/source.h"
+#include "src/bvh/input/source.h"
 #include "snapshots/input_find.h"
 #include "snapshots/micromap_input.h"
 

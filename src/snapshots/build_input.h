@@ -3,7 +3,7 @@
 #ifndef ASSAY_SNAPSHOTS_BUILD_INPUT_H
 #define ASSAY_SNAPSHOTS_BUILD_INPUT_H
 
-#include "build/micromap.h"
+#include "src/bvh/micromap.h"
 #include "snapshots/build_parameters.h"
 #include "snapshots/memory.h"
 

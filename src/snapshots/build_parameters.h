@@ -5,7 +5,7 @@
 
 #include <vulkan/vulkan_core.h>
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "snapshots/chained_input.h"
 #include "state/readable.h"
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/micromap.h"
+#include "src/bvh/micromap.h"
 #include "kit.h"
 
 /* The specification's tables: where fields begin, and their bits. */

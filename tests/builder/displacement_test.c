@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "build/displacement.h"
+#include "src/bvh/input/displacement.h"
 #include "displacement_encoder.h"
 #include "kit.h"
 

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "build/formats.h"
+#include "src/bvh/input/formats.h"
 #include "kit.h"
 
 /* One vertex of each format, and what it means. */

@@ -3,8 +3,8 @@
 #ifndef ASSAY_TESTS_BUILDER_KIT_H
 #define ASSAY_TESTS_BUILDER_KIT_H
 
-#include "build/build.h"
-#include "build/trace.h"
+#include "src/bvh/bvh.h"
+#include "src/bvh/trace.h"
 
 struct kit_mesh {
     float *positions;  /* three a vertex */

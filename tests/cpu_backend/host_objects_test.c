@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-#include "build/build.h"
+#include "src/bvh/bvh.h"
 #include "cpu/scratch.h"
 #include "cpu/structures.h"
 #include "snapshots/memory.h"

@@ -2,9 +2,9 @@
 /* offer_test null|lavapipe: what a physical device offers on backend cpu. */
 #include <string.h>
 
-#include "build/displacement.h"
-#include "build/formats.h"
-#include "build/micromap.h"
+#include "src/bvh/input/displacement.h"
+#include "src/bvh/input/formats.h"
+#include "src/bvh/micromap.h"
 #include "offer_stage.h"
 #include "registry.h"
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/displacement.h"
+#include "src/bvh/input/displacement.h"
 #include "fuzz.h"
 #include "fuzz_displaced.h"
 #include "kit.h"

@@ -3,7 +3,7 @@
 #ifndef FUZZ_DISPLACED_H
 #define FUZZ_DISPLACED_H
 
-#include "build/micromap.h"
+#include "src/bvh/micromap.h"
 
 struct span {
     const uint8_t *bytes;

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "build/structure.h"
+#include "src/bvh/structure.h"
 #include "cases.h"
 #include "displaced.h"
 

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Vertex formats: those that every implementation has, and all others of 8, 16 and 32 bits a
+ * component that the specification allows. A missing Z is 0, a fourth component isn't read
+ * (VkAccelerationStructureGeometryTrianglesDataKHR). */
+#include "src/bvh/input/formats.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/* A half's 10 bits of fraction fit a float's 23, and all its exponents are normal floats. */
+float float_from_half(uint16_t half)
+{
+    uint32_t sign = (uint32_t)(half & 0x8000) << 16, exponent = half >> 10 & 0x1f;
+    uint32_t fraction = half & 0x3ff, bits;
+    if (exponent == 0) {
+        float tiny = (float)fraction * 0x1p-24f;
+        memcpy(&bits, &tiny, sizeof(bits));
+    } else if (exponent == 0x1f) {
+        bits = 0x7f800000 | fraction << 13;
+    } else {
+        bits = (exponent + 112) << 23 | fraction << 13;
+    }
+    bits |= sign;
+    float value;
+    memcpy(&value, &bits, sizeof(value));
+    return value;
+}
+
+/* "Conversion From Normalized Fixed-Point to Floating-Point": the lowest SNORM value is -1, too. */
+static float from_snorm(int32_t value, int32_t largest)
+{
+    return value < -largest ? -1.0f : (float)value / (float)largest;
+}
+
+static void read_float(const uint8_t *from, float *to, int count)
+{
+    memcpy(to, from, (size_t)count * sizeof(float));
+}
+
+static void read_half(const uint8_t *from, float *to, int count)
+{
+    for (int i = 0; i < count; i++) {
+        uint16_t bits;
+        memcpy(&bits, from + 2 * i, sizeof(bits));
+        to[i] = float_from_half(bits);
+    }
+}
+
+static void read_snorm16(const uint8_t *from, float *to, int count)
+{
+    for (int i = 0; i < count; i++) {
+        int16_t value;
+        memcpy(&value, from + 2 * i, sizeof(value));
+        to[i] = from_snorm(value, INT16_MAX);
+    }
+}
+
+static void read_unorm16(const uint8_t *from, float *to, int count)
+{
+    for (int i = 0; i < count; i++) {
+        uint16_t value;
+        memcpy(&value, from + 2 * i, sizeof(value));
+        to[i] = (float)value / (float)UINT16_MAX;
+    }
+}
+
+static void read_snorm8(const uint8_t *from, float *to, int count)
+{
+    for (int i = 0; i < count; i++)
+        to[i] = from_snorm((int8_t)from[i], INT8_MAX);
+}
+
+static void read_unorm8(const uint8_t *from, float *to, int count)
+{
+    for (int i = 0; i < count; i++)
+        to[i] = (float)from[i] / (float)UINT8_MAX;
+}
+
+/* A2B10G10R10: X in the lowest bits */
+static void read_unorm10(const uint8_t *from, float *to, int count)
+{
+    uint32_t bits;
+    memcpy(&bits, from, sizeof(bits));
+    for (int i = 0; i < count; i++)
+        to[i] = (float)(bits >> 10 * i & 0x3ff) / 1023.0f;
+}
+
+static void read_snorm10(const uint8_t *from, float *to, int count)
+{
+    uint32_t bits;
+    memcpy(&bits, from, sizeof(bits));
+    for (int i = 0; i < count; i++) {
+        int32_t value = (int32_t)(bits >> 10 * i & 0x3ff);
+        to[i] = from_snorm(value < 512 ? value : value - 1024, 511);
+    }
+}
+
+#define READERS(type)                                                                              \
+    static void read_##type##_2(const uint8_t *from, float position[3])                            \
+    {                                                                                              \
+        read_##type(from, position, 2);                                                            \
+        position[2] = 0;                                                                           \
+    }                                                                                              \
+    static void read_##type##_3(const uint8_t *from, float position[3])                            \
+    {                                                                                              \
+        read_##type(from, position, 3);                                                            \
+    }
+READERS(float)
+READERS(half)
+READERS(snorm16)
+READERS(unorm16)
+READERS(snorm8)
+READERS(unorm8)
+
+static void read_unorm10_3(const uint8_t *from, float position[3])
+{
+    read_unorm10(from, position, 3);
+}
+
+static void read_snorm10_3(const uint8_t *from, float position[3])
+{
+    read_snorm10(from, position, 3);
+}
+
+static const struct vertex_format formats[] = {
+    {VK_FORMAT_R32G32B32_SFLOAT, 12, true, read_float_3},
+    {VK_FORMAT_R32G32_SFLOAT, 8, true, read_float_2},
+    {VK_FORMAT_R32G32B32A32_SFLOAT, 12, true, read_float_3},
+    {VK_FORMAT_R16G16_SFLOAT, 4, true, read_half_2},
+    {VK_FORMAT_R16G16B16_SFLOAT, 6, true, read_half_3},
+    {VK_FORMAT_R16G16B16A16_SFLOAT, 6, true, read_half_3},
+    {VK_FORMAT_R16G16_SNORM, 4, false, read_snorm16_2},
+    {VK_FORMAT_R16G16B16_SNORM, 6, false, read_snorm16_3},
+    {VK_FORMAT_R16G16B16A16_SNORM, 6, false, read_snorm16_3},
+    {VK_FORMAT_R16G16_UNORM, 4, false, read_unorm16_2},
+    {VK_FORMAT_R16G16B16_UNORM, 6, false, read_unorm16_3},
+    {VK_FORMAT_R16G16B16A16_UNORM, 6, false, read_unorm16_3},
+    {VK_FORMAT_R8G8_SNORM, 2, false, read_snorm8_2},
+    {VK_FORMAT_R8G8B8_SNORM, 3, false, read_snorm8_3},
+    {VK_FORMAT_R8G8B8A8_SNORM, 3, false, read_snorm8_3},
+    {VK_FORMAT_R8G8_UNORM, 2, false, read_unorm8_2},
+    {VK_FORMAT_R8G8B8_UNORM, 3, false, read_unorm8_3},
+    {VK_FORMAT_R8G8B8A8_UNORM, 3, false, read_unorm8_3},
+    {VK_FORMAT_A2B10G10R10_UNORM_PACK32, 4, false, read_unorm10_3},
+    {VK_FORMAT_A2B10G10R10_SNORM_PACK32, 4, false, read_snorm10_3},
+};
+
+const struct vertex_format *vertex_format_find(VkFormat format)
+{
+    for (size_t i = 0; i < sizeof(formats) / sizeof(formats[0]); i++)
+        if (formats[i].format == format)
+            return &formats[i];
+    return NULL;
+}
+
+uint32_t radius_format_size(VkFormat format)
+{
+    switch (format) {
+    case VK_FORMAT_R32_SFLOAT:
+        return sizeof(float);
+    case VK_FORMAT_R16_SFLOAT:
+        return sizeof(uint16_t);
+    default:
+        return 0;
+    }
+}

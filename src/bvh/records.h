@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records: a primitive's data as traversal wants it. */
+#ifndef ASSAY_BVH_RECORDS_H
+#define ASSAY_BVH_RECORDS_H
+
+#include "src/bvh/input/displaced.h"
+#include "src/bvh/input/source.h"
+#include "src/bvh/instance.h"
+#include "src/bvh/motion.h"
+#include "src/bvh/vector.h"
+
+#define RECORD_CHUNK 4096u /* that a thread writes at once */
+
+union any_record {
+    struct triangle_record triangle;
+    struct aabb_record aabb;
+    struct instance_record instance;
+    struct motion_triangle_record motion_triangle;
+    struct motion_instance_record motion_instance;
+    struct sphere_record sphere;
+    struct swept_record swept;
+    struct dense_record dense;
+    struct displaced_record displaced;
+    struct motion_displaced_record motion_displaced;
+};
+
+/* Inline, so that loops over records of one kind, where they know it, don't ask for each. */
+
+/* What the application's memory says: positions or the instance. */
+static ALWAYS_INLINE enum source_state record_read(const struct builder_input *input,
+                                                   enum structure_kind kind,
+                                                   const struct source *source, uint32_t primitive,
+                                                   union any_record *record)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return source_triangle(source, primitive, &record->triangle);
+    case STRUCTURE_AABBS:
+        return source_aabb(source, primitive, &record->aabb);
+    case STRUCTURE_INSTANCES:
+        return source_instance(source, primitive, &input->memory, &record->instance);
+    case STRUCTURE_MOTION_TRIANGLES:
+        return source_motion_triangle(source, primitive, &record->motion_triangle);
+    case STRUCTURE_MOTION_INSTANCES:
+        return source_motion_instance(source, primitive, &input->memory, &record->motion_instance);
+    case STRUCTURE_SPHERES:
+        return source_sphere(source, primitive, &record->sphere);
+    case STRUCTURE_SWEPT_SPHERES:
+        return source_swept(source, primitive, &record->swept);
+    case STRUCTURE_DENSE:
+        return source_dense(source, primitive, &record->dense);
+    case STRUCTURE_DISPLACED:
+        return displaced_read(source, primitive, &record->displaced);
+    case STRUCTURE_MOTION_DISPLACED:
+        return displaced_read_motion(source, primitive, &record->motion_displaced);
+    }
+    return SOURCE_INACTIVE;
+}
+
+/* And what an instance of it refers to: SOURCE_UNRESOLVED where that isn't known. */
+static ALWAYS_INLINE enum source_state record_resolve(const struct builder_input *input,
+                                                      enum structure_kind kind,
+                                                      const struct source *source,
+                                                      uint32_t primitive, union any_record *record,
+                                                      const void **blas)
+{
+    const struct builder_resolver *resolver = &input->resolver;
+    enum source_state found = record_read(input, kind, source, primitive, record);
+    *blas = NULL;
+    if (found != SOURCE_ACTIVE || !structure_is_top(kind))
+        return found;
+    *blas =
+        resolver->find(resolver->context, record->instance.instance.accelerationStructureReference);
+    return *blas ? SOURCE_ACTIVE : SOURCE_UNRESOLVED;
+}
+
+/* `number` is the one by which opacities are found. */
+static ALWAYS_INLINE void finish_triangle(struct builder_place place, const struct source *source,
+                                          uint32_t number, struct triangle_record *triangle)
+{
+    triangle->geometry = place.geometry;
+    triangle->primitive = place.primitive;
+    triangle->opacity = source->opacity.is_present ? source_opacity(source, number) : 0;
+}
+
+static ALWAYS_INLINE void finish_displaced(struct builder_place place, const struct source *source,
+                                           struct triangle_record *triangle)
+{
+    place.primitive = triangle->primitive;
+    finish_triangle(place, source, place.primitive, triangle);
+}
+
+/* The rest of a record that was read: the numbers, what else a triangle has, and an instance's
+ * inverse. */
+static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder_place place,
+                                        const struct source *source, union any_record *record)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        finish_triangle(place, source, place.primitive, &record->triangle);
+        return;
+    case STRUCTURE_MOTION_TRIANGLES:
+        finish_triangle(place, source, place.primitive, &record->motion_triangle.at[0]);
+        finish_triangle(place, source, place.primitive, &record->motion_triangle.at[1]);
+        return;
+    case STRUCTURE_DENSE:
+        finish_triangle(place, source, record->dense.primitive, &record->dense.triangle);
+        return;
+    case STRUCTURE_DISPLACED: /* the number is the base's already */
+        finish_displaced(place, source, &record->displaced.triangle);
+        return;
+    case STRUCTURE_MOTION_DISPLACED:
+        finish_displaced(place, source, &record->motion_displaced.triangle.at[0]);
+        finish_displaced(place, source, &record->motion_displaced.triangle.at[1]);
+        return;
+    case STRUCTURE_AABBS:
+    case STRUCTURE_SPHERES:
+    case STRUCTURE_SWEPT_SPHERES:
+        record->aabb.geometry = place.geometry; /* numbers are in one place */
+        record->aabb.primitive = place.primitive;
+        return;
+    case STRUCTURE_MOTION_INSTANCES:
+        motion_instance_at(&record->motion_instance, 0, &record->instance);
+        /* fall through */
+    case STRUCTURE_INSTANCES:
+        instance_invert(&record->instance.instance.transform, record->instance.inverse);
+        record->instance.primitive = place.primitive;
+        record->instance.spare = 0;
+        return;
+    }
+}
+
+#endif

@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The bytes of a structure: header, geometries, records, nodes.
+ *
+ * Records are what leaves hold: triangles with their positions, AABBs, instances; those of active
+ * primitives only, in the tree's order. Nodes have up to four children and lie parents first, so
+ * that a pass from the last to the first sees children before their parents, and no cycle exists.
+ *
+ * Sizes are bounded from both sides. A leaf has at most LEAF_RECORDS records, so n records take at
+ * least n/6 nodes; structure_node_capacity() caps them, and emit.c holds to the cap. For triangles
+ * (48 bytes a record, 112 a node) that is 48 + 0.28 * 112 = 79.4 bytes at most, 66.7 at least; for
+ * microtriangles of displaced ones (56 bytes a record) 87.4 and 74.7. */
+#ifndef ASSAY_BVH_STRUCTURE_H
+#define ASSAY_BVH_STRUCTURE_H
+
+#include <stddef.h>
+
+#include "src/bvh/bvh.h"
+
+#define STRUCTURE_MAGIC 0x59535341u /* "ASSY" */
+#define STRUCTURE_VERSION 1u
+#define LEAF_RECORDS 2u
+#define NODE_WIDTH 4u
+
+/* Binary splits by cost end at this depth; from there on ranges are split by number, at most 29
+ * times. So no path is longer than 80 nodes, and a traversal holds at most three waiting children
+ * of each. */
+#define SPLIT_DEPTH_LIMIT 48u
+#define TREE_DEPTH_LIMIT 80u
+#define TRACE_STACK (3 * TREE_DEPTH_LIMIT + NODE_WIDTH)
+
+/* A child is empty, or a node's index, or LEAF_BIT | (records - 1) << 29 | index of the first. */
+#define CHILD_EMPTY 0xffffffffu
+#define LEAF_BIT 0x80000000u
+#define LEAF_COUNT_SHIFT 29
+#define LEAF_FIRST_MASK 0x1fffffffu
+
+struct wide_node {
+    float lower[3][NODE_WIDTH], upper[3][NODE_WIDTH]; /* +inf and -inf where the child is empty */
+    uint32_t child[NODE_WIDTH];                       /* the empty ones last */
+};
+
+struct triangle_record {
+    float a[3];
+    uint32_t geometry;
+    float b[3];
+    uint32_t primitive;
+    float c[3];
+    uint32_t opacity; /* 0: none; 1 and more: of the geometry's micromap, triangle `opacity` - 1;
+                         from OPACITY_SPECIAL on: a special index, all of it */
+};
+#define OPACITY_SPECIAL 0xfffffffcu /* the least of them, as 32 bits */
+
+struct aabb_record {
+    float lower[3];
+    uint32_t geometry;
+    float upper[3];
+    uint32_t primitive;
+};
+
+struct instance_record {
+    double inverse[9]; /* of the 3x3 part, row by row; all 0 where it is singular */
+    VkAccelerationStructureInstanceKHR instance;
+    uint32_t primitive;
+    uint32_t spare;
+};
+
+/* Triangles of dense geometry: what their blocks say of themselves beside where they come from. */
+struct dense_record {
+    struct triangle_record triangle;
+    uint32_t geometry, primitive; /* of hits */
+    uint32_t is_opaque, spare;
+};
+
+struct sphere_record {
+    float center[3];
+    uint32_t geometry;
+    float radius;
+    uint32_t spare[2];
+    uint32_t primitive;
+};
+
+/* A linear swept sphere. */
+#define SWEPT_CAP_FIRST 1u
+#define SWEPT_CAP_LAST 2u
+struct swept_record {
+    float a[3];
+    uint32_t geometry;
+    float b[3];
+    uint32_t primitive;
+    float radius[2];
+    uint32_t caps, spare;
+};
+
+/* At time 0 and time 1; the numbers of both are the same. */
+struct motion_triangle_record {
+    struct triangle_record at[2];
+};
+
+/* A microtriangle, with the number of its base triangle: which part of that it is. */
+struct displaced_part {
+    uint16_t index;       /* along the curve (displacement.h) */
+    uint8_t level, edges; /* the latter: which are decimated */
+    uint32_t spare;
+};
+struct displaced_record {
+    struct triangle_record triangle;
+    struct displaced_part part;
+};
+struct motion_displaced_record {
+    struct motion_triangle_record triangle;
+    struct displaced_part part;
+};
+
+/* `base` is the instance at time 0, and all there is of one that doesn't move. */
+struct motion_instance_record {
+    struct instance_record base;
+    uint32_t type; /* VkAccelerationStructureMotionInstanceTypeNV */
+    uint32_t spare[3];
+    union {
+        VkTransformMatrixKHR matrix[2];
+        VkSRTDataNV srt[2];
+    } at; /* times 0 and 1 */
+};
+
+/* What precedes the references ("VkCopyAccelerationStructureToMemoryInfoKHR"). */
+struct serialized_header {
+    uint8_t driver[VK_UUID_SIZE], compatibility[VK_UUID_SIZE];
+    uint64_t serialized_size, deserialized_size, reference_count;
+};
+_Static_assert(sizeof(struct serialized_header) == BUILDER_SERIALIZED_HEADER,
+               "the specification's layout");
+
+struct structure_geometry {
+    uint32_t flags, primitive_count;
+};
+
+enum structure_kind {
+    STRUCTURE_TRIANGLES,
+    STRUCTURE_AABBS,
+    STRUCTURE_INSTANCES,
+    STRUCTURE_MOTION_TRIANGLES, /* of builds with VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV */
+    STRUCTURE_MOTION_INSTANCES,
+    STRUCTURE_SPHERES,
+    STRUCTURE_SWEPT_SPHERES,
+    STRUCTURE_DENSE,
+    STRUCTURE_DISPLACED, /* triangles of which any geometry is */
+    STRUCTURE_MOTION_DISPLACED,
+};
+#define STRUCTURE_KINDS 10u
+
+struct structure_header {
+    uint32_t magic, version;
+    uint32_t kind;                       /* enum structure_kind */
+    uint32_t flags;                      /* VkBuildAccelerationStructureFlagsKHR */
+    uint64_t size;                       /* all of it, unused capacity included */
+    uint64_t geometries, records, nodes; /* offsets from the header on */
+    uint32_t geometry_count;
+    uint32_t record_count, node_count;
+    uint32_t record_capacity, node_capacity;
+    float lower[3], upper[3]; /* +inf and -inf where nothing is active */
+    uint32_t micromap_count;  /* references to micromaps after the nodes: one a geometry, or none */
+};
+_Static_assert(sizeof(struct structure_header) == 96, "layout");
+_Static_assert(sizeof(struct wide_node) == 112, "layout");
+_Static_assert(sizeof(struct triangle_record) == 48, "layout");
+_Static_assert(sizeof(struct instance_record) == 144, "layout");
+_Static_assert(sizeof(struct motion_instance_record) == 288, "layout");
+_Static_assert(sizeof(struct displaced_record) == 56, "layout");
+#define NUMBERS_ARE_AS_IN_TRIANGLES(type)                                                          \
+    _Static_assert(                                                                                \
+        offsetof(struct type, geometry) == offsetof(struct triangle_record, geometry) &&           \
+            offsetof(struct type, primitive) == offsetof(struct triangle_record, primitive),       \
+        "layout")
+NUMBERS_ARE_AS_IN_TRIANGLES(aabb_record);
+NUMBERS_ARE_AS_IN_TRIANGLES(sphere_record);
+NUMBERS_ARE_AS_IN_TRIANGLES(swept_record);
+
+static inline uint32_t leaf_child(uint32_t first, uint32_t count)
+{
+    return LEAF_BIT | (count - 1) << LEAF_COUNT_SHIFT | first;
+}
+
+static inline uint32_t leaf_first(uint32_t child)
+{
+    return child & LEAF_FIRST_MASK;
+}
+
+static inline uint32_t leaf_count(uint32_t child)
+{
+    return (child >> LEAF_COUNT_SHIFT & 3) + 1;
+}
+
+static inline struct structure_geometry *structure_geometries(const struct structure_header *header)
+{
+    return (struct structure_geometry *)((uintptr_t)header + header->geometries);
+}
+
+static inline void *structure_records(const struct structure_header *header)
+{
+    return (void *)((uintptr_t)header + header->records);
+}
+
+static inline struct wide_node *structure_nodes(const struct structure_header *header)
+{
+    return (struct wide_node *)((uintptr_t)header + header->nodes);
+}
+
+static inline uint64_t *structure_micromaps(const struct structure_header *header)
+{
+    return (uint64_t *)((uintptr_t)header + header->size) - header->micromap_count;
+}
+
+/* Records begin with an instance's. */
+static inline bool structure_is_top(enum structure_kind kind)
+{
+    return kind == STRUCTURE_INSTANCES || kind == STRUCTURE_MOTION_INSTANCES;
+}
+
+/* Records are microtriangles. */
+static inline bool structure_is_displaced(enum structure_kind kind)
+{
+    return kind == STRUCTURE_DISPLACED || kind == STRUCTURE_MOTION_DISPLACED;
+}
+
+static inline const struct displaced_part *structure_part(enum structure_kind kind,
+                                                          const void *record)
+{
+    const struct displaced_record *still = record;
+    const struct motion_displaced_record *moving = record;
+    return kind == STRUCTURE_DISPLACED ? &still->part : &moving->part;
+}
+
+/* Records are triangles of the application's. */
+static inline bool structure_has_triangles(enum structure_kind kind)
+{
+    return kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_MOTION_TRIANGLES;
+}
+
+static inline uint64_t structure_record_size(enum structure_kind kind)
+{
+    switch (kind) {
+    case STRUCTURE_TRIANGLES:
+        return sizeof(struct triangle_record);
+    case STRUCTURE_AABBS:
+        return sizeof(struct aabb_record);
+    case STRUCTURE_INSTANCES:
+        return sizeof(struct instance_record);
+    case STRUCTURE_MOTION_TRIANGLES:
+        return sizeof(struct motion_triangle_record);
+    case STRUCTURE_MOTION_INSTANCES:
+        return sizeof(struct motion_instance_record);
+    case STRUCTURE_SPHERES:
+        return sizeof(struct sphere_record);
+    case STRUCTURE_SWEPT_SPHERES:
+        return sizeof(struct swept_record);
+    case STRUCTURE_DENSE:
+        return sizeof(struct dense_record);
+    case STRUCTURE_DISPLACED:
+        return sizeof(struct displaced_record);
+    case STRUCTURE_MOTION_DISPLACED:
+        return sizeof(struct motion_displaced_record);
+    }
+    return 0;
+}
+
+struct instance_record *structure_instance(const struct structure_header *header, uint64_t index);
+uint32_t structure_leaf_limit(enum structure_kind kind); /* records a leaf */
+uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records);
+
+/* Offsets, counts and the size; the rest is zero. */
+void structure_lay_out(struct structure_header *header, enum structure_kind kind,
+                       uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity,
+                       bool has_micromaps);
+
+/* Whether `size` bytes hold a structure whose every offset, count and child is sound. */
+bool structure_is_sound(const struct structure_header *header, uint64_t size);
+
+#endif

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Teams: a list of jobs that threads enter as they come, and leave when nothing is left of them. */
+#include "src/bvh/workers.h"
+
+#include <fenv.h>
+#include <signal.h>
+#include <time.h>
+
+/* How long a helper who is free to go waits for more to do. */
+enum { PATIENCE = 1000000 }; /* ns, less than a second */
+
+/* Lives on the stack of the thread that leads it; in its team's list while it runs. */
+struct builder_team_job {
+    void (*run)(void *context);
+    void *context;
+    struct builder_team_job *next;
+    uint32_t busy; /* helpers within it */
+    bool is_taken; /* nothing is left for one who comes now */
+};
+
+void builder_team_open(struct builder_team *team)
+{
+    *team = (struct builder_team){.jobs = NULL};
+    pthread_condattr_t clock;
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    pthread_mutex_init(&team->lock, NULL);
+    pthread_cond_init(&team->news, &clock);
+    pthread_condattr_destroy(&clock);
+    pthread_cond_init(&team->done, NULL);
+}
+
+void builder_team_close(struct builder_team *team)
+{
+    pthread_mutex_lock(&team->lock);
+    team->is_closed = true;
+    pthread_cond_broadcast(&team->news);
+    pthread_mutex_unlock(&team->lock);
+}
+
+void builder_team_destroy(struct builder_team *team)
+{
+    pthread_mutex_destroy(&team->lock);
+    pthread_cond_destroy(&team->news);
+    pthread_cond_destroy(&team->done);
+}
+
+static struct builder_team_job *find_job(const struct builder_team *team)
+{
+    struct builder_team_job *job = team->jobs;
+    while (job && job->is_taken)
+        job = job->next;
+    return job;
+}
+
+/* False: there was nothing to do for a while, and nobody minds if the helper goes. */
+static bool wait_for_news(struct builder_team *team, bool may_go)
+{
+    struct timespec end;
+    if (!may_go)
+        return pthread_cond_wait(&team->news, &team->lock) == 0;
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    end.tv_nsec += PATIENCE;
+    end.tv_sec += end.tv_nsec / 1000000000;
+    end.tv_nsec %= 1000000000;
+    return pthread_cond_timedwait(&team->news, &team->lock, &end) == 0;
+}
+
+static void help(struct builder_team *team, bool may_go)
+{
+    bool stays = true;
+    fenv_t before;
+    feholdexcept(&before);
+    fesetenv(FE_DFL_ENV);
+    pthread_mutex_lock(&team->lock);
+    while (!team->is_closed && stays) {
+        struct builder_team_job *job = find_job(team);
+        if (!job) {
+            stays = wait_for_news(team, may_go);
+            continue;
+        }
+        job->busy++;
+        pthread_mutex_unlock(&team->lock);
+        job->run(job->context);
+        pthread_mutex_lock(&team->lock);
+        job->is_taken = true;
+        if (--job->busy == 0)
+            pthread_cond_broadcast(&team->done);
+    }
+    pthread_mutex_unlock(&team->lock);
+    fesetenv(&before);
+}
+
+void builder_team_help(struct builder_team *team)
+{
+    help(team, false);
+}
+
+void builder_team_help_for_now(struct builder_team *team)
+{
+    help(team, true);
+}
+
+static void remove_job(struct builder_team *team, const struct builder_team_job *job)
+{
+    struct builder_team_job **link = &team->jobs;
+    while (*link != job)
+        link = &(*link)->next;
+    *link = job->next;
+}
+
+void workers_run(struct workers *workers, void (*job)(void *context), void *context)
+{
+    struct builder_team *team = workers->team;
+    if (!team) {
+        job(context);
+        return;
+    }
+    struct builder_team_job mine = {.run = job, .context = context};
+    pthread_mutex_lock(&team->lock);
+    mine.next = team->jobs;
+    team->jobs = &mine;
+    pthread_cond_broadcast(&team->news);
+    pthread_mutex_unlock(&team->lock);
+    job(context);
+    pthread_mutex_lock(&team->lock);
+    remove_job(team, &mine);
+    while (mine.busy > 0)
+        pthread_cond_wait(&team->done, &team->lock);
+    pthread_mutex_unlock(&team->lock);
+}
+
+struct each_job {
+    workers_body *body;
+    void *context;
+    uint64_t count, step, next; /* `next` is taken atomically */
+};
+
+static void run_each(void *context)
+{
+    struct each_job *job = context;
+    for (;;) {
+        uint64_t begin = __atomic_fetch_add(&job->next, job->step, __ATOMIC_RELAXED);
+        if (begin >= job->count)
+            return;
+        uint64_t end = begin + job->step < job->count ? begin + job->step : job->count;
+        job->body(job->context, (uint32_t)begin, (uint32_t)end);
+    }
+}
+
+void workers_each(struct workers *workers, uint32_t count, uint32_t step, workers_body *body,
+                  void *context)
+{
+    struct each_job job = {body, context, count, step, 0};
+    if (count <= step)
+        run_each(&job);
+    else
+        workers_run(workers, run_each, &job);
+}
+
+static void *worker_main(void *team)
+{
+    builder_team_help(team);
+    return NULL;
+}
+
+void workers_start(struct workers *workers, const struct builder_input *input, uint32_t primitives)
+{
+    uint32_t wanted = input->threads < WORKERS_MAX ? input->threads : WORKERS_MAX;
+    bool is_worth_it = primitives > WORKERS_WORTH;
+    workers->team = is_worth_it ? input->team : NULL;
+    workers->started = 0;
+    if (!is_worth_it || input->team || wanted <= 1)
+        return;
+    workers->team = &workers->own;
+    builder_team_open(workers->team);
+    /* The application's signal handlers are not for these threads. */
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    while (workers->started + 1 < wanted && pthread_create(&workers->threads[workers->started],
+                                                           NULL, worker_main, workers->team) == 0)
+        workers->started++;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+}
+
+void workers_stop(struct workers *workers)
+{
+    if (workers->team != &workers->own)
+        return;
+    builder_team_close(workers->team);
+    for (uint32_t i = 0; i < workers->started; i++)
+        pthread_join(workers->threads[i], NULL);
+    builder_team_destroy(workers->team);
+}
