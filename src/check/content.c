@@ -9,6 +9,7 @@
 #include "check/geometry_data.h"
 #include "check/input.h"
 #include "check/predicates.h"
+#include "rows_by_subject.h"
 
 const char *content_field(const struct geometry_view *geometry, enum input_role role)
 {
@@ -58,129 +59,107 @@ static struct location location_of(const struct geometry_view *geometry)
         walk_hand_on(content->walk, RULE_##name, &location, &finding);                             \
     }
 
-#include "check/ask_nobody.h"
-#undef ASK_indices
-#define ASK_indices(name, level) ASK_ONCE(name, indices)
+#define ASK_INDICES(name, level) ASK_ONCE(name, indices)
 
 void content_walk_indices(struct content *content, const struct indices_view *indices)
 {
     const struct location location = walk_location(indices->geometry, SUBJECT_RANGE);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_indices(ASK_INDICES);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_box
-#define ASK_box(name, level) ASK_ONCE(name, box)
+#define ASK_BOX(name, level) ASK_ONCE(name, box)
 
 void content_walk_box(struct content *content, const struct box_view *box)
 {
     const struct location location = walk_location(box->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_box(ASK_BOX);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_radius
-#define ASK_radius(name, level) ASK_ONCE(name, radius)
+#define ASK_RADIUS(name, level) ASK_ONCE(name, radius)
 
 void content_walk_radius(struct content *content, const struct radius_view *radius)
 {
     const struct location location = walk_location(radius->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_radius(ASK_RADIUS);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_transform
-#define ASK_transform(name, level) ASK_ONCE(name, transform)
+#define ASK_TRANSFORM(name, level) ASK_ONCE(name, transform)
 
 void content_walk_transform(struct content *content, const struct transform_view *transform)
 {
     const struct location location = location_of(transform->geometry);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_transform(ASK_TRANSFORM);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_instance
-#define ASK_instance(name, level) ASK_ONCE(name, instance)
+#define ASK_INSTANCE(name, level) ASK_ONCE(name, instance)
 
 void content_walk_instance(struct content *content, const struct instance_view *instance)
 {
     const struct location location = location_of(instance->geometry);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_instance(ASK_INSTANCE);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_nv_instance
-#define ASK_nv_instance(name, level) ASK_ONCE(name, nv_instance)
+#define ASK_NV_INSTANCE(name, level) ASK_ONCE(name, nv_instance)
 
 void content_walk_nv_instance(struct content *content, const struct nv_instance_view *nv_instance)
 {
     const struct location location = location_of(nv_instance->geometry);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_nv_instance(ASK_NV_INSTANCE);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_instance_pointer
-#define ASK_instance_pointer(name, level) ASK_ONCE(name, instance_pointer)
+#define ASK_INSTANCE_POINTER(name, level) ASK_ONCE(name, instance_pointer)
 
 void content_walk_instance_pointer(struct content *content,
                                    const struct instance_pointer_view *instance_pointer)
 {
     const struct location location = walk_location(instance_pointer->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_instance_pointer(ASK_INSTANCE_POINTER);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_reference
-#define ASK_reference(name, level) ASK_ONCE(name, reference)
+#define ASK_REFERENCE(name, level) ASK_ONCE(name, reference)
 
 void content_walk_reference(struct content *content, const struct reference_view *reference)
 {
     const struct location location = location_of(reference->geometry);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_reference(ASK_REFERENCE);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_motion_instance
-#define ASK_motion_instance(name, level) ASK_ONCE(name, motion_instance)
+#define ASK_MOTION_INSTANCE(name, level) ASK_ONCE(name, motion_instance)
 
 void content_walk_motion_instance(struct content *content,
                                   const struct motion_instance_view *motion_instance)
 {
     const struct location location = walk_location(motion_instance->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_motion_instance(ASK_MOTION_INSTANCE);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_micromap_triangle
-#define ASK_micromap_triangle(name, level) ASK_ONCE(name, micromap_triangle)
+#define ASK_MICROMAP_TRIANGLE(name, level) ASK_ONCE(name, micromap_triangle)
 
 void content_walk_micromap_triangle(struct content *content,
                                     const struct micromap_triangle_view *micromap_triangle)
 {
     const struct location location = walk_location(micromap_triangle->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_micromap_triangle(ASK_MICROMAP_TRIANGLE);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_opacity_index
-#define ASK_opacity_index(name, level) ASK_ONCE(name, opacity_index)
+#define ASK_OPACITY_INDEX(name, level) ASK_ONCE(name, opacity_index)
 
 void content_walk_opacity_index(struct content *content,
                                 const struct opacity_index_view *opacity_index)
 {
     const struct location location = walk_location(opacity_index->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_opacity_index(ASK_OPACITY_INDEX);
 }
 
 /* ---- triangles */

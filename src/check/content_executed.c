@@ -11,6 +11,7 @@
 #include "check/pairs.h"
 #include "check/predicates.h"
 #include "check/views.h"
+#include "rows_by_subject.h"
 
 /* A build whose structure may be what an instance of another build refers to. */
 struct kept_build {
@@ -92,9 +93,7 @@ static void read_direct(struct executed_call *call, const struct executed_build 
 
 /* ---- indirect builds */
 
-#include "check/ask_nobody.h"
-#undef ASK_indirect_range
-#define ASK_indirect_range(name, level)                                                            \
+#define ASK_INDIRECT_RANGE(name, level)                                                            \
     if (walk->wants[RULE_##name] && !name(indirect_range, &finding))                               \
         walk_hand_on(walk, RULE_##name, &location, &finding);
 
@@ -102,7 +101,7 @@ static void walk_indirect_range(struct walk *walk, const struct indirect_range_v
 {
     const struct location location = walk_location(indirect_range->geometry, SUBJECT_RANGE);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_indirect_range(ASK_INDIRECT_RANGE);
 }
 
 /* By a micromap that is used without indices, whose rule wasn't asked before the count was known.

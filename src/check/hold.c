@@ -5,6 +5,7 @@
 #include "check/address.h"
 #include "check/geometry_data.h"
 #include "check/predicates.h"
+#include "rows_by_subject.h"
 #include "state/recording_path.h"
 
 /* Leaves a chain where a row of the level and the command doesn't hold. */
@@ -14,43 +15,35 @@
         return false;
 #define ROWS_HOLD static inline __attribute__((always_inline)) bool
 
-#include "check/ask_nobody.h"
-#undef ASK_call
-#define ASK_call(name, level) HOLD(name, level, call, false)
+#define HOLD_CALL(name, level) HOLD(name, level, call, false)
 
 ROWS_HOLD call_rows_hold(const struct call_view *call, enum level level)
 {
-#include "rules.def"
+    ROWS_OF_call(HOLD_CALL);
     return true;
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_build
-#define ASK_build(name, level) HOLD(name, level, build, alike)
+#define HOLD_BUILD(name, level) HOLD(name, level, build, alike)
 
 ROWS_HOLD build_rows_hold(const struct build_view *build, enum level level, bool alike)
 {
-#include "rules.def"
+    ROWS_OF_build(HOLD_BUILD);
     return true;
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_geometry
-#define ASK_geometry(name, level) HOLD(name, level, geometry, alike)
+#define HOLD_GEOMETRY(name, level) HOLD(name, level, geometry, alike)
 
 ROWS_HOLD geometry_rows_hold(const struct geometry_view *geometry, enum level level, bool alike)
 {
-#include "rules.def"
+    ROWS_OF_geometry(HOLD_GEOMETRY);
     return true;
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_range
-#define ASK_range(name, level) HOLD(name, level, range, false)
+#define HOLD_RANGE(name, level) HOLD(name, level, range, false)
 
 ROWS_HOLD range_rows_hold(const struct range_view *range, enum level level)
 {
-#include "rules.def"
+    ROWS_OF_range(HOLD_RANGE);
     return true;
 }
 

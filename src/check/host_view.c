@@ -6,6 +6,7 @@
 #include "check/geometry_data.h"
 #include "check/host.h"
 #include "check/predicates.h"
+#include "rows_by_subject.h"
 
 /* ---- geometries */
 
@@ -82,9 +83,7 @@ find_instances(struct check_context *context, const struct build_view *build,
 }
 
 /* Asks only for the rows of its subject. */
-#include "check/ask_nobody.h"
-#undef ASK_host_geometry
-#define ASK_host_geometry(name, level)                                                             \
+#define ASK_HOST_GEOMETRY(name, level)                                                             \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
         walk_hand_on(walk, RULE_##name, &location, &finding);
 
@@ -92,7 +91,7 @@ static void walk_host_geometry(struct walk *walk, const struct host_geometry_vie
 {
     const struct location location = walk_location(view->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_host_geometry(ASK_HOST_GEOMETRY);
 }
 
 void check_host_geometry(struct walk *walk, const struct range_view *range)
@@ -116,9 +115,7 @@ void check_host_geometry(struct walk *walk, const struct range_view *range)
 
 /* ---- builds */
 
-#include "check/ask_nobody.h"
-#undef ASK_host_build
-#define ASK_host_build(name, level)                                                                \
+#define ASK_HOST_BUILD(name, level)                                                                \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
         walk_hand_on(walk, RULE_##name, &location, &finding);
 
@@ -127,7 +124,7 @@ static void walk_host_build(struct walk *walk, const struct host_build_view *vie
     const struct location location = {
         .command = COMMAND_HOST, .subject = SUBJECT_BUILD, .build = view->build->index};
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_host_build(ASK_HOST_BUILD);
 }
 
 void check_host_build(struct walk *walk, const struct build_view *build)

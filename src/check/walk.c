@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "check/predicates.h"
+#include "rows_by_subject.h"
 
 void walk_start(struct walk *walk, struct check_context *context)
 {
@@ -65,14 +66,12 @@ static struct location location_of_call(const struct call_view *call)
     return (struct location){.command = call->command, .subject = SUBJECT_CALL};
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_call
-#define ASK_call(name, level) ASK(name, level, call, location_of_call(call))
+#define ASK_CALL(name, level) ASK(name, level, call, location_of_call(call))
 
 ASK_ROWS ask_call(struct walk *walk, const struct call_view *call, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_call(ASK_CALL);
 }
 WALK(call)
 
@@ -82,14 +81,12 @@ static struct location location_of_build(const struct build_view *build)
         .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_build
-#define ASK_build(name, level) ASK(name, level, build, location_of_build(build))
+#define ASK_BUILD(name, level) ASK(name, level, build, location_of_build(build))
 
 ASK_ROWS ask_build(struct walk *walk, const struct build_view *build, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_build(ASK_BUILD);
 }
 WALK(build)
 
@@ -102,27 +99,23 @@ struct location walk_location(const struct geometry_view *geometry, enum subject
                              .geometry_by_pointer = geometry->build->geometry_pointers != NULL};
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_geometry
-#define ASK_geometry(name, level)                                                                  \
+#define ASK_GEOMETRY(name, level)                                                                  \
     ASK(name, level, geometry, walk_location(geometry, SUBJECT_GEOMETRY))
 
 ASK_ROWS ask_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_geometry(ASK_GEOMETRY);
 }
 WALK(geometry)
 
-#include "check/ask_nobody.h"
-#undef ASK_range
-#define ASK_range(name, level)                                                                     \
+#define ASK_RANGE(name, level)                                                                     \
     ASK(name, level, range, walk_location(range->geometry, SUBJECT_RANGE))
 
 ASK_ROWS ask_range(struct walk *walk, const struct range_view *range, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_range(ASK_RANGE);
 }
 WALK(range)
 
@@ -140,32 +133,26 @@ static struct location location_of_address(const struct address_view *address)
                                            : location_of_build(address->build);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_address
-#define ASK_address(name, level) ASK(name, level, address, location_of_address(address))
+#define ASK_ADDRESS(name, level) ASK(name, level, address, location_of_address(address))
 
 ASK_ROWS ask_address(struct walk *walk, const struct address_view *address, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_address(ASK_ADDRESS);
 }
 WALK(address)
 
-#include "check/ask_nobody.h"
-#undef ASK_indirect
-#define ASK_indirect(name, level) ASK(name, level, indirect, location_of_element(indirect->build))
+#define ASK_INDIRECT(name, level) ASK(name, level, indirect, location_of_element(indirect->build))
 
 ASK_ROWS ask_indirect(struct walk *walk, const struct indirect_view *indirect, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_indirect(ASK_INDIRECT);
 }
 WALK(indirect)
 
 /* Pairs are met once, whatever their rows' levels. */
-#include "check/ask_nobody.h"
-#undef ASK_pair
-#define ASK_pair(name, row_level)                                                                  \
+#define ASK_PAIR(name, row_level)                                                                  \
     if (walk->wants[RULE_##name] && !name(pair, &finding))                                         \
         walk_hand_on(walk, RULE_##name, &location, &finding);
 
@@ -174,27 +161,23 @@ void walk_pair(struct walk *walk, const struct pair_view *pair)
     const struct location location = {
         .command = pair->call->command, .subject = SUBJECT_BUILD, .build = pair->a.build};
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_pair(ASK_PAIR);
 }
 
 /* What extensions add to builds and geometries. */
 
-#include "check/ask_nobody.h"
-#undef ASK_motion_build
-#define ASK_motion_build(name, level)                                                              \
+#define ASK_MOTION_BUILD(name, level)                                                              \
     ASK(name, level, motion_build, location_of_build(motion_build->build))
 
 ASK_ROWS ask_motion_build(struct walk *walk, const struct motion_build_view *motion_build,
                           enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_motion_build(ASK_MOTION_BUILD);
 }
 WALK(motion_build)
 
-#include "check/ask_nobody.h"
-#undef ASK_motion_triangles
-#define ASK_motion_triangles(name, level)                                                          \
+#define ASK_MOTION_TRIANGLES(name, level)                                                          \
     ASK(name, level, motion_triangles, walk_location(motion_triangles->geometry, SUBJECT_GEOMETRY))
 
 ASK_ROWS ask_motion_triangles(struct walk *walk,
@@ -202,57 +185,49 @@ ASK_ROWS ask_motion_triangles(struct walk *walk,
                               enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_motion_triangles(ASK_MOTION_TRIANGLES);
 }
 WALK(motion_triangles)
 
-#include "check/ask_nobody.h"
-#undef ASK_spheres
-#define ASK_spheres(name, level)                                                                   \
+#define ASK_SPHERES(name, level)                                                                   \
     ASK(name, level, spheres, walk_location(spheres->data.geometry, SUBJECT_GEOMETRY))
 
 ASK_ROWS ask_spheres(struct walk *walk, const struct spheres_view *spheres, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_spheres(ASK_SPHERES);
 }
 WALK(spheres)
 
-#include "check/ask_nobody.h"
-#undef ASK_swept_spheres
-#define ASK_swept_spheres(name, level)                                                             \
+#define ASK_SWEPT_SPHERES(name, level)                                                             \
     ASK(name, level, swept_spheres, walk_location(swept_spheres->data.geometry, SUBJECT_GEOMETRY))
 
 ASK_ROWS ask_swept_spheres(struct walk *walk, const struct swept_spheres_view *swept_spheres,
                            enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_swept_spheres(ASK_SWEPT_SPHERES);
 }
 WALK(swept_spheres)
 
-#include "check/ask_nobody.h"
-#undef ASK_dense_build
-#define ASK_dense_build(name, level)                                                               \
+#define ASK_DENSE_BUILD(name, level)                                                               \
     ASK(name, level, dense_build, location_of_build(dense_build->build))
 
 ASK_ROWS ask_dense_build(struct walk *walk, const struct dense_build_view *dense_build,
                          enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_dense_build(ASK_DENSE_BUILD);
 }
 WALK(dense_build)
 
-#include "check/ask_nobody.h"
-#undef ASK_dense
-#define ASK_dense(name, level)                                                                     \
+#define ASK_DENSE(name, level)                                                                     \
     ASK(name, level, dense, walk_location(dense->geometry, SUBJECT_GEOMETRY))
 
 ASK_ROWS ask_dense(struct walk *walk, const struct dense_view *dense, enum level level)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_dense(ASK_DENSE);
 }
 WALK(dense)
 
@@ -261,35 +236,29 @@ WALK(dense)
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
         walk_hand_on(walk, RULE_##name, location, &finding);
 
-#include "check/ask_nobody.h"
-#undef ASK_update
-#define ASK_update(name, level) ASK_HERE(name, update)
+#define ASK_UPDATE(name, level) ASK_HERE(name, update)
 
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_update(ASK_UPDATE);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_updated_geometry
-#define ASK_updated_geometry(name, level) ASK_HERE(name, updated_geometry)
+#define ASK_UPDATED_GEOMETRY(name, level) ASK_HERE(name, updated_geometry)
 
 void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
                            const struct location *location)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_updated_geometry(ASK_UPDATED_GEOMETRY);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_updated_dense
-#define ASK_updated_dense(name, level) ASK_HERE(name, updated_dense)
+#define ASK_UPDATED_DENSE(name, level) ASK_HERE(name, updated_dense)
 
 void walk_updated_dense(struct walk *walk, const struct updated_dense_view *updated_dense,
                         const struct location *location)
 {
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_updated_dense(ASK_UPDATED_DENSE);
 }

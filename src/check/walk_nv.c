@@ -2,37 +2,32 @@
 /* The rows of the NV command's subjects, as code: see walk.c. */
 #include "check/predicates.h"
 #include "check/walk.h"
+#include "rows_by_subject.h"
 
 /* Asks one predicate, if its row is of the level and wanted. */
 #define ASK(name, row_level, view)                                                                 \
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(view, &finding))           \
         walk_hand_on(walk, RULE_##name, &location, &finding);
 
-#include "check/ask_nobody.h"
-#undef ASK_nv_call
-#define ASK_nv_call(name, level) ASK(name, level, nv_call)
+#define ASK_NV_CALL(name, level) ASK(name, level, nv_call)
 
 void walk_nv_call(struct walk *walk, const struct nv_call_view *nv_call, enum level level)
 {
     const struct location location = {.command = COMMAND_NV, .subject = SUBJECT_PARAMETER};
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_nv_call(ASK_NV_CALL);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_nv_info
-#define ASK_nv_info(name, level) ASK(name, level, nv_info)
+#define ASK_NV_INFO(name, level) ASK(name, level, nv_info)
 
 void walk_nv_info(struct walk *walk, const struct nv_info_view *nv_info, enum level level)
 {
     const struct location location = {.command = COMMAND_NV, .subject = SUBJECT_BUILD};
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_nv_info(ASK_NV_INFO);
 }
 
-#include "check/ask_nobody.h"
-#undef ASK_nv_geometry
-#define ASK_nv_geometry(name, level) ASK(name, level, nv_geometry)
+#define ASK_NV_GEOMETRY(name, level) ASK(name, level, nv_geometry)
 
 void walk_nv_geometry(struct walk *walk, const struct nv_geometry_view *nv_geometry,
                       enum level level)
@@ -40,5 +35,5 @@ void walk_nv_geometry(struct walk *walk, const struct nv_geometry_view *nv_geome
     const struct location location = {
         .command = COMMAND_NV, .subject = SUBJECT_GEOMETRY, .geometry = nv_geometry->index};
     struct finding finding;
-#include "rules.def"
+    ROWS_OF_nv_geometry(ASK_NV_GEOMETRY);
 }

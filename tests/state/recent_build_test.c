@@ -12,6 +12,7 @@
 #include "check/predicates.h"
 #include "check/views.h"
 #include "random.h"
+#include "rows_by_subject.h"
 #include "rules.h"
 #include "state/recent_build.h"
 
@@ -208,15 +209,12 @@ struct verdicts {
     bool asked[RULE_COUNT], holds[RULE_COUNT];
 };
 
-#include "check/ask_nobody.h"
-#undef ASK_build
-#define ASK_build(name, level)                                                                     \
+#define ASK_BUILD(name, level)                                                                     \
     if (READS_SHAPE_##level) {                                                                     \
         verdicts->asked[RULE_##name] = true;                                                       \
         verdicts->holds[RULE_##name] = name(build, NULL);                                          \
     }
-#undef ASK_geometry
-#define ASK_geometry(name, level)                                                                  \
+#define ASK_GEOMETRY(name, level)                                                                  \
     if (READS_SHAPE_##level) {                                                                     \
         verdicts->asked[RULE_##name] = true;                                                       \
         verdicts->holds[RULE_##name] = name(geometry, NULL);                                       \
@@ -225,7 +223,8 @@ struct verdicts {
 static void ask_all(const struct build_view *build, const struct geometry_view *geometry,
                     struct verdicts *verdicts)
 {
-#include "rules.def"
+    ROWS_OF_build(ASK_BUILD);
+    ROWS_OF_geometry(ASK_GEOMETRY);
 }
 
 static void judge(struct sample *sample, struct verdicts *verdicts)
