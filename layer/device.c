@@ -3,15 +3,15 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "compare/comparer.h"
-#include "compare/enable.h"
-#include "contents.h"
-#include "cpu/overlay.h"
-#include "host_work.h"
-#include "intercepts.h"
-#include "layer.h"
-#include "snapshots/snapshots.h"
-#include "submissions.h"
+#include "layer/compare/comparer.h"
+#include "layer/compare/enable.h"
+#include "layer/cpu/overlay.h"
+#include "layer/execution/contents.h"
+#include "layer/execution/submissions.h"
+#include "layer/intercepts/host_work.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/layer.h"
+#include "layer/snapshots/snapshots.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
 {

@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer.h"
-#include "physical_device.h"
-#include "registry.h"
-#include "state/chain.h"
+#include "layer/layer.h"
+#include "layer/physical_device.h"
+#include "src/base/chain.h"
+#include "vuid-tables/registry.h"
 
 static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extension)
 {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Asking for format features, once for most formats. */
-#include "formats.h"
+#include "layer/formats.h"
 
 #include <stdatomic.h>
 
-#include "check/formats.h"
-#include "physical_device.h"
+#include "layer/physical_device.h"
+#include "src/view/formats.h"
 
 static enum tristate ask_for_vertices(const struct layer_device *device, VkFormat format)
 {

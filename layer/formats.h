@@ -4,7 +4,7 @@
 #ifndef ASSAY_LAYER_FORMATS_H
 #define ASSAY_LAYER_FORMATS_H
 
-#include "layer.h"
+#include "layer/layer.h"
 
 enum tristate layer_takes_vertices(struct layer_device *device, VkFormat format);
 enum tristate layer_takes_radii(struct layer_device *device, VkFormat format);

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/overlay.h"
-#include "intercepts.h"
-#include "layer.h"
+#include "layer/cpu/overlay.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/layer.h"
 
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,

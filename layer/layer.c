@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The registry of instances and devices. */
-#include "layer.h"
+#include "layer/layer.h"
 
 #include <inttypes.h>
 #include <stdatomic.h>
 
-#include "report/text_buffer.h"
-#include "state/readable.h"
-#include "state/reader_lock.h"
+#include "src/base/readable.h"
+#include "src/base/reader_lock.h"
+#include "src/base/text_buffer.h"
 
 /* Static storage without constructor or destructor. The lists are linked through their members, so
  * that publishing cannot fail: it comes after the call down, and what succeeded there cannot be

@@ -19,19 +19,19 @@
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
-#include "check/check.h"
-#include "report/reporter.h"
-#include "state/command_buffers.h"
-#include "state/deferred_operations.h"
-#include "state/events.h"
-#include "state/execution_order.h"
-#include "state/facts.h"
-#include "state/known_builds.h"
-#include "state/object_names.h"
-#include "state/query_pools.h"
-#include "state/reader_lock.h"
-#include "state/resources.h"
-#include "state/size_cache.h"
+#include "src/base/reader_lock.h"
+#include "src/check/call/check.h"
+#include "src/report/reporter.h"
+#include "src/state/builds/known_builds.h"
+#include "src/state/builds/size_cache.h"
+#include "src/state/commands/command_buffers.h"
+#include "src/state/commands/deferred_operations.h"
+#include "src/state/commands/events.h"
+#include "src/state/commands/object_names.h"
+#include "src/state/commands/query_pools.h"
+#include "src/state/facts.h"
+#include "src/state/order/order.h"
+#include "src/state/resources/resources.h"
 
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
 

@@ -2,10 +2,10 @@
 /* What the loader asks of the layer: the one exported function, and commands by name. */
 #include <string.h>
 
-#include "cpu/overlay.h"
-#include "intercepts.h"
-#include "layer.h"
-#include "snapshots/snapshots.h"
+#include "layer/cpu/overlay.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/layer.h"
+#include "layer/snapshots/snapshots.h"
 
 enum { LOADER_INTERFACE_VERSION = 2 };
 

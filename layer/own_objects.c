@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making the layer's own buffers and pipelines. */
-#include "own_objects.h"
+#include "layer/own_objects.h"
 
 /* ---- buffers */
 

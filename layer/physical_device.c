@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Choosing between a core command, the same command of an extension, and neither. */
-#include "physical_device.h"
+#include "layer/physical_device.h"
 
 uint32_t physical_device_api_version(const struct layer_instance *instance,
                                      VkPhysicalDevice physical_device)

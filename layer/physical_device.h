@@ -7,7 +7,7 @@
 #ifndef ASSAY_LAYER_PHYSICAL_DEVICE_H
 #define ASSAY_LAYER_PHYSICAL_DEVICE_H
 
-#include "layer.h"
+#include "layer/layer.h"
 
 /* The lower of the version that the application asked for and the physical device's. */
 uint32_t physical_device_api_version(const struct layer_instance *instance,

@@ -102,10 +102,10 @@ def c_string(text):
 
 
 def texts_source(ids, entries):
-    out = [HEAD.format(source="validusage.json"), '#include "rules.h"\n\n',
+    out = [HEAD.format(source="validusage.json"), '#include "vuid-tables/rules.h"\n\n',
            "const struct vuid_text vuid_texts[MESSAGE_ID_COUNT] = {\n",
            '#define WARNING(name, id) [WARNING_##name] = {id, "", ""},\n'
-           '#include "warnings.def"\n'
+           '#include "vuid-tables/warnings.def"\n'
            "#undef WARNING\n",
            '    [VUID_NONE] = {"", "", ""},\n']
     for scope, tail in ids:
@@ -120,7 +120,7 @@ def texts_source(ids, entries):
 
 
 def extensions_source(version, names):
-    out = [HEAD.format(source="vk.xml and validusage.json"), '#include "registry.h"\n\n',
+    out = [HEAD.format(source="vk.xml and validusage.json"), '#include "vuid-tables/registry.h"\n\n',
            f"const char registry_version[] = {c_string(version)};\n\n",
            "const char *const registry_extensions[] = {\n"]
     out += [f"    {c_string(name)},\n" for name in names]
@@ -129,7 +129,7 @@ def extensions_source(version, names):
 
 
 def structures_source(ray_tracing, structures):
-    out = [HEAD.format(source="vk.xml"), '#include "registry.h"\n\n',
+    out = [HEAD.format(source="vk.xml"), '#include "vuid-tables/registry.h"\n\n',
            "const char *const registry_ray_tracing[] = {\n"]
     out += [f"    {c_string(name)},\n" for name in ray_tracing]
     out += ["};\n\n", f"const size_t registry_ray_tracing_count = {len(ray_tracing)};\n\n",

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The searches in the tables. */
-#include "registry.h"
+#include "vuid-tables/registry.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The rows as a table, and the maps between ids and rows. */
-#include "rules.h"
+#include "vuid-tables/rules.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -25,7 +25,7 @@ const struct rule_info rule_infos[RULE_COUNT] = {
                       ids},
 #define PENDING(name_, level_, waits_for_, ids)                                                    \
     [RULE_##name_] = {.name = #name_, .waits_for = waits_for_, .level = LEVEL_##level_, ids},
-#include "rules.def"
+#include "vuid-tables/rules.def"
 };
 
 /* A switch without default: an id without a row, or with two, does not compile. */
@@ -41,7 +41,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:
 #define RULE(subject, name, level, ids) ids return RULE_##name;
 #define PENDING(name, level, waits_for, ids) ids return RULE_##name;
-#include "rules.def"
+#include "vuid-tables/rules.def"
     case VUID_NONE:
     case VUID_COUNT:
     case MESSAGE_ID_COUNT:
@@ -56,7 +56,7 @@ static const struct {
     const char *field;
 } retired[] = {
 #define RETIRED(id, current, field) {id, VUID_##current, field},
-#include "retired.def"
+#include "vuid-tables/retired.def"
 #undef RETIRED
 };
 

@@ -66,12 +66,12 @@ enum {
 enum vuid {
     VUID_NONE,
 #define VUID(scope, tail) VUID_##scope##_##tail,
-#include "vuids.def"
+#include "vuid-tables/vuids.def"
 #undef VUID
     VUID_COUNT,
 /* Not the registry's, so they are not in scope, and not counted. */
 #define WARNING(name, id) WARNING_##name,
-#include "warnings.def"
+#include "vuid-tables/warnings.def"
 #undef WARNING
     MESSAGE_ID_COUNT,
 };
@@ -85,7 +85,7 @@ static inline bool vuid_is_warning(enum vuid vuid)
 enum rule {
 #define RULE(subject, name, level, ids) RULE_##name,
 #define PENDING(name, level, waits_for, ids) RULE_##name,
-#include "rules.def"
+#include "vuid-tables/rules.def"
     RULE_COUNT,
 };
 
@@ -100,7 +100,7 @@ enum {
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
 #define RULE(subject, name, level, ids) COMMANDS_OF_##name = 0 ids,
 #define PENDING(name, level, waits_for, ids) COMMANDS_OF_##name = 0 ids,
-#include "rules.def"
+#include "vuid-tables/rules.def"
 };
 
 /* One row. */

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "rules.h"
+#include "vuid-tables/rules.h"
 
 static const char *level_name(enum level level)
 {

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is compared, and what is told. */
-#include "compare/comparer.h"
+#include "layer/compare/comparer.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "compare/enable.h"
-#include "compare/kept.h"
-#include "compare/summary.h"
-#include "physical_device.h"
-#include "snapshots/snapshots.h"
+#include "layer/compare/enable.h"
+#include "layer/compare/kept.h"
+#include "layer/physical_device.h"
+#include "layer/snapshots/snapshots.h"
+#include "src/compare/summary.h"
 
 /* ---- creation */
 

@@ -6,8 +6,8 @@
 #ifndef ASSAY_LAYER_COMPARE_COMPARER_H
 #define ASSAY_LAYER_COMPARE_COMPARER_H
 
-#include "layer.h"
-#include "snapshots/recording.h"
+#include "layer/layer.h"
+#include "src/snapshots/recording.h"
 
 struct compare_enabling;
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Adding an extension that traces to what the application enables. */
-#include "compare/enable.h"
+#include "layer/compare/enable.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "state/chain.h"
+#include "src/base/chain.h"
 
 /* What traces, the better first. The feature is the first of its structure. */
 static const struct way {

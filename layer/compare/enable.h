@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_COMPARE_ENABLE_H
 #define ASSAY_LAYER_COMPARE_ENABLE_H
 
-#include "cpu/chain_copy.h"
-#include "layer.h"
+#include "layer/cpu/driver/chain_copy.h"
+#include "layer/layer.h"
 
 struct compare_enabling {
     const VkDeviceCreateInfo *info; /* to create the device with */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Keeping inputs, and giving them up. */
-#include "compare/kept.h"
+#include "layer/compare/kept.h"
 
 #include <pthread.h>
 #include <stdlib.h>

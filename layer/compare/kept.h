@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_COMPARE_KEPT_H
 #define ASSAY_LAYER_COMPARE_KEPT_H
 
-#include "compare/comparer.h"
-#include "compare/tracer.h"
+#include "layer/compare/comparer.h"
+#include "layer/compare/tracer.h"
 
 #define KEPT_MAX ((uint64_t)256 << 20) /* bytes of inputs */
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Buffers, each with memory of its own: they live as long as one comparison. */
-#include "compare/memory.h"
+#include "layer/compare/memory.h"
 
 VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,
                                uint64_t size, bool is_mapped, struct own_buffer *buffer)

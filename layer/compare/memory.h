@@ -10,7 +10,7 @@
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
-#include "own_objects.h"
+#include "layer/own_objects.h"
 
 /* What comparing needs of a device. */
 struct compare_device {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making the pipelines that trace. */
-#include "compare/pipelines.h"
+#include "layer/compare/pipelines.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
 #ifndef ASSAY_LAYER_COMPARE_PIPELINES_H
 #define ASSAY_LAYER_COMPARE_PIPELINES_H
 
-#include "compare/memory.h"
+#include "layer/compare/memory.h"
 
 struct trace_pipeline {
     VkDescriptorSetLayout set_layout; /* of a TLAS at binding 0 */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver builds again, and the TLAS over it. */
-#include "compare/structures.h"
+#include "layer/compare/structures.h"
 
-#include "compare/pipelines.h"
+#include "layer/compare/pipelines.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,8 +3,8 @@
 #ifndef ASSAY_LAYER_COMPARE_STRUCTURES_H
 #define ASSAY_LAYER_COMPARE_STRUCTURES_H
 
-#include "compare/input.h"
-#include "compare/memory.h"
+#include "layer/compare/memory.h"
+#include "src/compare/input.h"
 
 struct compare_structure {
     struct own_buffer buffer, scratch, input;

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "compare/kept.h"
-#include "compare/summary.h"
-#include "compare/top.h"
+#include "layer/compare/kept.h"
+#include "src/compare/summary.h"
+#include "src/compare/top.h"
 
 struct kept_top {
     struct top_input input; /* of what follows */

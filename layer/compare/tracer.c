@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The pipeline that traces rays, and what is submitted for a job: builds once, then rays by the
  * batch. */
-#include "compare/tracer.h"
+#include "layer/compare/tracer.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "compare/pipelines.h"
-#include "compare/structures.h"
+#include "layer/compare/pipelines.h"
+#include "layer/compare/structures.h"
 
 _Static_assert(sizeof(struct compare_ray) == 32 && sizeof(struct compare_hit) == 32 &&
                    sizeof(struct compare_answer) == 512,

@@ -3,9 +3,9 @@
 #ifndef ASSAY_LAYER_COMPARE_TRACER_H
 #define ASSAY_LAYER_COMPARE_TRACER_H
 
-#include "compare/input.h"
-#include "compare/structures.h"
-#include "compare/trace_data.h"
+#include "layer/compare/structures.h"
+#include "src/compare/input.h"
+#include "src/compare/trace_data.h"
 
 /* What traces, one a device. Used by one thread at a time. */
 struct tracer;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: builds, copies and queries by the host, and what they need. */
-#include "cpu/commands.h"
-#include "cpu/host.h"
-#include "cpu/overlay.h"
-#include "snapshots/build_parameters.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
+#include "src/cpu/host.h"
+#include "src/snapshots/build_parameters.h"
 
 #include <string.h>
 

@@ -5,7 +5,7 @@
 
 #include <vulkan/vulkan.h>
 
-#include "assay.h"
+#include "layer/assay.h"
 
 /* In place of the next layer's, which they call, on all physical devices of the instance. */
 #define CPU_INSTANCE_COMMANDS(COMMAND)                                                             \

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: deferred operations. */
-#include "cpu/deferred.h"
+#include "src/cpu/deferred.h"
 
-#include "cpu/commands.h"
-#include "cpu/overlay.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
 
 static struct cpu_deferred_operations *operations_of(VkDevice device)
 {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: builds of command buffers. The snapshots, which lie over them, have
  * recorded what they read, and the trees are made when somebody asks for them. */
-#include "cpu/commands.h"
-#include "cpu/overlay.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 

@@ -2,11 +2,11 @@
 /* Creating a device below the backend: which of what the application enables the driver may see. */
 #include <stdlib.h>
 
-#include "cpu/chain_copy.h"
-#include "cpu/offer.h"
-#include "cpu/overlay.h"
-#include "cpu/refuse.h"
-#include "registry.h"
+#include "layer/cpu/driver/chain_copy.h"
+#include "layer/cpu/driver/refuse.h"
+#include "layer/cpu/offer.h"
+#include "layer/cpu/overlay.h"
+#include "vuid-tables/registry.h"
 
 /* ---- what cannot work */
 

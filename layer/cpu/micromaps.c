@@ -3,12 +3,12 @@
  * their own, in the same table, and are built and copied as these. */
 #include <stdlib.h>
 
-#include "cpu/commands.h"
-#include "cpu/host.h"
-#include "cpu/overlay.h"
-#include "snapshots/micromap_info.h"
-#include "snapshots/recorder.h"
-#include "state/readable.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
+#include "layer/snapshots/recorder.h"
+#include "src/base/readable.h"
+#include "src/cpu/host.h"
+#include "src/snapshots/micromap_info.h"
 
 static struct cpu_device *device_of(VkDevice device)
 {

@@ -3,10 +3,10 @@
  * those of VK_KHR_acceleration_structure. */
 #include <string.h>
 
-#include "cpu/commands.h"
-#include "cpu/overlay.h"
-#include "snapshots/memory.h"
-#include "snapshots/nv_info.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
+#include "src/snapshots/memory.h"
+#include "src/snapshots/nv_info.h"
 
 enum { MEMORY_ALIGNMENT = 256 };
 

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Extensions, features, limits and formats of a physical device: the driver's, without its ray
  * tracing, and with the backend's acceleration structures. */
-#include "cpu/offer.h"
+#include "layer/cpu/offer.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/cpu/commands.h"
+#include "layer/physical_device.h"
 #include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"
-#include "cpu/commands.h"
-#include "physical_device.h"
-#include "registry.h"
+#include "vuid-tables/registry.h"
 
 bool cpu_offers(const struct layer_instance *instance, VkPhysicalDevice physical_device)
 {

@@ -3,7 +3,7 @@
 #ifndef ASSAY_LAYER_CPU_OFFER_H
 #define ASSAY_LAYER_CPU_OFFER_H
 
-#include "layer.h"
+#include "layer/layer.h"
 
 /* Whether the backend offers acceleration structures there: Vulkan 1.1 and buffer device addresses
  * are what VK_KHR_acceleration_structure needs of a physical device. The application may ask for

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which commands of instances and devices are the backend's. */
-#include "cpu/overlay.h"
+#include "layer/cpu/overlay.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/commands.h"
-#include "cpu/offer.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/offer.h"
 
 /* ---- instances */
 

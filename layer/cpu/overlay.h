@@ -6,9 +6,9 @@
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
-#include "cpu/device.h"
-#include "cpu/playback.h"
-#include "layer.h"
+#include "layer/layer.h"
+#include "src/cpu/device.h"
+#include "src/cpu/playback.h"
 
 /* Once instance->vk is filled in. */
 void cpu_overlay_instance(struct layer_instance *instance);

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: query pools of acceleration-structure properties. Other pools are the
  * next layer's. */
-#include "cpu/query_pools.h"
+#include "src/cpu/query_pools.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/commands.h"
-#include "cpu/overlay.h"
-#include "snapshots/recorder.h"
-#include "state/readable.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
+#include "layer/snapshots/recorder.h"
+#include "src/base/readable.h"
 
 static bool is_own(const struct cpu_overlay *overlay, VkQueryPool pool)
 {

@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/commands.h"
-#include "cpu/playback.h"
-#include "cpu/submits.h"
-#include "snapshots/staging.h"
-#include "snapshots/tell.h"
-#include "snapshots/tickets.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/submits.h"
+#include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/tell.h"
+#include "layer/snapshots/tickets.h"
+#include "src/cpu/playback.h"
 
 /* One copy on its way. */
 struct transfer {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: acceleration structures as objects. */
-#include "cpu/structures.h"
+#include "src/cpu/structures.h"
 
-#include "cpu/commands.h"
-#include "cpu/overlay.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
 
 static VkResult create(VkDevice device, const struct cpu_structure_info *info,
                        VkAccelerationStructureKHR *structure)

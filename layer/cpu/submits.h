@@ -4,7 +4,7 @@
 #ifndef ASSAY_LAYER_CPU_SUBMITS_H
 #define ASSAY_LAYER_CPU_SUBMITS_H
 
-#include "cpu/overlay.h"
+#include "layer/cpu/overlay.h"
 
 /* The turn of an execution, in a batch that executes at `moment`. */
 void cpu_overlay_run(const struct layer_device *device, struct execution *execution,

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu that are the layer's own (assay.h): tracing, and counters. */
-#include "assay.h"
+#include "layer/assay.h"
 
 #include <stddef.h>
 #include <string.h>
 
-#include "cpu/commands.h"
-#include "cpu/overlay.h"
-#include "cpu/scene.h"
-#include "cpu/submits.h"
-#include "snapshots/memory.h"
-#include "snapshots/snapshots.h"
+#include "layer/cpu/commands.h"
+#include "layer/cpu/overlay.h"
+#include "layer/cpu/submits.h"
+#include "layer/snapshots/snapshots.h"
+#include "src/cpu/trees/scene.h"
+#include "src/snapshots/memory.h"
 
 _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_ROBUST == TRACE_ROBUST &&

@@ -3,12 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "snapshots/build_input.h"
-#include "snapshots/commands.h"
-#include "snapshots/gather.h"
-#include "snapshots/recorder.h"
-#include "state/build_info.h"
-#include "state/readable.h"
+#include "layer/snapshots/commands.h"
+#include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/recorder.h"
+#include "src/base/readable.h"
+#include "src/snapshots/build_input.h"
+#include "src/state/builds/build_info.h"
 
 /* Memory that can't be read yet: what the builder will ask for is copied. */
 struct copied_memory {

@@ -3,10 +3,10 @@
  * so each buffer is given addresses that mean it within the build alone. */
 #include <stdlib.h>
 
-#include "snapshots/commands.h"
-#include "snapshots/nv_info.h"
-#include "snapshots/recorder.h"
-#include "state/readable.h"
+#include "layer/snapshots/commands.h"
+#include "layer/snapshots/recorder.h"
+#include "src/base/readable.h"
+#include "src/snapshots/nv_info.h"
 
 enum {
     NOWHERE = 1,         /* in no buffer */

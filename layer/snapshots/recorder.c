@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Recordings of command buffers, and snapshots recorded for them. */
-#include "snapshots/recorder.h"
+#include "layer/snapshots/recorder.h"
 
-#include "contents.h"
-#include "snapshots/copy_orders.h"
-#include "snapshots/dispatches.h"
-#include "snapshots/gates.h"
-#include "snapshots/staging.h"
+#include "layer/execution/contents.h"
+#include "layer/snapshots/copies/dispatches.h"
+#include "layer/snapshots/copies/gates.h"
+#include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/copies/staging.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 

@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_SNAPSHOTS_RECORDER_H
 #define ASSAY_LAYER_SNAPSHOTS_RECORDER_H
 
-#include "snapshots/recording.h"
-#include "snapshots/snapshots.h"
+#include "layer/snapshots/snapshots.h"
+#include "src/snapshots/recording.h"
 
 /* Which byte of a buffer an address stands for. */
 struct recorder_addresses {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands between which a dispatch of the layer's own would be counted, or left out, or disturb
  * what can't be restored. */
-#include "snapshots/commands.h"
-#include "snapshots/compute_state.h"
+#include "layer/snapshots/commands.h"
+#include "layer/snapshots/copies/compute_state.h"
 
 /* ---- queries */
 

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The snapshots of a device: which commands are theirs, and whose turn it is. */
-#include "snapshots/snapshots.h"
+#include "layer/snapshots/snapshots.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "assay.h"
-#include "contents.h"
-#include "cpu/submits.h"
-#include "snapshots/commands.h"
-#include "snapshots/dispatches.h"
-#include "snapshots/gates.h"
-#include "snapshots/staging.h"
-#include "snapshots/tell.h"
-#include "snapshots/tickets.h"
-#include "state/chain.h"
+#include "layer/assay.h"
+#include "layer/cpu/submits.h"
+#include "layer/execution/contents.h"
+#include "layer/snapshots/commands.h"
+#include "layer/snapshots/copies/dispatches.h"
+#include "layer/snapshots/copies/gates.h"
+#include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/tell.h"
+#include "layer/snapshots/tickets.h"
+#include "src/base/chain.h"
 
 /* What the loader wants to be told of dispatchable objects that a layer creates for itself. */
 static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInfo *create_info)

@@ -7,12 +7,12 @@
 
 #include <pthread.h>
 
-#include "layer.h"
-#include "own_objects.h"
-#include "snapshots/commands.h"
-#include "snapshots/recording.h"
-#include "state/execution_order.h"
-#include "state/handle_table.h"
+#include "layer/layer.h"
+#include "layer/own_objects.h"
+#include "layer/snapshots/commands.h"
+#include "src/base/handle_table.h"
+#include "src/snapshots/recording.h"
+#include "src/state/order/order.h"
 
 struct fence_ticket;
 struct gates;

@@ -5,11 +5,11 @@
  * goes down as it is, and what the layer has no memory for isn't looked at. */
 #include <stdlib.h>
 
-#include "snapshots/commands.h"
-#include "snapshots/copy_orders.h"
-#include "snapshots/recorder.h"
-#include "snapshots/tell.h"
-#include "snapshots/tickets.h"
+#include "layer/snapshots/commands.h"
+#include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/recorder.h"
+#include "layer/snapshots/tell.h"
+#include "layer/snapshots/tickets.h"
 
 /* ---- what a submission has to do with snapshots */
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The wording of what level content doesn't look at. */
-#include "snapshots/tell.h"
+#include "layer/snapshots/tell.h"
 
 #include <inttypes.h>
 
-#include "report/text_buffer.h"
-#include "snapshots/recorder.h"
+#include "layer/snapshots/recorder.h"
+#include "src/base/text_buffer.h"
 
 enum { LINE_SIZE = 1024, NAME_SIZE = 256 };
 

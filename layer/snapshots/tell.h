@@ -3,7 +3,7 @@
 #ifndef ASSAY_LAYER_SNAPSHOTS_TELL_H
 #define ASSAY_LAYER_SNAPSHOTS_TELL_H
 
-#include "snapshots/snapshots.h"
+#include "layer/snapshots/snapshots.h"
 
 /* Builds of a command buffer, and of secondaries that it executes, that were left out when they
  * were recorded; each recording once. */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Fences of the layer's own, and how long they are kept. */
-#include "snapshots/tickets.h"
+#include "layer/snapshots/tickets.h"
 
 #include <stdlib.h>
 
-#include "snapshots/ticket.h"
+#include "src/snapshots/ticket.h"
 
 struct fence_ticket {
     struct ticket ticket; /* first */

@@ -3,7 +3,7 @@
 #ifndef ASSAY_LAYER_SNAPSHOTS_TICKETS_H
 #define ASSAY_LAYER_SNAPSHOTS_TICKETS_H
 
-#include "snapshots/snapshots.h"
+#include "layer/snapshots/snapshots.h"
 
 /* Not yet submitted; NULL without memory of either kind. */
 struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue);

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rays that pass a shared edge or the vertex of a closed fan. */
-#include "compare/fan.h"
+#include "src/compare/fan.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "compare/placing.h"
+#include "src/compare/placing.h"
 
 struct fan_view {
     const struct compare_ray *ray;

@@ -5,7 +5,7 @@
 #ifndef ASSAY_COMPARE_FAN_H
 #define ASSAY_COMPARE_FAN_H
 
-#include "compare/rays.h"
+#include "src/compare/rays.h"
 
 bool fan_is_met_once(const struct reference *reference, const struct rays *rays, uint32_t ray);
 

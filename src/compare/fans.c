@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "compare/rays.h"
+#include "src/compare/rays.h"
 
 /* A vertex aimed at: of an edge its first one. */
 struct target {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A build's input, moved to memory of the layer's own. Only base addresses change: offsets, first
  * vertices, strides and counts stay, since drivers err there. */
-#include "compare/input.h"
+#include "src/compare/input.h"
 
 #include <stdlib.h>
 #include <string.h>

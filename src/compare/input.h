@@ -4,8 +4,8 @@
 #ifndef ASSAY_COMPARE_INPUT_H
 #define ASSAY_COMPARE_INPUT_H
 
-#include "snapshots/build_parameters.h"
-#include "snapshots/memory.h"
+#include "src/snapshots/build_parameters.h"
+#include "src/snapshots/memory.h"
 
 /* The parameters are as the application gave them, ranges not added to addresses; `memory` has the
  * bytes at the addresses that the build reads. */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Judging what a driver says of a ray. */
-#include "compare/judge.h"
+#include "src/compare/judge.h"
 
 #include <math.h>
 
-#include "compare/fan.h"
+#include "src/compare/fan.h"
 
 enum { EXACT_MAX = 64 };
 

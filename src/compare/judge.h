@@ -7,9 +7,9 @@
 #define ASSAY_COMPARE_JUDGE_H
 
 #include "src/bvh/trace.h"
-#include "compare/placing.h"
-#include "compare/rays.h"
-#include "report/difference.h"
+#include "src/compare/placing.h"
+#include "src/compare/rays.h"
+#include "src/report/difference.h"
 
 /* Why the verdict stands. */
 enum judge_reason {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Placing rays, in double: its errors are far below what is open. */
-#include "compare/placing.h"
+#include "src/compare/placing.h"
 
 #include <math.h>
 #include <string.h>

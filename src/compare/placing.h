@@ -8,7 +8,7 @@
 #define ASSAY_COMPARE_PLACING_H
 
 #include "src/bvh/structure.h"
-#include "compare/trace_data.h"
+#include "src/compare/trace_data.h"
 
 #define PLACING_TOLERANCE 0x1p-16 /* 256 times the rounding of a float */
 #define PLACING_EDGE_ON 0x1p-6    /* the least cosine of ray and normal that is judged */

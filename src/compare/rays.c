@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making rays. Where the coordinates are short numbers, some of the rays meet edges and vertices
  * exactly, for their directions are short, too. */
-#include "compare/rays.h"
+#include "src/compare/rays.h"
 
 #include <math.h>
 #include <stdlib.h>

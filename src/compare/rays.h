@@ -3,8 +3,8 @@
 #ifndef ASSAY_COMPARE_RAYS_H
 #define ASSAY_COMPARE_RAYS_H
 
-#include "compare/reference.h"
-#include "compare/trace_data.h"
+#include "src/compare/reference.h"
+#include "src/compare/trace_data.h"
 
 enum aim_at {
     AIM_ANYWHERE,  /* within the bounds */

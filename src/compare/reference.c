@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The reference builder's structure of a compared input. */
-#include "compare/reference.h"
+#include "src/compare/reference.h"
 
 #include <stdlib.h>
 

@@ -4,8 +4,8 @@
 #define ASSAY_COMPARE_REFERENCE_H
 
 #include "src/bvh/input/source.h"
-#include "compare/input.h"
-#include "snapshots/build_input.h"
+#include "src/compare/input.h"
+#include "src/snapshots/build_input.h"
 
 /* Of triangles or of AABBs. */
 struct reference {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Counting differences, and their words. */
-#include "compare/summary.h"
+#include "src/compare/summary.h"
 
 #include <inttypes.h>
 
-#include "report/text_buffer.h"
+#include "src/base/text_buffer.h"
 
 void summary_make(const struct reference *reference, const struct rays *rays,
                   const struct compare_answer *answers, struct summary *summary)

@@ -3,7 +3,7 @@
 #ifndef ASSAY_COMPARE_SUMMARY_H
 #define ASSAY_COMPARE_SUMMARY_H
 
-#include "compare/top.h"
+#include "src/compare/top.h"
 
 struct summary {
     uint32_t rays;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Instances: the reference builder's structure over them, rays at them, and judging. */
-#include "compare/top.h"
+#include "src/compare/top.h"
 
 #include <math.h>
 #include <stdlib.h>

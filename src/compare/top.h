@@ -6,7 +6,7 @@
 #ifndef ASSAY_COMPARE_TOP_H
 #define ASSAY_COMPARE_TOP_H
 
-#include "compare/judge.h"
+#include "src/compare/judge.h"
 
 #define TOP_NO_BOTTOM UINT32_MAX
 enum { TOP_INSTANCES_MAX = 65536, TOP_BOTTOMS_MAX = 256 };

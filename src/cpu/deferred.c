@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Deferred operations, and the jobs that they have. */
-#include "cpu/deferred.h"
+#include "src/cpu/deferred.h"
 
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "cpu/structures.h"
-#include "state/handle_table.h"
+#include "src/base/handle_table.h"
+#include "src/cpu/structures.h"
 
 /* Work that was handed over. It outlives its operation while threads are in it. All under its lock
  * but `work`, which is constant until released. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Creation and destruction of the backend's part of a device. */
-#include "cpu/device.h"
+#include "src/cpu/device.h"
 
 #include <stdlib.h>
 #include <string.h>

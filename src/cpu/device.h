@@ -9,12 +9,12 @@
 #define ASSAY_CPU_DEVICE_H
 
 #include "src/bvh/bvh.h"
-#include "cpu/counters.h"
-#include "cpu/deferred.h"
-#include "cpu/private_data.h"
-#include "cpu/query_pools.h"
-#include "cpu/scratch.h"
-#include "cpu/structures.h"
+#include "src/cpu/counters.h"
+#include "src/cpu/deferred.h"
+#include "src/cpu/private_data.h"
+#include "src/cpu/query_pools.h"
+#include "src/cpu/scratch.h"
+#include "src/cpu/structures.h"
 
 /* Whether something was built of what a later execution of the same submission had copied. */
 enum cpu_overwritten { OVERWRITTEN_NEVER, OVERWRITTEN_ONCE, OVERWRITTEN_TOLD };

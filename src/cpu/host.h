@@ -7,7 +7,7 @@
 #ifndef ASSAY_CPU_HOST_H
 #define ASSAY_CPU_HOST_H
 
-#include "cpu/device.h"
+#include "src/cpu/device.h"
 
 /* vkBuildAccelerationStructuresKHR. Builds follow each other where they aren't deferred. A build
  * that fails leaves dst as it was, and the others are still carried out. */

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Host builds: a call's builds are the parts of its work. */
-#include "cpu/host.h"
+#include "src/cpu/host.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/deferred.h"
-#include "cpu/make.h"
-#include "cpu/pins.h"
-#include "snapshots/micromap_info.h"
-#include "state/build_info.h"
+#include "src/cpu/deferred.h"
+#include "src/cpu/trees/make.h"
+#include "src/cpu/trees/pins.h"
+#include "src/snapshots/micromap_info.h"
+#include "src/state/builds/build_info.h"
 
 struct build_call {
     struct cpu_device *device;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copies by the host, and properties read by it. */
-#include "cpu/host.h"
+#include "src/cpu/host.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/bytes.h"
-#include "cpu/deferred.h"
-#include "cpu/make.h"
+#include "src/cpu/deferred.h"
+#include "src/cpu/trees/bytes.h"
+#include "src/cpu/trees/make.h"
 
 /* A copy is work of one part. */
 struct copy_call {

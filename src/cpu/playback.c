@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Items of recordings, carried out as far as nobody needs to wait; and the results that wait. */
-#include "cpu/playback.h"
+#include "src/cpu/playback.h"
 
 #include <stdlib.h>
 
-#include "cpu/bytes.h"
-#include "cpu/late_trees.h"
-#include "cpu/make.h"
-#include "state/build_states.h"
+#include "src/cpu/trees/bytes.h"
+#include "src/cpu/trees/late_trees.h"
+#include "src/cpu/trees/make.h"
+#include "src/state/builds/build_states.h"
 
 /* What goes to a buffer once the submission is complete. */
 struct result {

@@ -7,10 +7,10 @@
 #ifndef ASSAY_CPU_PLAYBACK_H
 #define ASSAY_CPU_PLAYBACK_H
 
-#include "cpu/device.h"
-#include "cpu/query_pools.h"
-#include "snapshots/recording.h"
-#include "state/execution_clock.h"
+#include "src/cpu/device.h"
+#include "src/cpu/query_pools.h"
+#include "src/snapshots/recording.h"
+#include "src/state/order/clock.h"
 
 struct cpu_playback;
 

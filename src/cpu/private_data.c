@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Values by object and slot. An object's list, once begun, stays until the object goes. */
-#include "cpu/private_data.h"
+#include "src/cpu/private_data.h"
 
 #include <stdlib.h>
 

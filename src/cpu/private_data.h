@@ -6,7 +6,7 @@
 #include <pthread.h>
 #include <vulkan/vulkan_core.h>
 
-#include "state/handle_table.h"
+#include "src/base/handle_table.h"
 
 struct cpu_private_data {
     pthread_mutex_t lock;        /* held for look-ups alone */

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Query pools: slots, and the results that are read of them. */
-#include "cpu/query_pools.h"
+#include "src/cpu/query_pools.h"
 
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cpu/make.h"
-#include "cpu/structures.h"
-#include "state/handle_table.h"
+#include "src/base/handle_table.h"
+#include "src/cpu/structures.h"
+#include "src/cpu/trees/make.h"
 
 struct query {
     struct ticket *ticket; /* NULL: reset, or never written */

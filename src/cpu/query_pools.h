@@ -11,8 +11,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "cpu/tree.h"
-#include "snapshots/ticket.h"
+#include "src/cpu/trees/tree.h"
+#include "src/snapshots/ticket.h"
 
 struct cpu_query_pools;
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Scratch and the list of what is in use. */
-#include "cpu/scratch.h"
+#include "src/cpu/scratch.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 
 #include "src/bvh/bvh.h"
-#include "snapshots/memory.h"
+#include "src/snapshots/memory.h"
 
 _Static_assert(CPU_SCRATCH_SLACK == BUILDER_ALIGNMENT - 1, "room to align in");
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The table of structures, and the numbers that are their handles. */
-#include "cpu/structures.h"
+#include "src/cpu/structures.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "state/handle_table.h"
-#include "state/reader_lock.h"
+#include "src/base/handle_table.h"
+#include "src/base/reader_lock.h"
 
 #define FIRST_HANDLE (1ull << 62)
 #define HANDLE_ALIGNMENT 256u /* of device addresses in instances: at least 16 */

@@ -17,7 +17,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "cpu/tree.h"
+#include "src/cpu/trees/tree.h"
 
 struct cpu_structures;
 

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Composing messages. */
-#include "report/message.h"
+#include "src/report/message.h"
 
 #define XXH_INLINE_ALL
 #include <inttypes.h>
 #include <string.h>
 #include <xxhash.h>
 
-#include "report/text_buffer.h"
-#include "state/object_names.h"
+#include "src/base/text_buffer.h"
+#include "src/state/commands/object_names.h"
 
 enum { LAST_NOTICE_SIZE = 160 };
 

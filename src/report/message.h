@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <vulkan/vulkan_core.h>
 
-#include "report/reporter.h"
+#include "src/report/reporter.h"
 
 enum {
     MESSAGE_SIZE = 8192,                  /* bytes of text, and of its heading */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Matching filter entries against the ids in scope. */
-#include "report/message_filter.h"
+#include "src/report/message_filter.h"
 
 #include <errno.h>
 #include <stdint.h>
@@ -8,7 +8,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "report/message.h"
+#include "src/report/message.h"
 
 struct pattern {
     const char *text;

@@ -5,8 +5,8 @@
 
 #include <stdbool.h>
 
-#include "report/difference.h"
-#include "rules.h"
+#include "src/report/difference.h"
+#include "vuid-tables/rules.h"
 
 /* Sets `muted` of every id that `entry` names: by its VUID, by its message number, or by the digits
  * at its end. An id that the registry has retired stands for those that replaced it. Returns false

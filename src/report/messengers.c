@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The list of messengers, and calling them. */
-#include "report/messengers.h"
+#include "src/report/messengers.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <vulkan/vulkan.h>
 
-#include "report/message.h"
+#include "src/report/message.h"
 
 /* Never changes in a list, but for `removed`. */
 struct messenger {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which messages go out, and where to. */
-#include "report/reporter.h"
+#include "src/report/reporter.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -10,11 +10,11 @@
 #include <string.h>
 #include <strings.h>
 
-#include "report/elevated.h"
-#include "report/message.h"
-#include "report/messengers.h"
-#include "report/reported_lines.h"
-#include "report/text_buffer.h"
+#include "src/base/elevated.h"
+#include "src/base/text_buffer.h"
+#include "src/report/message.h"
+#include "src/report/messengers.h"
+#include "src/report/reported_lines.h"
 
 /* Everything but the messengers and the counts stays as it was created. */
 struct reporter {

@@ -9,10 +9,10 @@
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
 
-#include "check/finding.h"
-#include "check/location.h"
-#include "report/settings.h"
-#include "rules.h"
+#include "src/report/settings.h"
+#include "src/view/finding.h"
+#include "src/view/location.h"
+#include "vuid-tables/rules.h"
 
 struct reporter;
 struct object_names;

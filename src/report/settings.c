@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The keys, what values they take, and what they mean. */
-#include "report/settings.h"
+#include "src/report/settings.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -8,9 +8,9 @@
 #include <string.h>
 #include <strings.h>
 
-#include "report/message_filter.h"
-#include "report/settings_source.h"
-#include "report/text_buffer.h"
+#include "src/base/text_buffer.h"
+#include "src/report/message_filter.h"
+#include "src/report/settings_source.h"
 
 enum { LINE_SIZE = 1024, VALUE_SHOWN = 200 };
 

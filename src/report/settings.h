@@ -8,8 +8,8 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "report/difference.h"
-#include "rules.h"
+#include "src/report/difference.h"
+#include "vuid-tables/rules.h"
 
 /* What carries builds out. */
 enum backend {

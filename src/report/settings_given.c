@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "report/settings_source.h"
+#include "src/report/settings_source.h"
 
 enum { NUMBER_SIZE = 32 }; /* of any number but a large double, which is cut */
 

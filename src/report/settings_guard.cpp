@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Catching what the utility library throws: the only C++ of the layer. */
-#include "report/settings_guard.h"
+#include "src/report/settings_guard.h"
 
 #include <exception>
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading settings as text; the utility library turns values of any type into text. */
-#include "report/settings_source.h"
+#include "src/report/settings_source.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "report/elevated.h"
-#include "report/settings_guard.h"
+#include "src/base/elevated.h"
+#include "src/report/settings_guard.h"
 
 #define LAYER_NAME "VK_LAYER_ASSAY_validation"
 

@@ -10,8 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "report/elevated.h"
-#include "report/settings_source.h"
+#include "src/base/elevated.h"
+#include "src/report/settings_source.h"
 
 extern char **environ;
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From addresses to buffers. */
-#include "snapshots/buffer_target.h"
+#include "src/snapshots/buffer_target.h"
 
 bool buffer_target_find(struct resources *resources, VkDeviceAddress address,
                         struct buffer_target *target)

@@ -3,7 +3,7 @@
 #ifndef ASSAY_SNAPSHOTS_BUFFER_TARGET_H
 #define ASSAY_SNAPSHOTS_BUFFER_TARGET_H
 
-#include "state/resources.h"
+#include "src/state/resources/resources.h"
 
 struct buffer_target {
     VkBuffer buffer;

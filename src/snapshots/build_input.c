@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The builder's input: what a geometry is, and how much of its data can be read. */
-#include "snapshots/build_input.h"
+#include "src/snapshots/build_input.h"
 
 #include <stdlib.h>
 
 #include "src/bvh/input/source.h"
-#include "snapshots/input_find.h"
-#include "snapshots/micromap_input.h"
+#include "src/snapshots/input_find.h"
+#include "src/snapshots/micromap_input.h"
 
 enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags)
 {

@@ -4,8 +4,8 @@
 #define ASSAY_SNAPSHOTS_BUILD_INPUT_H
 
 #include "src/bvh/micromap.h"
-#include "snapshots/build_parameters.h"
-#include "snapshots/memory.h"
+#include "src/snapshots/build_parameters.h"
+#include "src/snapshots/memory.h"
 
 /* Which kind of tree the flags ask for. VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR is kept
  * among the tree's flags and changes nothing else: trees have one form. */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parameters of builds: copies of them, and the sizes that follow from them. */
-#include "snapshots/build_parameters.h"
+#include "src/snapshots/build_parameters.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "snapshots/build_input.h"
+#include "src/snapshots/build_input.h"
 
 bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry)
 {

@@ -5,9 +5,9 @@
 
 #include <vulkan/vulkan_core.h>
 
+#include "src/base/readable.h"
 #include "src/bvh/bvh.h"
-#include "snapshots/chained_input.h"
-#include "state/readable.h"
+#include "src/snapshots/chained_input.h"
 
 /* pNext of info, geometries and their data is NULL, for what chains say is in members of its own;
  * ppGeometries is resolved to pGeometries. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading the chains of geometries. Most geometries have none, and cost a look. */
-#include "snapshots/chained_input.h"
+#include "src/snapshots/chained_input.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #include <vulkan/vulkan.h>
 #include <vulkan/vulkan_beta.h>
 
-#include "state/readable.h"
+#include "src/base/readable.h"
 
 /* VkAccelerationStructureGeometryMicromapDataKHR or VkMicromapBuildInfoEXT. */
 struct micromap_parameters {

@@ -5,7 +5,7 @@
 
 #include <vulkan/vulkan_core.h>
 
-#include "snapshots/memory.h"
+#include "src/snapshots/memory.h"
 
 /* offset + count * stride + size, at most UINT64_MAX. */
 static inline uint64_t input_extent(uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The host's memory, probed. */
 #define _GNU_SOURCE /* process_vm_readv */
-#include "snapshots/memory.h"
+#include "src/snapshots/memory.h"
 
 #include <errno.h>
 #include <sys/uio.h>

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "state/readable.h"
+#include "src/base/readable.h"
 
 /* `find` may be called from several threads at once. It returns how many bytes from the address on
  * can be read, at most `size`, and where they are. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From VkMicromapBuildInfoEXT to a build's parameters. */
-#include "snapshots/micromap_info.h"
+#include "src/snapshots/micromap_info.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #ifndef ASSAY_SNAPSHOTS_MICROMAP_INFO_H
 #define ASSAY_SNAPSHOTS_MICROMAP_INFO_H
 
-#include "snapshots/build_parameters.h"
+#include "src/snapshots/build_parameters.h"
 
 /* Fails as build_parameters_copy() does. */
 VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildInfoEXT *info,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is built of micromaps, and with them. */
-#include "snapshots/micromap_input.h"
+#include "src/snapshots/micromap_input.h"
 
 #include <stdlib.h>
 
-#include "snapshots/input_find.h"
+#include "src/snapshots/input_find.h"
 
 /* Triangles that can't be read yet leave open how much data they have. */
 void build_input_find_micromap(const struct build_parameters *build,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From VkAccelerationStructureInfoNV to a build's parameters. */
-#include "snapshots/nv_info.h"
+#include "src/snapshots/nv_info.h"
 
 #include <string.h>
 
-#include "state/built.h"
+#include "src/state/builds/built.h"
 
 static VkDeviceOrHostAddressConstKHR address(const struct nv_data *data, VkBuffer buffer,
                                              VkDeviceSize offset)

@@ -4,7 +4,7 @@
 #ifndef ASSAY_SNAPSHOTS_NV_INFO_H
 #define ASSAY_SNAPSHOTS_NV_INFO_H
 
-#include "snapshots/build_parameters.h"
+#include "src/snapshots/build_parameters.h"
 
 /* What the parameters read, which VK_NV_ray_tracing names by buffer and offset: `find` gives a
  * number that stands for that byte in the place of a device address; not 0, which stands for none.

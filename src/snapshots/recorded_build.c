@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of command buffers: their parameters and snapshots. */
-#include "snapshots/recorded_build.h"
+#include "src/snapshots/recorded_build.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,10 +4,10 @@
 #ifndef ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 #define ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 
-#include "rules.h"
-#include "snapshots/build_parameters.h"
-#include "snapshots/memory.h"
-#include "state/handle_table.h"
+#include "src/base/handle_table.h"
+#include "src/snapshots/build_parameters.h"
+#include "src/snapshots/memory.h"
+#include "vuid-tables/rules.h"
 
 /* What one workgroup of copy.comp copies. It lies in a chunk, as the shader reads it: the host
  * writes it before each submission, and the device sets `is_done`. */

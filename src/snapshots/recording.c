@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Works and their executions: what they own, and for how long. */
-#include "snapshots/recording.h"
+#include "src/snapshots/recording.h"
 
 #include <stdlib.h>
 #include <string.h>

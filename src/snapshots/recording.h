@@ -18,9 +18,9 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
-#include "snapshots/buffer_target.h"
-#include "snapshots/recorded_build.h"
-#include "snapshots/ticket.h"
+#include "src/snapshots/buffer_target.h"
+#include "src/snapshots/recorded_build.h"
+#include "src/snapshots/ticket.h"
 
 /* Memory that the device copies to. Part of a larger structure of who allocates it. */
 struct snapshot_chunk {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A list of blocks. */
-#include "state/aligned_copies.h"
+#include "src/state/aligned_copies.h"
 
 #include <stdlib.h>
 #include <string.h>

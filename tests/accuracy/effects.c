@@ -235,7 +235,7 @@ static int run_effect(const struct effect *effect, enum use use, uint32_t times)
     open_run(&other, &world, use == UNUSED ? effect : NULL);
     record(&other);
     scene_close(other.scene);
-    probes_advance_clock(); /* else a slow machine counts more probes */
+    probes_advance_clock();            /* else a slow machine counts more probes */
     for (int i = 0; i < WARM_UPS; i++) /* what is kept has its place then */
         record(&run);
     counted_runs(&run, times);

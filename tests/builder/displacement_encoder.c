@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/bvh/micromap.h"
 #include "kit.h"
+#include "src/bvh/micromap.h"
 
 /* The specification's tables: where fields begin, and their bits. */
 struct fields {

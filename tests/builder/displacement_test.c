@@ -7,9 +7,9 @@
 
 #include <cmocka.h>
 
-#include "src/bvh/input/displacement.h"
 #include "displacement_encoder.h"
 #include "kit.h"
+#include "src/bvh/input/displacement.h"
 
 /* Level 2, in quarters of an edge. */
 static const uint8_t order[15][2] = {

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "src/bvh/input/formats.h"
 #include "kit.h"
+#include "src/bvh/input/formats.h"
 
 /* One vertex of each format, and what it means. */
 static const struct {

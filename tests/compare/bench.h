@@ -3,7 +3,7 @@
 #ifndef TESTS_COMPARE_BENCH_H
 #define TESTS_COMPARE_BENCH_H
 
-#include "compare/tracer.h"
+#include "layer/compare/tracer.h"
 #include "subject.h"
 
 enum bench_kind {

@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "compare/fan.h"
-#include "compare/top.h"
+#include "src/compare/fan.h"
+#include "src/compare/top.h"
 #include "subject.h"
 
 enum { RAYS = 4096 };

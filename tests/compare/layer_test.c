@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "bench.h"
-#include "compare/structures.h"
+#include "layer/compare/structures.h"
 
 static struct bench bench;
 static enum bench_kind kind;

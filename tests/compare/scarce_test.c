@@ -13,7 +13,7 @@
 
 #include "../scarce/injector.h"
 #include "bench.h"
-#include "compare/structures.h"
+#include "layer/compare/structures.h"
 
 /* The messages of one life. */
 static void expect_truth(const struct heard *heard, unsigned failing)

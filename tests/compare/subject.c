@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "compare/fan.h"
+#include "src/compare/fan.h"
 
 const float fan_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,
                                               0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 1, -1, 0};

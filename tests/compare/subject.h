@@ -4,7 +4,7 @@
 #ifndef TESTS_COMPARE_SUBJECT_H
 #define TESTS_COMPARE_SUBJECT_H
 
-#include "compare/judge.h"
+#include "src/compare/judge.h"
 
 enum { GEOMETRIES = 4 };
 

@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "bench.h"
-#include "compare/top.h"
+#include "src/compare/top.h"
 
 enum { RAYS = 4096, BOTTOMS = 3, INSTANCES = 9 };
 

@@ -2,8 +2,8 @@
 /* The device, in place of the registry and of the reporter. */
 #include "below.h"
 
-#include "cpu/offer.h"
-#include "cpu/refuse.h"
+#include "layer/cpu/driver/refuse.h"
+#include "layer/cpu/offer.h"
 
 static struct cpu_overlay overlay;
 static struct layer_instance instance;

@@ -3,7 +3,7 @@
 #ifndef CPU_BACKEND_BELOW_H
 #define CPU_BACKEND_BELOW_H
 
-#include "cpu/overlay.h"
+#include "layer/cpu/overlay.h"
 
 /* The test puts its commands into `below->next`. */
 extern struct cpu_overlay *const below;

@@ -10,7 +10,7 @@
 
 #include "../report/scarce_memory.h"
 #include "below_masks.h"
-#include "cpu/commands.h"
+#include "layer/cpu/commands.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 

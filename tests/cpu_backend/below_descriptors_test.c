@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "below.h"
-#include "cpu/commands.h"
+#include "layer/cpu/commands.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "cpu/deferred.h"
+#include "src/cpu/deferred.h"
 
 enum { PARTS = 200, THREADS = 4 };
 

@@ -15,9 +15,9 @@
 #include <cmocka.h>
 
 #include "src/bvh/bvh.h"
-#include "cpu/scratch.h"
-#include "cpu/structures.h"
-#include "snapshots/memory.h"
+#include "src/cpu/scratch.h"
+#include "src/cpu/structures.h"
+#include "src/snapshots/memory.h"
 
 #define FIRST_HANDLE (1ull << 62)
 

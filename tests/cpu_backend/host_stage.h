@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "assay.h"
 #include "kit.h"
+#include "layer/assay.h"
 
 struct stage {
     struct platform platform;

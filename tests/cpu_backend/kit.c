@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "registry.h"
+#include "vuid-tables/registry.h"
 
 static void configure(const struct platform *platform, const struct kit_setup *setup)
 {

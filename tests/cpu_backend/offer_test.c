@@ -2,11 +2,11 @@
 /* offer_test null|lavapipe: what a physical device offers on backend cpu. */
 #include <string.h>
 
+#include "offer_stage.h"
 #include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"
-#include "offer_stage.h"
-#include "registry.h"
+#include "vuid-tables/registry.h"
 
 static struct kit other;
 

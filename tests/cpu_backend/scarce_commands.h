@@ -4,7 +4,7 @@
 #define CPU_BACKEND_SCARCE_COMMANDS_H
 
 #include "../scarce/application_parts.h"
-#include "assay.h"
+#include "layer/assay.h"
 
 struct scarce_commands {
     VkCommandPool pool;

@@ -8,8 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "assay.h"
 #include "fail.h"
+#include "layer/assay.h"
 #include "render.h"
 #include "shade.h"
 

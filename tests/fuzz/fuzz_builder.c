@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/bvh/input/displacement.h"
 #include "fuzz.h"
 #include "fuzz_displaced.h"
 #include "kit.h"
+#include "src/bvh/input/displacement.h"
 
 /* Reads from the input until nothing is left, then zeros. */
 struct reader {

@@ -14,9 +14,9 @@
 
 #include <cmocka.h>
 
-#include "cpu/commands.h"
-#include "intercepts.h"
-#include "snapshots/commands.h"
+#include "layer/cpu/commands.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/snapshots/commands.h"
 #include "world.h"
 
 #define WARNING_ID "ASSAY-warning"

@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "intercepts.h"
+#include "layer/intercepts/intercepts.h"
 #include "scene.h"
 #include "strict_layer.h"
 

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/bvh/structure.h"
 #include "cases.h"
 #include "displaced.h"
+#include "src/bvh/structure.h"
 
 /* ---- a closed mesh whose triangles have two levels: where they meet, edges are decimated */
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
-#include "snapshots/snapshots.h"
+#include "layer/snapshots/snapshots.h"
 
 #include "fake_device.h"
 

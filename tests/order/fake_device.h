@@ -3,8 +3,8 @@
 #ifndef ORDER_FAKE_DEVICE_H
 #define ORDER_FAKE_DEVICE_H
 
-#include "intercepts.h"
-#include "layer.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/layer.h"
 #include "program.h"
 
 extern struct layer_device device;

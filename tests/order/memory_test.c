@@ -10,7 +10,7 @@
 
 #include "../report/scarce_memory.h"
 #include "program.h"
-#include "state/execution_order_records.h"
+#include "src/state/order/records.h"
 
 enum { S = 1, T = 2, F = 4 };
 

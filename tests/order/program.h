@@ -4,7 +4,7 @@
 #ifndef ORDER_PROGRAM_H
 #define ORDER_PROGRAM_H
 
-#include "state/execution_order.h"
+#include "src/state/order/order.h"
 
 enum { PROGRAM_RUNS = 512, CALL_OPERATIONS = 4 };
 

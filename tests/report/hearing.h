@@ -4,7 +4,7 @@
 #ifndef REPORT_HEARING_H
 #define REPORT_HEARING_H
 
-#include "report/reporter.h"
+#include "src/report/reporter.h"
 
 enum { HEARD_TEXT = 10000, HEARD_OBJECTS = 8, HEARD_LABELS = 20 };
 

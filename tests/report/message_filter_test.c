@@ -9,8 +9,8 @@
 #include <cmocka.h>
 
 #include "hearing.h"
-#include "report/message.h"
-#include "report/message_filter.h"
+#include "src/report/message.h"
+#include "src/report/message_filter.h"
 
 /* The entry names `count` ids, and one of them is `vuid`. */
 static void assert_filter(const char *entry, unsigned count, enum vuid vuid)

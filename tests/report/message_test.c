@@ -11,8 +11,8 @@
 #include <cmocka.h>
 
 #include "hearing.h"
-#include "report/message.h"
-#include "state/object_names.h"
+#include "src/report/message.h"
+#include "src/state/commands/object_names.h"
 
 #define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)
 #define COMMAND_BUFFER_HANDLE ((VkCommandBuffer)(uintptr_t)0xc0)

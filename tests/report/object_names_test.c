@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "scarce_memory.h"
-#include "state/object_names.h"
+#include "src/state/commands/object_names.h"
 
 /* ---- names */
 

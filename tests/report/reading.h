@@ -3,7 +3,7 @@
 #ifndef REPORT_READING_H
 #define REPORT_READING_H
 
-#include "report/settings.h"
+#include "src/report/settings.h"
 
 enum { WARNED_LINES = 12 };
 

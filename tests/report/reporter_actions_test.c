@@ -13,9 +13,9 @@
 #include <cmocka.h>
 
 #include "hearing.h"
-#include "report/message.h"
 #include "scarce_memory.h"
-#include "state/object_names.h"
+#include "src/report/message.h"
+#include "src/state/commands/object_names.h"
 
 static int clear(void **state)
 {

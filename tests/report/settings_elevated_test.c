@@ -14,8 +14,8 @@
 
 #include "hearing.h"
 #include "reading.h"
-#include "report/settings_source.h"
 #include "scarce_memory.h"
+#include "src/report/settings_source.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 

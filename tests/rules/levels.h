@@ -3,7 +3,7 @@
 #ifndef RULES_LEVELS_H
 #define RULES_LEVELS_H
 
-#include "rules.h"
+#include "vuid-tables/rules.h"
 
 /* LEVEL_COUNT where there is none of that name. */
 enum level level_named(const char *name);

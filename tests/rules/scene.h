@@ -7,9 +7,9 @@
 #ifndef RULES_SCENE_H
 #define RULES_SCENE_H
 
-#include "rules.h"
 #include "scene_inputs.h"
 #include "scene_micromap.h"
+#include "vuid-tables/rules.h"
 #include "world.h"
 
 /* The builds of the call. */

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "device_features.h"
-#include "registry.h"
+#include "vuid-tables/registry.h"
 
 void expect_success(VkResult result, const char *what)
 {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "../state/random.h"
-#include "snapshots/recorded_build.h"
+#include "src/snapshots/recorded_build.h"
 
 static const uint32_t code[] = {
 #include "copy_comp.h"

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "assay.h"
+#include "layer/assay.h"
 
 enum {
     BOXES = 40000, /* close to a MiB */

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "assay.h"
+#include "layer/assay.h"
 
 enum { BUFFER_SIZE = 1 << 16 };
 

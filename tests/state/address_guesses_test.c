@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "random.h"
-#include "state/address_map.h"
+#include "src/state/resources/address_map.h"
 
 enum { PLACES = 12000 };
 

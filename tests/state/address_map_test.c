@@ -10,7 +10,7 @@
 
 #include "../report/scarce_memory.h"
 #include "random.h"
-#include "state/address_map.h"
+#include "src/state/resources/address_map.h"
 
 enum { ENTRIES = 12000, QUERIES = 1200 };
 

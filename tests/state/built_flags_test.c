@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What structures were built with, asked for turns that have passed. */
-#include "state/built_flags.h"
+#include "src/state/builds/built_flags.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

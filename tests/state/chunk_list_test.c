@@ -9,7 +9,7 @@
 
 #include "../report/scarce_memory.h"
 #include "random.h"
-#include "state/chunk_list.h"
+#include "src/base/chunk_list.h"
 
 enum { ITEM = 24, MOST = 5000, STEPS = 4000 };
 

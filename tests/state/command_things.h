@@ -3,7 +3,7 @@
 #ifndef STATE_COMMAND_THINGS_H
 #define STATE_COMMAND_THINGS_H
 
-#include "state/command_buffers.h"
+#include "src/state/commands/command_buffers.h"
 
 /* The n-th handle; 0 is none. */
 static inline VkCommandPool pool(unsigned n)

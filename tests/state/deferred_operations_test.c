@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "state/deferred_operations.h"
+#include "src/state/commands/deferred_operations.h"
 
 struct work {
     uint32_t ends;

@@ -10,7 +10,7 @@
 
 #include "../report/scarce_memory.h"
 #include "random.h"
-#include "state/handle_table.h"
+#include "src/base/handle_table.h"
 
 enum { KEYS = 300 };
 

@@ -12,9 +12,9 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "check/check.h"
 #include "random.h"
-#include "state/known_builds.h"
+#include "src/check/call/check.h"
+#include "src/state/builds/known_builds.h"
 #include "things.h"
 
 enum { MEMORIES = 2, BUFFERS = 6, ACCELS = 4, SPECS = 6, CALL_MAX = 2, STEPS = 4000, LIVES = 40 };

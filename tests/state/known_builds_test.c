@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "state/known_builds.h"
+#include "src/state/builds/known_builds.h"
 #include "things.h"
 
 /* Builds a structure, and says whether it is kept now. */

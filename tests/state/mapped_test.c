@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "state/resources.h"
+#include "src/state/resources/resources.h"
 
 enum { PIECES = 8 };
 

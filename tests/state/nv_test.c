@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "state/nv_shape.h"
+#include "src/state/resources/nv_shape.h"
 #include "things.h"
 
 enum { OBJECT = 0x1000, MEMORY = 1 << 20 }; /* have_memory's size */

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "state/query_pools.h"
+#include "src/state/commands/query_pools.h"
 
 static VkQueryPool handle(uintptr_t n)
 {

@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "random.h"
-#include "state/readable.h"
+#include "src/base/readable.h"
 
 enum { PAGES = 64 };
 

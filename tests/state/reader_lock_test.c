@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "state/reader_lock.h"
+#include "src/base/reader_lock.h"
 
 enum { READERS = READER_LOCK_STRIPES + 3, WRITERS = 3, WRITES = 300 };
 

@@ -9,12 +9,12 @@
 
 #include <cmocka.h>
 
-#include "check/predicates.h"
-#include "check/views.h"
 #include "random.h"
 #include "rows_by_subject.h"
-#include "rules.h"
-#include "state/recent_build.h"
+#include "src/check/assemble/views.h"
+#include "src/rules/predicates.h"
+#include "src/state/builds/recent_build.h"
+#include "vuid-tables/rules.h"
 
 enum { PAIRS = 200000 };
 

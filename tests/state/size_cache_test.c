@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "random.h"
-#include "state/size_cache.h"
+#include "src/state/builds/size_cache.h"
 
 enum { GEOMETRIES = 3 };
 

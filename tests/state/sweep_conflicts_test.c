@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "check/sweep.h"
+#include "src/check/overlap/sweep.h"
 #include "sweep_things.h"
 
 /* Builds of one call that all have one structure as dst, update it, use it as an instance and a

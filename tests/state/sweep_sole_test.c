@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
-#include "check/pairs.h"
 #include "random.h"
+#include "src/check/overlap/pairs.h"
 #include "sweep_things.h"
 
 enum { MEMORIES = 3, PLACES = 8, ROUNDS = 20000 };

@@ -11,8 +11,8 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "check/sweep.h"
 #include "random.h"
+#include "src/check/overlap/sweep.h"
 #include "sweep_things.h"
 
 enum { RANGES = 120 };

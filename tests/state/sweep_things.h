@@ -3,7 +3,7 @@
 #ifndef STATE_SWEEP_THINGS_H
 #define STATE_SWEEP_THINGS_H
 
-#include "check/sweep.h"
+#include "src/check/overlap/sweep.h"
 
 static inline struct used_range range_of(enum range_role role, uint32_t build, uintptr_t handle,
                                          uintptr_t memory, VkDeviceSize begin, VkDeviceSize end)

@@ -3,7 +3,7 @@
 #ifndef STATE_THINGS_H
 #define STATE_THINGS_H
 
-#include "state/resources.h"
+#include "src/state/resources/resources.h"
 
 /* The n-th handle of a type; 0 is none. */
 static inline VkDeviceMemory memory(unsigned n)

@@ -16,10 +16,10 @@
 #include <cmocka.h>
 
 #include "random.h"
-#include "report/reporter.h"
-#include "state/command_buffers.h"
-#include "state/object_names.h"
-#include "state/size_cache.h"
+#include "src/report/reporter.h"
+#include "src/state/builds/size_cache.h"
+#include "src/state/commands/command_buffers.h"
+#include "src/state/commands/object_names.h"
 #include "things.h"
 
 enum {

@@ -11,8 +11,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "registry.h"
-#include "rules.h"
+#include "vuid-tables/registry.h"
+#include "vuid-tables/rules.h"
 
 static bool row_has(const struct rule_info *row, enum vuid vuid)
 {
@@ -145,7 +145,7 @@ static void test_retired_ids_have_a_successor(void **state)
         const char *field;
     } retired[] = {
 #define RETIRED(id, current, field) {id, VUID_##current, field},
-#include "retired.def"
+#include "vuid-tables/retired.def"
 #undef RETIRED
     };
     for (size_t i = 0; i < sizeof(retired) / sizeof(retired[0]); i++) {

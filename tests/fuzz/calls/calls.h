@@ -15,7 +15,7 @@
 #include <vulkan/vulkan.h>
 #include <vulkan/vulkan_beta.h>
 
-#include "assay.h"
+#include "layer/assay.h"
 
 enum {
     MEMORIES = 4,

@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the intercepts of the build commands share. */
+#include "layer/intercepts/build_call.h"
+
+#include "src/check/replay/replay.h"
+
+/* Those below are inlined where the library is linked: a call of one build is mostly them. */
+inline void build_call_start(struct build_call *call, struct layer_device *device,
+                             enum build_command command)
+{
+    *call = (struct build_call){
+        .device = device, .view.command = command, .view.device = &device->facts};
+}
+
+inline void build_call_start_recorded(struct build_call *call, struct layer_device *device,
+                                      enum build_command command, VkCommandBuffer handle)
+{
+    struct command_buffers *all = device->command_buffers;
+    struct command_buffer *command_buffer = command_buffers_find(all, handle);
+    build_call_start(call, device, command);
+    command_buffers_facts(all, command_buffer, handle, &call->view.command_buffer);
+    if (!command_buffer)
+        return;
+    call->command_buffer = command_buffer;
+    call->recent_build = &command_buffer->recent_build;
+    if (!command_buffer->journal || device->level < LEVEL_EXECUTION)
+        return;
+    call->journal = command_buffer->journal;
+    call->mark = journal_mark(call->journal);
+}
+
+static struct call_origin origin_of(const struct build_call *call)
+{
+    const struct command_buffer_facts *facts = &call->view.command_buffer;
+    return (struct call_origin){
+        .device = call->device->handle,
+        .command_buffer = facts->handle,
+        .build_index = facts->build_index,
+        .names = call->device->names,
+        .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
+    };
+}
+
+bool build_call_found(void *user, enum rule rule, const struct location *location,
+                      const struct finding *finding)
+{
+    struct build_call *call = user;
+    struct reporter *reporter = call->device->instance->reporter;
+    const struct call_origin origin = origin_of(call);
+    if (reporter_send(reporter, rule, location, &origin, finding))
+        call->skip = true;
+    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+}
+
+/* Asks one rule of the call alone. */
+static void ask_one_rule(struct build_call *call, enum rule rule)
+{
+    static const struct check_hooks hooks = {.found = build_call_found};
+    bool active[RULE_COUNT] = {false};
+    active[rule] = call->device->active_rules[call->view.command][rule];
+    struct check_context context = {.hooks = &hooks, .user = call, .active = active};
+    check_call(&context, &call->view);
+}
+
+void build_call_report_command_buffer(enum build_command command, VkCommandBuffer handle)
+{
+    struct layer_device *device = layer_blamed_device(handle);
+    struct build_call call;
+    if (!device)
+        return;
+    build_call_start(&call, device, command);
+    call.view.command_buffer = (struct command_buffer_facts){.handle = handle, .alive = NO};
+    ask_one_rule(&call, RULE_command_buffer_is_valid);
+}
+
+void build_call_report_device(VkDevice handle)
+{
+    struct layer_device *device = layer_blamed_device(handle);
+    struct build_call call;
+    if (!device)
+        return;
+    build_call_start(&call, device, COMMAND_HOST);
+    call.view.device_argument = handle;
+    ask_one_rule(&call, RULE_device_is_valid);
+}
+
+bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle)
+{
+    return layer_other_device_has(((struct build_call *)user)->device, kind, handle);
+}
+
+/* ---- the journal */
+
+/* All of the call's builds are of one place. */
+static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
+{
+    (void)user;
+    (void)journal;
+    (void)position;
+    (void)info;
+}
+
+static struct replay replay_of(struct build_call *call)
+{
+    return (struct replay){
+        .active = call->device->active_rules,
+        .resources = call->device->resources,
+        .locate = locate,
+        .found = build_call_found,
+        .user = call,
+    };
+}
+
+__attribute__((cold)) static void settle(struct build_call *call)
+{
+    if (call->journal->asks) {
+        struct replay replay = replay_of(call);
+        replay_recorded(&replay, call->command_buffer, &call->mark);
+    }
+    if (call->skip)
+        journal_take_back(call->journal, &call->mark);
+    else
+        replay_keep(call->command_buffer, &call->mark);
+}
+
+/* Most journals have nothing to judge. */
+inline void build_call_settle_journal(struct build_call *call)
+{
+    const struct command_buffer *command_buffer = call->command_buffer;
+    if (command_buffer && call->journal &&
+        (call->journal->asks || call->skip || command_buffer->knows))
+        settle(call);
+}
+
+void build_call_count_builds(struct build_call *call, uint32_t count)
+{
+    if (call->command_buffer)
+        call->command_buffer->facts.build_index += count;
+}

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds and what they use, as entries and inputs of a journal, which are made in their place: each
+ * build that is recorded is noted. */
+#include "layer/intercepts/build_notes.h"
+
+#include "src/base/recording_path.h"
+#include "src/state/builds/build_info.h"
+#include "src/state/builds/built_flags.h"
+
+static uint32_t position_of(const struct build_call *call, const struct build_view *build)
+{
+    return call->view.command_buffer.build_index + build->index;
+}
+
+/* ---- inputs */
+
+/* The inputs of a build that are being noted: where they are, and the next's place. */
+struct noting {
+    struct journal *journal;
+    struct journal_input *next;
+    uint32_t position, info, geometry;
+    unsigned char command;
+    bool geometry_by_pointer;
+};
+
+static inline struct noting begin_noting(const struct build_call *call,
+                                         const struct build_view *build, uint32_t geometry)
+{
+    return (struct noting){.journal = call->journal,
+                           .next = journal_begin_inputs(call->journal),
+                           .position = position_of(call, build),
+                           .info = build->index,
+                           .geometry = geometry,
+                           .command = (unsigned char)call->view.command,
+                           .geometry_by_pointer = build->geometry_pointers != NULL};
+}
+
+static inline void note(struct noting *noting, enum input_role role,
+                        const struct address_facts *facts)
+{
+    if (facts->status != ADDRESS_IN_BUFFER ||
+        !journal_notes_buffer(noting->journal, facts->buffer_id))
+        return;
+    struct journal_input *input = noting->next++;
+    input->buffer_id = facts->buffer_id;
+    input->address = facts->address;
+    input->position = noting->position;
+    input->info = noting->info;
+    input->geometry = noting->geometry;
+    input->role = (unsigned char)role;
+    input->command = noting->command;
+    input->geometry_by_pointer = noting->geometry_by_pointer;
+}
+
+static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)
+{
+    switch (geometry->geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        note(noting, INPUT_VERTEX, &geometry->vertex);
+        note(noting, INPUT_INDEX, &geometry->index_data);
+        note(noting, INPUT_TRANSFORM, &geometry->transform);
+        break;
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        note(noting, INPUT_AABBS, &geometry->data);
+        break;
+    default:
+        note(noting, INPUT_INSTANCES, &geometry->data);
+    }
+}
+
+/* Of a build, or of its geometry of that index. */
+static void note_address(const struct build_call *call, const struct build_view *build,
+                         uint32_t geometry, enum input_role role, const struct address_facts *facts)
+{
+    struct noting noting = begin_noting(call, build, geometry);
+    if (!noting.next)
+        return;
+    note(&noting, role, facts);
+    journal_end_inputs(call->journal, noting.next);
+}
+
+void build_notes_see_geometry(void *user, const struct geometry_view *geometry)
+{
+    const struct build_call *call = user;
+    const struct chained_inputs *chained = geometry->chained;
+    if (!call->command_buffer)
+        return;
+    struct noting noting = begin_noting(call, geometry->build, geometry->index);
+    if (noting.next) {
+        note_geometry(&noting, geometry);
+        journal_end_inputs(call->journal, noting.next);
+    }
+    for (uint32_t i = 0; chained && i < chained->count; i++)
+        note_address(call, geometry->build, geometry->index, chained->items[i].role,
+                     &chained->items[i].facts);
+}
+
+void build_notes_see_indirect(void *user, const struct indirect_view *indirect)
+{
+    note_address(user, indirect->build, 0, INPUT_INDIRECT, &indirect->facts);
+}
+
+/* ---- builds */
+
+/* The micromaps that a build reads. */
+__attribute__((cold)) static void note_micromaps(const struct build_call *call,
+                                                 const struct build_view *build)
+{
+    const struct micromap_uses *uses = build->micromaps;
+    bool may_change =
+        build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR;
+    bool updates = build_is_update(build->info);
+    for (uint32_t i = 0; i < uses->count; i++) {
+        const struct micromap_use *use = &uses->items[i];
+        struct journal_entry entry = {
+            .kind = JOURNAL_USE_MICROMAP,
+            .command = (unsigned char)call->view.command,
+            .info = build->index,
+            .geometry_by_pointer = build->geometry_pointers != NULL,
+            .src = use->handle,
+            .src_id = use->id,
+            .micromap = {.updated = updates ? (uint64_t)(uintptr_t)build->src.handle : 0,
+                         .updated_id = updates ? build->src.id : 0,
+                         .position = position_of(call, build),
+                         .geometry = use->geometry,
+                         .first = use->first,
+                         .triangle_count = use->triangle_count,
+                         .is_ext = use->is_ext,
+                         .is_unindexed = use->is_unindexed,
+                         .must_stay = updates && !may_change},
+        };
+        if (use->id)
+            journal_add(call->journal, &entry);
+    }
+}
+
+static bool is_backed(const struct accel_facts *accel)
+{
+    return (accel->backed == YES) | accel->in_pieces;
+}
+
+/* Only updates read src. */
+static inline void note_src(struct journal_entry *entry, const struct build_view *build)
+{
+    if (!build_is_update(build->info)) {
+        entry->src = entry->src_id = 0;
+        entry->src_backed = entry->src_in_pieces = false;
+        return;
+    }
+    entry->src = (uint64_t)(uintptr_t)build->src.handle;
+    entry->src_id = build->src.id;
+    entry->src_backed = is_backed(&build->src);
+    entry->src_in_pieces = build->src.in_pieces;
+}
+
+static bool is_readable(const struct build_view *build)
+{
+    return build->geometry_count == build->info->geometryCount;
+}
+
+/* What is known of geometries that could not be read is nothing. */
+__attribute__((noinline)) static void
+add_shapes(struct journal *journal, const struct build_view *build, struct journal_entry *entry)
+{
+    const struct build_description description = {
+        .info = build->info,
+        .ranges = build->ranges,
+        .dst_size = build->dst.size,
+        .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
+        .dense_readable = build->dense_readable,
+        .micromaps = build->micromaps,
+        .contents = build->contents,
+    };
+    if (is_readable(build))
+        built_add_shapes(&entry->built, &description);
+    else
+        built_forget(&entry->built);
+    journal_end_entry(journal, entry);
+}
+
+static inline void note_build(const struct build_call *call, const struct build_view *build,
+                              uint32_t labels)
+{
+    struct journal_entry *entry = journal_begin_entry(call->journal);
+    if (!entry)
+        return;
+    entry->kind = build_is_update(build->info) ? JOURNAL_UPDATE : JOURNAL_BUILD;
+    entry->command = (unsigned char)call->view.command;
+    entry->judged = false;
+    entry->info = build->index;
+    entry->labels = labels;
+    entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
+    entry->dst_id = build->dst.id;
+    entry->dst_backed = is_backed(&build->dst);
+    entry->dst_in_pieces = build->dst.in_pieces;
+    entry->geometry_by_pointer = build->geometry_pointers != NULL;
+    note_src(entry, build);
+    built_describe(&entry->built, build->info, call->view.command_buffer.handle,
+                   position_of(call, build));
+    if (built_has_shapes(build->info) || !is_readable(build))
+        add_shapes(call->journal, build, entry);
+}
+
+/* Those of most builds are noted together. */
+static inline void note_inputs(const struct build_call *call, const struct build_view *build,
+                               const struct geometry_view *geometry)
+{
+    struct noting noting = begin_noting(call, build, 0);
+    if (!noting.next)
+        return;
+    if (geometry)
+        note_geometry(&noting, geometry);
+    if (build->dst.id && build->sizes.known)
+        note(&noting, build_is_update(build->info) ? INPUT_UPDATE_SCRATCH : INPUT_SCRATCH,
+             &build->scratch);
+    journal_end_inputs(call->journal, noting.next);
+}
+
+ON_RECORDING_PATH void build_notes_see_build(void *user, const struct build_view *build,
+                                             const struct geometry_view *geometry)
+{
+    const struct build_call *call = user;
+    const struct command_buffer *command_buffer = call->command_buffer;
+    if (command_buffer)
+        note_inputs(call, build, geometry);
+    if (!build->dst.id)
+        return;
+    if (build->micromaps && command_buffer)
+        note_micromaps(call, build);
+    note_build(call, build,
+               command_buffer ? journal_note_labels(call->journal, &command_buffer->labels) : 0);
+}
+
+/* Where the ranges can't be kept nothing is said of them. */
+void build_notes_see_ranges(void *user, struct noted_ranges *ranges)
+{
+    const struct build_call *call = user;
+    if (!ranges)
+        return;
+    ranges->position = call->view.command_buffer.build_index;
+    journal_add(call->journal, &(struct journal_entry){
+                                   .kind = JOURNAL_RANGES,
+                                   .command = (unsigned char)call->view.command,
+                                   .ranges = ranges,
+                               });
+}

@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of the build commands: observe, check, forward; the NV one is in nv.c. */
+#include <stdatomic.h>
+
+#include "layer/execution/submissions.h"
+#include "layer/formats.h"
+#include "layer/intercepts/build_call.h"
+#include "layer/intercepts/build_notes.h"
+#include "layer/intercepts/host_work.h"
+#include "layer/intercepts/intercepts.h"
+#include "src/base/readable.h"
+#include "src/base/recording_path.h"
+#include "src/state/builds/built_flags.h"
+
+void build_call_find_sizes(struct layer_device *device,
+                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                           const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                           struct size_facts *sizes)
+{
+    struct build_shape shape;
+    bool has_shape = build_shape_of(info, counts, build_type, &shape);
+    if (has_shape && size_cache_find(device->sizes, &shape, sizes))
+        return;
+    if (!device->vk.GetAccelerationStructureBuildSizesKHR)
+        return;
+    VkAccelerationStructureBuildSizesInfoKHR answer = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    bool is_micromap = info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, info,
+                                                     is_micromap ? NULL : counts, &answer);
+    *sizes = (struct size_facts){.known = true,
+                                 .acceleration_structure = answer.accelerationStructureSize,
+                                 .build_scratch = answer.buildScratchSize,
+                                 .update_scratch = answer.updateScratchSize};
+    if (has_shape)
+        size_cache_add(device->sizes, &shape, sizes);
+}
+
+static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes)
+{
+    build_call_find_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
+}
+
+ON_RECORDING_PATH static enum tristate vertex_format_supported(void *user, VkFormat format)
+{
+    return layer_takes_vertices(((struct build_call *)user)->device, format);
+}
+
+static enum tristate radius_format_supported(void *user, VkFormat format)
+{
+    return layer_takes_radii(((struct build_call *)user)->device, format);
+}
+
+/* ---- the calls */
+
+/* Large calls want memory, and are often followed by others: the device keeps that of some. */
+enum { LARGE_CALL = 16 };
+
+static struct sweep *_Atomic *spare_of_thread(const struct build_call *call)
+{
+    return &call->device->kept[reader_lock_stripe()].spare_sweep;
+}
+
+static struct sweep *take_sweep(const struct build_call *call)
+{
+    struct sweep *spare = atomic_exchange(spare_of_thread(call), NULL);
+    return spare ? spare : check_make_sweep();
+}
+
+static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
+{
+    check_free_sweep(atomic_exchange(spare_of_thread(call), sweep));
+}
+
+/* Those of the thread, where what they say is asked for. */
+static inline struct known_builds *take_known_builds(const struct build_call *call)
+{
+    const struct layer_device *device = call->device;
+    if (call->view.command != COMMAND_DEVICE || device->level < LEVEL_STATE)
+        return NULL;
+    return known_builds_take(&call->device->kept[reader_lock_stripe()].known);
+}
+
+static const struct check_hooks hooks = {
+    .found = build_call_found,
+    .find_sizes = find_sizes,
+    .vertex_format_supported = vertex_format_supported,
+    .radius_format_supported = radius_format_supported,
+    .of_another_device = build_call_of_another_device,
+};
+
+static const struct check_witness witness = {
+    .see_build = build_notes_see_build,
+    .see_geometry = build_notes_see_geometry,
+    .see_indirect = build_notes_see_indirect,
+    .see_ranges = build_notes_see_ranges,
+};
+
+/* Inlined, as most of it is to fill what each call of a command fills with the same. */
+static inline __attribute__((always_inline)) void run_checks(struct build_call *call,
+                                                             struct readable_cache *readable)
+{
+    const struct layer_device *device = call->device;
+    /* Below that level backend cpu has an order, too, but views have no state. */
+    bool is_noted = call->journal && device->level >= LEVEL_EXECUTION;
+    struct check_context context = {
+        .hooks = &hooks,
+        .witness = is_noted ? &witness : NULL,
+        .user = call,
+        .level = device->level,
+        .active = device->active_rules[call->view.command],
+        .recent_build = call->recent_build,
+        .known = take_known_builds(call),
+        .readable = readable,
+        .resources = device->resources,
+        .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
+        .flags = call->turn ? submissions_flags(device->submissions) : NULL,
+        .turn = call->turn,
+    };
+    check_builds(&context, &call->view);
+    known_builds_give_back(context.known);
+    if (context.sweep)
+        give_back_sweep(call, context.sweep);
+    build_call_settle_journal(call);
+}
+
+/* From so many builds on, a call pays little for probing its arrays anew. Smaller calls trust what
+ * was readable within the last milliseconds: docs/probes.md has the figures. */
+enum { PROBED_ANEW = 64 };
+
+static inline struct readable_cache *readable_cache_for(uint32_t builds)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    if (builds >= PROBED_ANEW)
+        readable_forget(cache);
+    return cache;
+}
+
+ON_RECORDING_PATH VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    struct layer_device *device = layer_find_build_device(commandBuffer);
+    struct build_call call;
+    if (!device) {
+        build_call_report_command_buffer(COMMAND_DEVICE, commandBuffer);
+        return;
+    }
+    build_call_start_recorded(&call, device, COMMAND_DEVICE, commandBuffer);
+    call.view.info_count = infoCount;
+    call.view.infos = pInfos;
+    call.view.build_ranges = ppBuildRangeInfos;
+    run_checks(&call, readable_cache_for(infoCount));
+    if (call.skip)
+        return;
+    build_call_count_builds(&call, infoCount);
+    device->vk.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
+                                                 ppBuildRangeInfos);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
+    const uint32_t *const *ppMaxPrimitiveCounts)
+{
+    struct layer_device *device = layer_find_build_device(commandBuffer);
+    struct build_call call;
+    if (!device) {
+        build_call_report_command_buffer(COMMAND_INDIRECT, commandBuffer);
+        return;
+    }
+    build_call_start_recorded(&call, device, COMMAND_INDIRECT, commandBuffer);
+    call.view.info_count = infoCount;
+    call.view.infos = pInfos;
+    call.view.max_primitive_counts = ppMaxPrimitiveCounts;
+    call.view.indirect_addresses = pIndirectDeviceAddresses;
+    call.view.indirect_strides = pIndirectStrides;
+    run_checks(&call, readable_cache_for(infoCount));
+    if (call.skip)
+        return;
+    build_call_count_builds(&call, infoCount);
+    device->vk.CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
+                                                         pIndirectDeviceAddresses, pIndirectStrides,
+                                                         ppMaxPrimitiveCounts);
+}
+
+/* What the host's instances refer to is as it is when the call is made; a structure that is being
+ * written then is nobody's to refer to. False where it isn't known. */
+static bool find_turn(const struct layer_device *device, struct built_flags_turn *turn)
+{
+    struct built_flags *flags = submissions_flags(device->submissions);
+    if (!flags)
+        return false;
+    *turn = (struct built_flags_turn){.turn = built_flags_now(flags), .is_unordered = true};
+    return execution_order_host_turn(device->order, &turn->follows);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
+    VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    struct layer_device *state = layer_find_device_safely(device);
+    if (!state) {
+        build_call_report_device(device);
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    }
+    struct build_call call;
+    build_call_start(&call, state, COMMAND_HOST);
+    struct recent_build recent_build = {0};
+    struct built_flags_turn turn;
+    call.recent_build = &recent_build;
+    call.turn = find_turn(state, &turn) ? &turn : NULL;
+    call.view.device_argument = device;
+    call.view.deferred = host_work_operation_facts(state, deferredOperation);
+    call.view.info_count = infoCount;
+    call.view.infos = pInfos;
+    call.view.build_ranges = ppBuildRangeInfos;
+    struct host_work work = host_work_begin(state);
+    call.journal = work.journal;
+    struct readable_cache readable = {0};
+    run_checks(&call, &readable);
+    if (host_work_prepare(&work, call.skip))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    VkResult result = state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,
+                                                               pInfos, ppBuildRangeInfos);
+    return host_work_finish(&work, deferredOperation, result);
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The course of the host's commands, and intercepts of the operations that they are deferred to. */
+#include "layer/intercepts/host_work.h"
+
+#include "layer/intercepts/intercepts.h"
+
+/* Backend cpu has an order at each level. */
+static bool is_followed(const struct layer_device *device)
+{
+    return device->level >= LEVEL_EXECUTION;
+}
+
+struct host_work host_work_begin(struct layer_device *device)
+{
+    struct host_work work = {.device = device};
+    if (is_followed(device))
+        work.journal = journal_create(VK_NULL_HANDLE);
+    if (work.journal)
+        work.journal->deaths = resources_deaths(device->resources);
+    return work;
+}
+
+/* Without a journal the work may write anything. */
+bool host_work_prepare(struct host_work *work, bool skip)
+{
+    if (is_followed(work->device))
+        work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    if (!work->submission) {
+        journal_release(work->journal);
+        return skip;
+    }
+    submission_add_batch(work->submission);
+    submission_add_work(work->submission, work->journal);
+    if (skip)
+        submission_set_skip(work->submission);
+    return submission_prepare(work->submission);
+}
+
+void host_work_end(void *submission, VkResult result)
+{
+    submission_finish_silently(submission, result);
+}
+
+/* Asks how an operation stands that has work. */
+static void look_after(struct layer_device *device, VkDeferredOperationKHR operation)
+{
+    uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
+    if (!ticket)
+        return;
+    VkResult result = device->vk.GetDeferredOperationResultKHR(device->handle, operation);
+    if (result != VK_NOT_READY &&
+        deferred_operations_complete(device->deferred, operation, ticket, result))
+        execution_order_run(device->order);
+}
+
+/* Other threads may complete an operation before this one has noted that it has work. */
+VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
+{
+    struct layer_device *device = work->device;
+    if (!work->submission)
+        return result;
+    if (result == VK_OPERATION_DEFERRED_KHR &&
+        deferred_operations_defer(device->deferred, operation, work->submission))
+        look_after(device, operation);
+    else
+        submission_finish(work->submission,
+                          result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
+    return result;
+}
+
+/* ---- deferred operations */
+
+struct deferred_operation_facts host_work_operation_facts(const struct layer_device *device,
+                                                          VkDeferredOperationKHR operation)
+{
+    struct deferred_operation_facts facts = {.handle = operation};
+    if (!operation)
+        return facts;
+    facts.alive = deferred_operations_has(device->deferred, operation);
+    if (facts.alive == NO)
+        facts.of_another_device = layer_other_device_has_operation(device, operation);
+    if (facts.alive == YES)
+        facts.complete =
+            device->vk.GetDeferredOperationResultKHR(device->handle, operation) == VK_NOT_READY
+                ? NO
+                : YES;
+    return facts;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL
+assay_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCallbacks *pAllocator,
+                                 VkDeferredOperationKHR *pDeferredOperation)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateDeferredOperationKHR(device, pAllocator, pDeferredOperation);
+    if (result == VK_SUCCESS)
+        deferred_operations_add(state->deferred, *pDeferredOperation);
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
+    VkDevice device, VkDeferredOperationKHR operation, const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    if (operation) {
+        look_after(state, operation);
+        deferred_operations_remove(state->deferred, operation);
+        execution_order_run(state->order);
+        object_names_set(state->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
+                         (uint64_t)(uintptr_t)operation, NULL);
+    }
+    state->vk.DestroyDeferredOperationKHR(device, operation, pAllocator);
+}
+
+/* A result that is ready is that of the work which the operation had before. */
+VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice device,
+                                                                   VkDeferredOperationKHR operation)
+{
+    struct layer_device *state = layer_find_device(device);
+    uint64_t ticket = deferred_operations_ticket(state->deferred, operation);
+    VkResult result = state->vk.GetDeferredOperationResultKHR(device, operation);
+    if (result != VK_NOT_READY &&
+        deferred_operations_complete(state->deferred, operation, ticket, result))
+        execution_order_run(state->order);
+    return result;
+}
+
+/* To have joined a complete operation doesn't tell how it went. */
+VKAPI_ATTR VkResult VKAPI_CALL assay_DeferredOperationJoinKHR(VkDevice device,
+                                                              VkDeferredOperationKHR operation)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.DeferredOperationJoinKHR(device, operation);
+    if (result == VK_SUCCESS)
+        look_after(state, operation);
+    return result;
+}

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of VK_NV_ray_tracing: its structures, and the command that builds them. */
+#include <string.h>
+
+#include "layer/execution/submissions.h"
+#include "layer/intercepts/build_call.h"
+#include "layer/intercepts/intercepts.h"
+#include "src/base/chain.h"
+#include "src/base/readable.h"
+#include "src/state/resources/nv_shape.h"
+
+/* ---- structures */
+
+static VkDeviceSize required_size(const struct layer_device *device,
+                                  VkAccelerationStructureNV accel,
+                                  VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    const VkAccelerationStructureMemoryRequirementsInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
+        .type = type,
+        .accelerationStructure = accel,
+    };
+    VkMemoryRequirements2 answer = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+    device->vk.GetAccelerationStructureMemoryRequirementsNV(device->handle, &info, &answer);
+    return answer.memoryRequirements.size;
+}
+
+/* They depend on what the structure was created for alone, so that builds need not ask. */
+static struct nv_size_facts find_sizes(const struct layer_device *device,
+                                       VkAccelerationStructureNV accel)
+{
+    if (device->level < LEVEL_STATE || !device->vk.GetAccelerationStructureMemoryRequirementsNV)
+        return (struct nv_size_facts){.known = false};
+    return (struct nv_size_facts){
+        .known = true,
+        .object = required_size(device, accel,
+                                VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV),
+        .build_scratch = required_size(
+            device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV),
+        .update_scratch = required_size(
+            device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV),
+    };
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureNV(
+    VkDevice device, const VkAccelerationStructureCreateInfoNV *pCreateInfo,
+    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureNV *pAccelerationStructure)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.CreateAccelerationStructureNV(device, pCreateInfo, pAllocator,
+                                                              pAccelerationStructure);
+    if (result == VK_SUCCESS) {
+        struct nv_size_facts sizes = find_sizes(state, *pAccelerationStructure);
+        resources_add_nv_accel(state->resources, *pAccelerationStructure,
+                               nv_shape_create(&pCreateInfo->info), &sizes);
+    }
+    return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureNV(
+    VkDevice device, VkAccelerationStructureNV accelerationStructure,
+    const VkAllocationCallbacks *pAllocator)
+{
+    struct layer_device *state = layer_find_device(device);
+    submissions_forget(state->submissions,
+                       resources_remove_nv_accel(state->resources, accelerationStructure), 1);
+    object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                     (uint64_t)(uintptr_t)accelerationStructure, NULL);
+    state->vk.DestroyAccelerationStructureNV(device, accelerationStructure, pAllocator);
+}
+
+/* Whether instance i of the structure is bound to another instance of the memory than i. */
+static bool instances_differ(const VkBindAccelerationStructureMemoryInfoNV *bind)
+{
+    for (uint32_t i = 0; i < bind->deviceIndexCount; i++)
+        if (bind->pDeviceIndices[i] != i)
+            return true;
+    return false;
+}
+
+/* A failed call may have bound some. */
+VKAPI_ATTR VkResult VKAPI_CALL
+assay_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
+                                        const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result =
+        state->vk.BindAccelerationStructureMemoryNV(device, bindInfoCount, pBindInfos);
+    for (uint32_t i = 0; i < bindInfoCount; i++)
+        if (result == VK_SUCCESS)
+            resources_bind_nv_accel(state->resources, pBindInfos[i].accelerationStructure,
+                                    pBindInfos[i].memory, pBindInfos[i].memoryOffset,
+                                    instances_differ(&pBindInfos[i]));
+        else
+            resources_forget_nv_binding(state->resources, pBindInfos[i].accelerationStructure);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_GetAccelerationStructureHandleNV(
+    VkDevice device, VkAccelerationStructureNV accelerationStructure, size_t dataSize, void *pData)
+{
+    struct layer_device *state = layer_find_device(device);
+    uint64_t reference;
+    VkResult result =
+        state->vk.GetAccelerationStructureHandleNV(device, accelerationStructure, dataSize, pData);
+    if (result == VK_SUCCESS && state->level >= LEVEL_CONTENT && dataSize >= sizeof(reference)) {
+        memcpy(&reference, pData, sizeof(reference));
+        resources_add_nv_reference(state->resources, accelerationStructure, reference);
+    }
+    return result;
+}
+
+/* ---- builds */
+
+static struct built describe(const struct build_call *call, const struct nv_call_view *view)
+{
+    uint32_t position = call->view.command_buffer.build_index;
+    if (!view->info)
+        return (struct built){.state = BUILT_UNKNOWN, .position = position};
+    /* Updates are measured by their data alone. */
+    bool may_be_asked =
+        view->update || (view->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV);
+    struct geometry_shapes *shapes = NULL;
+    if (call->device->level >= LEVEL_CONTENT && may_be_asked && !view->geometries_unreadable)
+        shapes = built_nv_shapes(view->info);
+    return (struct built){.state = BUILT_BEFORE,
+                          .command_buffer = call->view.command_buffer.handle,
+                          .position = position,
+                          .flags = view->info->flags,
+                          .type = view->info->type,
+                          .geometry_count = view->info->geometryCount,
+                          .shapes = shapes};
+}
+
+static void see_build(void *user, const struct nv_call_view *view)
+{
+    struct build_call *call = user;
+    struct journal *journal = call->journal;
+    if (!view->dst_facts.id)
+        return;
+    struct journal_entry entry = {
+        .kind = view->update ? JOURNAL_UPDATE : JOURNAL_BUILD,
+        .command = COMMAND_NV,
+        .labels = journal_note_labels(journal, &call->command_buffer->labels),
+        .dst = (uint64_t)(uintptr_t)view->dst,
+        .dst_id = view->dst_facts.id,
+        .dst_backed = view->dst_facts.binding == NV_BOUND,
+        .src = (uint64_t)(uintptr_t)view->src,
+        .src_id = view->src_facts.id,
+        .built = describe(call, view),
+    };
+    journal_add(journal, &entry);
+}
+
+static void see_input(void *user, uint32_t geometry, enum input_role role,
+                      const struct buffer_facts *facts)
+{
+    struct build_call *call = user;
+    struct journal_input *input = journal_begin_inputs(call->journal);
+    if (!input || !journal_notes_buffer(call->journal, facts->id))
+        return;
+    *input = (struct journal_input){
+        .buffer_id = facts->id,
+        .buffer = facts->handle,
+        .position = call->view.command_buffer.build_index,
+        .geometry = geometry,
+        .role = (unsigned char)role,
+        .command = COMMAND_NV,
+    };
+    journal_end_inputs(call->journal, input + 1);
+}
+
+static void run_checks(struct build_call *call, struct nv_call_view *view)
+{
+    static const struct check_hooks hooks = {.found = build_call_found,
+                                             .of_another_device = build_call_of_another_device};
+    static const struct check_witness witness = {.see_nv_build = see_build,
+                                                 .see_nv_input = see_input};
+    struct check_context context = {
+        .hooks = &hooks,
+        .witness = call->journal ? &witness : NULL,
+        .user = call,
+        .level = call->device->level,
+        .active = call->device->active_rules[COMMAND_NV],
+        .readable = readable_cache_of_thread(),
+        .resources = call->device->resources,
+    };
+    check_nv_build(&context, view);
+    build_call_settle_journal(call);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
+    VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
+    VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
+    VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
+    VkDeviceSize scratchOffset)
+{
+    struct layer_device *device = layer_find_build_device(commandBuffer);
+    struct build_call call;
+    if (!device) {
+        build_call_report_command_buffer(COMMAND_NV, commandBuffer);
+        return;
+    }
+    build_call_start_recorded(&call, device, COMMAND_NV, commandBuffer);
+    struct nv_call_view view = {
+        .call = &call.view,
+        .info_argument = pInfo,
+        .instance_data = instanceData,
+        .update = update != VK_FALSE,
+        .dst = dst,
+        .src = src,
+        .scratch = scratch,
+        .scratch_offset = scratchOffset,
+    };
+    run_checks(&call, &view);
+    if (call.skip)
+        return;
+    build_call_count_builds(&call, 1);
+    device->vk.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
+                                               update, dst, src, scratch, scratchOffset);
+}

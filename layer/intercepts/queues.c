@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts of submissions: each is prepared before the call goes down, when its batches are
+ * judged, and finished with the call's result. */
+#include "layer/intercepts/intercepts.h"
+#include "layer/layer.h"
+#include "layer/snapshots/snapshots.h"
+#include "src/base/chain.h"
+
+/* Which commands a semaphore operation of these stages orders. The stage of builds is that of
+ * copies of structures too. */
+static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages, VkPipelineStageFlags2 all)
+{
+    if (stages & (all | VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT))
+        return SCOPE_ALL;
+    return stages & VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR ? SCOPE_BUILDS
+                                                                             : SCOPE_NOTHING;
+}
+
+/* A wait for the top of the pipe holds everything back, one for its bottom nothing; for signals it
+ * is the other way round (Vulkan specification, VkPipelineStageFlagBits2). */
+static enum semaphore_scope scope_of_wait(VkPipelineStageFlags2 stages)
+{
+    return scope_of(stages, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT);
+}
+
+static enum semaphore_scope scope_of_signal(VkPipelineStageFlags2 stages)
+{
+    return scope_of(stages, VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT);
+}
+
+/* Whether a batch uses other physical devices than the first. One of them waits for a semaphore, or
+ * signals it, which tells little about the others. */
+static bool is_spread(const struct layer_device *device, const VkSubmitInfo *info)
+{
+    const VkDeviceGroupSubmitInfo *group =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_SUBMIT_INFO);
+    if (!group || device->physical_device_count < 2)
+        return false;
+    for (uint32_t i = 0; i < group->commandBufferCount; i++)
+        if (group->pCommandBufferDeviceMasks[i] != 1)
+            return true;
+    for (uint32_t i = 0; i < group->waitSemaphoreCount; i++)
+        if (group->pWaitSemaphoreDeviceIndices[i])
+            return true;
+    for (uint32_t i = 0; i < group->signalSemaphoreCount; i++)
+        if (group->pSignalSemaphoreDeviceIndices[i])
+            return true;
+    return false;
+}
+
+/* A device mask of 0 means all devices. */
+static bool is_spread2(const struct layer_device *device, const VkSubmitInfo2 *info)
+{
+    if (device->physical_device_count < 2)
+        return false;
+    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
+        if (info->pCommandBufferInfos[i].deviceMask != 1)
+            return true;
+    for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
+        if (info->pWaitSemaphoreInfos[i].deviceIndex)
+            return true;
+    for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
+        if (info->pSignalSemaphoreInfos[i].deviceIndex)
+            return true;
+    return false;
+}
+
+/* ---- vkQueueSubmit */
+
+/* A value that the application did not give is that of a binary semaphore, and ignored. */
+static uint64_t value_at(const uint64_t *values, uint32_t count, uint32_t i)
+{
+    return values && i < count ? values[i] : 0;
+}
+
+static const VkTimelineSemaphoreSubmitInfo *timeline_of(const void *chain)
+{
+    static const VkTimelineSemaphoreSubmitInfo none = {0};
+    const VkTimelineSemaphoreSubmitInfo *timeline =
+        chain_find(chain, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+    return timeline ? timeline : &none;
+}
+
+static void add_submit(struct submission *submission, const struct layer_device *device,
+                       const VkSubmitInfo *info)
+{
+    bool spread = is_spread(device, info);
+    const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
+    submission_add_batch(submission);
+    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
+        submission_add_wait(
+            submission, info->pWaitSemaphores[i],
+            value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
+            spread ? SCOPE_NOTHING : scope_of_wait(info->pWaitDstStageMask[i]));
+    for (uint32_t i = 0; i < info->commandBufferCount; i++)
+        submission_add_commands(submission, info->pCommandBuffers[i]);
+    for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
+        submission_add_signal(
+            submission, info->pSignalSemaphores[i],
+            value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
+            spread ? SCOPE_NOTHING : SCOPE_ALL);
+}
+
+/* Whether to skip the call. */
+static bool prepare(struct layer_device *device, struct submission *submission)
+{
+    bool skip = submission_prepare(submission);
+    if (skip)
+        events_forget(device->events);
+    return skip;
+}
+
+static void finish(struct layer_device *device, struct submission *submission, VkResult result)
+{
+    if (result < VK_SUCCESS)
+        events_forget(device->events);
+    submission_finish(submission, result);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
+                                                 const VkSubmitInfo *pSubmits, VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
+    for (uint32_t i = 0; submission && i < submitCount; i++)
+        add_submit(submission, state, &pSubmits[i]);
+    submission_set_fence(submission, fence);
+    if (prepare(state, submission))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    VkResult result = state->vk.QueueSubmit(queue, submitCount, pSubmits, fence);
+    finish(state, submission, result);
+    return result;
+}
+
+/* ---- vkQueueSubmit2 */
+
+static void add_submit2(struct submission *submission, const struct layer_device *device,
+                        const VkSubmitInfo2 *info)
+{
+    bool spread = is_spread2(device, info);
+    submission_add_batch(submission);
+    for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
+        submission_add_wait(
+            submission, info->pWaitSemaphoreInfos[i].semaphore, info->pWaitSemaphoreInfos[i].value,
+            spread ? SCOPE_NOTHING : scope_of_wait(info->pWaitSemaphoreInfos[i].stageMask));
+    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
+        submission_add_commands(submission, info->pCommandBufferInfos[i].commandBuffer);
+    for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
+        submission_add_signal(submission, info->pSignalSemaphoreInfos[i].semaphore,
+                              info->pSignalSemaphoreInfos[i].value,
+                              spread ? SCOPE_NOTHING
+                                     : scope_of_signal(info->pSignalSemaphoreInfos[i].stageMask));
+}
+
+static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,
+                        uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
+{
+    struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
+    for (uint32_t i = 0; submission && i < count; i++)
+        add_submit2(submission, state, &infos[i]);
+    submission_set_fence(submission, fence);
+    if (prepare(state, submission))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
+    VkResult result = submit(queue, count, infos, fence);
+    finish(state, submission, result);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2(VkQueue queue, uint32_t submitCount,
+                                                  const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    return submit2(state, state->vk.QueueSubmit2, queue, submitCount, pSubmits, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
+                                                     const VkSubmitInfo2 *pSubmits, VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    return submit2(state, state->vk.QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
+}
+
+/* ---- vkQueueBindSparse */
+
+/* Each physical device of a group has bindings of its own; only those of the first are followed. */
+static bool is_of_other_device(const VkBindSparseInfo *info)
+{
+    const VkDeviceGroupBindSparseInfo *group =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_BIND_SPARSE_INFO);
+    return group && (group->resourceDeviceIndex || group->memoryDeviceIndex);
+}
+
+/* Where they aren't followed nothing more is known of the buffers. */
+static void forget_bindings(struct layer_device *device, const VkBindSparseInfo *info)
+{
+    for (uint32_t i = 0; i < info->bufferBindCount; i++)
+        resources_forget_sparse(device->resources, info->pBufferBinds[i].buffer);
+}
+
+/* The bindings of buffers, announced; NULL where there are none, or they aren't followed. */
+static struct journal *announce_bindings(struct layer_device *device, const VkBindSparseInfo *info)
+{
+    if (!info->bufferBindCount)
+        return NULL;
+    struct journal *journal =
+        device->order && !is_of_other_device(info) ? journal_create(VK_NULL_HANDLE) : NULL;
+    if (!journal) {
+        forget_bindings(device, info);
+        return NULL;
+    }
+    for (uint32_t i = 0; i < info->bufferBindCount; i++) {
+        const VkSparseBufferMemoryBindInfo *binds = &info->pBufferBinds[i];
+        for (uint32_t j = 0; j < binds->bindCount; j++) {
+            struct sparse_binding binding =
+                resources_announce_sparse(device->resources, binds->buffer, &binds->pBinds[j]);
+            journal_add_binding(journal, &binding);
+        }
+    }
+    return journal;
+}
+
+static void add_bindings(struct submission *submission, struct layer_device *device,
+                         const VkBindSparseInfo *info)
+{
+    const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
+    submission_add_batch(submission);
+    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
+        submission_add_wait(
+            submission, info->pWaitSemaphores[i],
+            value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
+            SCOPE_ALL);
+    struct journal *journal = announce_bindings(device, info);
+    if (journal)
+        submission_add_work(submission, journal);
+    for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
+        submission_add_signal(
+            submission, info->pSignalSemaphores[i],
+            value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
+            SCOPE_ALL);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
+                                                     const VkBindSparseInfo *pBindInfo,
+                                                     VkFence fence)
+{
+    struct layer_device *state = layer_find_device(queue);
+    struct submission *submission = submission_begin(state->order, SUBMIT_BINDINGS, queue);
+    for (uint32_t i = 0; i < bindInfoCount; i++)
+        if (submission)
+            add_bindings(submission, state, &pBindInfo[i]);
+        else
+            forget_bindings(state, &pBindInfo[i]);
+    submission_set_fence(submission, fence);
+    submission_prepare(submission);
+    VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
+    submission_finish(submission, result);
+    return result;
+}
+
+/* ---- presentation */
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
+                                                     const VkPresentInfoKHR *pPresentInfo)
+{
+    struct layer_device *state = layer_find_device(queue);
+    /* Waits of a call that fails may not be made; to forget the signals costs but their order. */
+    for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
+        execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
+    VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
+    if (result == VK_ERROR_DEVICE_LOST)
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+    snapshots_deliver(state);
+    return result;
+}
+
+/* What signals the semaphore and the fence isn't a batch. Of a fence that has been reset nothing is
+ * known anyway. */
+static VkResult observe_acquisition(struct layer_device *state, VkSemaphore semaphore,
+                                    VkResult result)
+{
+    if (semaphore && result >= VK_SUCCESS)
+        execution_order_forget_signal(state->order, semaphore);
+    if (result == VK_ERROR_DEVICE_LOST)
+        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain,
+                                                         uint64_t timeout, VkSemaphore semaphore,
+                                                         VkFence fence, uint32_t *pImageIndex)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_acquisition(
+        state, semaphore,
+        state->vk.AcquireNextImageKHR(device, swapchain, timeout, semaphore, fence, pImageIndex));
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImage2KHR(
+    VkDevice device, const VkAcquireNextImageInfoKHR *pAcquireInfo, uint32_t *pImageIndex)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_acquisition(state, pAcquireInfo->semaphore,
+                               state->vk.AcquireNextImage2KHR(device, pAcquireInfo, pImageIndex));
+}

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands that set what a dispatch of its own disturbs. */
+#include "layer/snapshots/copies/compute_state.h"
+
+#include <string.h>
+
+#include "layer/snapshots/commands.h"
+
+struct compute_state *compute_state_of(VkCommandBuffer handle)
+{
+    struct recorder recorder;
+    return recorder_begin(&recorder, handle) ? &recorder.recording->compute : NULL;
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuffer,
+                                                     VkPipelineBindPoint pipelineBindPoint,
+                                                     VkPipeline pipeline)
+{
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    struct compute_state *state = pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE
+                                      ? compute_state_of(commandBuffer)
+                                      : NULL;
+    if (state) {
+        state->pipeline = pipeline;
+        state->shader = VK_NULL_HANDLE;
+    }
+    snapshots->below.CmdBindPipeline(commandBuffer, pipelineBindPoint, pipeline);
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBuffer,
+                                                       uint32_t stageCount,
+                                                       const VkShaderStageFlagBits *pStages,
+                                                       const VkShaderEXT *pShaders)
+{
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    for (uint32_t i = 0; i < stageCount; i++) {
+        struct compute_state *state =
+            pStages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? compute_state_of(commandBuffer) : NULL;
+        if (!state)
+            continue;
+        state->pipeline = VK_NULL_HANDLE;
+        state->shader = pShaders ? pShaders[i] : VK_NULL_HANDLE;
+    }
+    snapshots->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
+}
+
+/* Constants pushed with another layout may be undefined from now on: to push them again, too, does
+ * no harm. */
+static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
+                           VkShaderStageFlags stages, uint32_t offset, uint32_t size,
+                           const void *values)
+{
+    struct compute_state *state = compute_state_of(handle);
+    if (!state)
+        return;
+    if (offset % 4 || size % 4 || offset > sizeof(state->constants) ||
+        size > sizeof(state->constants) - offset) {
+        state->is_partial = true;
+        return;
+    }
+    if (state->layout != layout)
+        memset(state->stages, 0, sizeof(state->stages));
+    state->layout = layout;
+    memcpy((char *)state->constants + offset, values, size);
+    for (uint32_t word = offset / 4; word < (offset + size) / 4; word++)
+        state->stages[word] = stages;
+}
+
+VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushConstants(VkCommandBuffer commandBuffer,
+                                                      VkPipelineLayout layout,
+                                                      VkShaderStageFlags stageFlags,
+                                                      uint32_t offset, uint32_t size,
+                                                      const void *pValues)
+{
+    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
+    if (!snapshots)
+        return;
+    note_constants(commandBuffer, layout, stageFlags, offset, size, pValues);
+    snapshots->below.CmdPushConstants(commandBuffer, layout, stageFlags, offset, size, pValues);
+}
+
+#define DEFINE_PUSH_CONSTANTS_2(name)                                                              \
+    VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkCommandBuffer commandBuffer,                     \
+                                                const VkPushConstantsInfo *pPushConstantsInfo)     \
+    {                                                                                              \
+        struct snapshots *snapshots = snapshots_of_recording(commandBuffer);                       \
+        if (!snapshots)                                                                            \
+            return;                                                                                \
+        note_constants(commandBuffer, pPushConstantsInfo->layout, pPushConstantsInfo->stageFlags,  \
+                       pPushConstantsInfo->offset, pPushConstantsInfo->size,                       \
+                       pPushConstantsInfo->pValues);                                               \
+        snapshots->below.name(commandBuffer, pPushConstantsInfo);                                  \
+    }
+
+DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2)
+DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2KHR)
+
+/* ---- restoring */
+
+/* Words that were pushed for the same stages go together. */
+static void restore_constants(const struct recorder *recorder, const struct compute_state *state)
+{
+    uint32_t end;
+    for (uint32_t begin = 0; begin < CONSTANT_WORDS; begin = end) {
+        VkShaderStageFlags stages = state->stages[begin];
+        for (end = begin + 1; end < CONSTANT_WORDS && state->stages[end] == stages;)
+            end++;
+        if (stages)
+            recorder->device->snapshots->next.CmdPushConstants(recorder->handle, state->layout,
+                                                               stages, begin * 4, (end - begin) * 4,
+                                                               &state->constants[begin]);
+    }
+}
+
+void compute_state_restore(const struct recorder *recorder)
+{
+    static const VkShaderStageFlagBits stage = VK_SHADER_STAGE_COMPUTE_BIT;
+    const struct compute_state *state = &recorder->recording->compute;
+    const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
+    if (state->pipeline)
+        next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, state->pipeline);
+    if (state->shader)
+        next->CmdBindShadersEXT(recorder->handle, 1, &stage, &state->shader);
+    restore_constants(recorder, state);
+}

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The state of a command buffer that a dispatch of the layer's own disturbs, followed so that it
+ * can be restored: what is bound for compute, and push constants. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_COPIES_COMPUTE_STATE_H
+#define ASSAY_LAYER_SNAPSHOTS_COPIES_COMPUTE_STATE_H
+
+#include "layer/snapshots/recorder.h"
+
+/* The state of a command buffer; NULL where it can't be followed. */
+struct compute_state *compute_state_of(VkCommandBuffer handle);
+
+void compute_state_restore(const struct recorder *recorder);
+
+#endif

@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Gathering by a compute shader. */
+#include "layer/snapshots/copies/gather.h"
+
+#include <string.h>
+
+#include "layer/snapshots/copies/dispatches.h"
+#include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/copies/staging.h"
+
+/* As the shader has them. */
+struct constants {
+    uint64_t gate, addresses, ranges, target;
+    uint32_t count, range_count, words, typed;
+};
+_Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
+                   sizeof(VkAccelerationStructureMatrixMotionInstanceNV) == 4 * 28 &&
+                   sizeof(VkAccelerationStructureSRTMotionInstanceNV) == 4 * 36,
+               "words of elements that have types");
+_Static_assert(sizeof(struct constants) <= SHADER_CONSTANTS_MAX, "they can be pushed");
+
+enum { GROUP = 64, GROUPS_MAX = 65535, RANGE_SIZE = 16, SPARE_RANGES = 16 };
+
+/* ---- where the shader may read */
+
+struct ranges {
+    uint64_t (*at)[2];
+    uint32_t count, capacity;
+};
+
+static void add_range(void *user, uint64_t begin, uint64_t end)
+{
+    struct ranges *ranges = user;
+    if (ranges->count < ranges->capacity) {
+        ranges->at[ranges->count][0] = begin;
+        ranges->at[ranges->count][1] = end;
+    }
+    ranges->count++;
+}
+
+static uint64_t address_of(const struct recorder *recorder, const struct snapshot *snapshot)
+{
+    const struct staging_chunk *chunk =
+        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    return chunk->buffer.address + snapshot->offset;
+}
+
+/* As they are now; what is left of the list begins behind all addresses. */
+static void write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size)
+{
+    struct ranges ranges = {.at = (void *)bytes, .capacity = (uint32_t)(size / RANGE_SIZE)};
+    resources_find_ranges(resources, add_range, &ranges);
+    if (ranges.count < ranges.capacity)
+        memset(ranges.at[ranges.count], 0xff, (ranges.capacity - ranges.count) * RANGE_SIZE);
+}
+
+/* There may be more by the time the command executes. */
+static bool list_ranges(struct recorder *recorder, struct snapshot *list)
+{
+    struct resources *resources = recorder->device->resources;
+    struct ranges ranges = {0};
+    resources_find_ranges(resources, add_range, &ranges);
+    if (!recorder_reserve(recorder, (2ull * ranges.count + SPARE_RANGES) * RANGE_SIZE, list))
+        return false;
+    write_ranges(resources, recorder->recording->chunks[list->chunk]->bytes + list->offset,
+                 list->size);
+    return true;
+}
+
+void gather_renew_ranges(const struct layer_device *device, const struct recording *recording)
+{
+    if (!recording->has_gatherings)
+        return;
+    for (const struct recorded_item *item = recording->first; item; item = item->next) {
+        const struct snapshot *list = item->build ? &item->build->gathering.ranges : NULL;
+        if (list && list->size && list->chunk < recording->chunk_count)
+            write_ranges(device->resources, recording->chunks[list->chunk]->bytes + list->offset,
+                         list->size);
+    }
+}
+
+/* ---- the command */
+
+static void wait_for_addresses(const struct recorder *recorder)
+{
+    const VkMemoryBarrier memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                    .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
+                                    .dstAccessMask = VK_ACCESS_SHADER_READ_BIT};
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &memory, 0, NULL, 0, NULL);
+}
+
+bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
+                     struct gathering *gathering)
+{
+    const uint32_t count = (uint32_t)(addresses->size / sizeof(uint64_t));
+    const uint32_t size = gathering->is_typed ? sizeof(VkAccelerationStructureMotionInstanceDataNV)
+                                              : sizeof(VkAccelerationStructureInstanceKHR);
+    if (!count)
+        return false;
+    if (count > (uint32_t)GROUP * GROUPS_MAX || !dispatches_prepare(recorder, SHADER_GATHER)) {
+        recorder_lose(recorder);
+        return false;
+    }
+    if (!list_ranges(recorder, &gathering->ranges) ||
+        !recorder_reserve(recorder, (uint64_t)count * size, &gathering->elements))
+        return false;
+    const struct constants constants = {
+        .gate = recorder->recording->gate.address,
+        .addresses = address_of(recorder, addresses),
+        .ranges = address_of(recorder, &gathering->ranges),
+        .target = address_of(recorder, &gathering->elements),
+        .count = count,
+        .range_count = (uint32_t)(gathering->ranges.size / RANGE_SIZE),
+        .words = size / 4,
+        .typed = gathering->is_typed,
+    };
+    copy_orders_flush(recorder);
+    wait_for_addresses(recorder);
+    dispatches_add(recorder, SHADER_GATHER, &constants, sizeof(constants),
+                   (count + GROUP - 1) / GROUP);
+    recorder->recording->has_gatherings = true;
+    gathering->addresses = *addresses;
+    gathering->count = count;
+    return true;
+}

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Walking the chains of geometries. */
+#include "src/check/assemble/chains.h"
+#include "src/check/assemble/micromap_views.h"
+
+#include <vulkan/vulkan.h>
+
+static bool may_follow_geometry(const struct device_facts *device, VkStructureType type)
+{
+    switch ((int)type) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
+        return device->extension.dense_geometry_format_amdx;
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV:
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV:
+        return device->extension.linear_swept_spheres_nv;
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
+        return device->extension.opacity_micromap_khr;
+    default:
+        return false;
+    }
+}
+
+static bool may_follow_triangles(const struct device_facts *device, VkStructureType type)
+{
+    switch ((int)type) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV:
+        return device->extension.motion_blur_nv;
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
+        return device->extension.displacement_micromap_nv;
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
+        return device->extension.opacity_micromap_ext;
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR:
+        return device->extension.opacity_micromap_khr;
+    default:
+        return false;
+    }
+}
+
+/* Whether one of the first `count` structures of a chain is of that type. */
+static bool comes_before(const VkBaseInStructure *chain, int count, VkStructureType type)
+{
+    for (; count; chain = chain->pNext, count--)
+        if (chain->sType == type)
+            return true;
+    return false;
+}
+
+size_t chain_size_of(VkStructureType type)
+{
+    switch ((int)type) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
+        return sizeof(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV:
+        return sizeof(VkAccelerationStructureGeometryLinearSweptSpheresDataNV);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV:
+        return sizeof(VkAccelerationStructureGeometrySpheresDataNV);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
+        return sizeof(VkAccelerationStructureGeometryMicromapDataKHR);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV:
+        return sizeof(VkAccelerationStructureGeometryMotionTrianglesDataNV);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
+        return sizeof(VkAccelerationStructureTrianglesDisplacementMicromapNV);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
+        return sizeof(VkAccelerationStructureTrianglesOpacityMicromapEXT);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR:
+        return sizeof(VkAccelerationStructureTrianglesOpacityMicromapKHR);
+    default:
+        return sizeof(VkBaseInStructure);
+    }
+}
+
+static bool is_readable(struct check_context *context, const VkBaseInStructure *structure)
+{
+    return readable(context->readable, structure, sizeof(*structure)) &&
+           readable(context->readable, structure, chain_size_of(structure->sType));
+}
+
+void chain_view(struct check_context *context, const struct device_facts *device,
+                enum chain_owner owner, const void *chain, struct chain_facts *facts)
+{
+    const VkBaseInStructure *s = chain;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
+        if (!is_readable(context, s)) {
+            facts->unreadable = s;
+            return;
+        }
+        bool may_follow = owner == CHAIN_OF_GEOMETRY ? may_follow_geometry(device, s->sType)
+                                                     : may_follow_triangles(device, s->sType);
+        if (!facts->has_stray && !may_follow) {
+            facts->has_stray = true;
+            facts->stray = s->sType;
+        }
+        if (!facts->has_duplicate && comes_before(chain, i, s->sType)) {
+            facts->has_duplicate = true;
+            facts->duplicate = s->sType;
+        }
+    }
+}
+
+bool chain_links_are_readable(struct check_context *context, const void *chain)
+{
+    const VkBaseInStructure *s = chain;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)
+        if (!is_readable(context, s) || !usages_are_readable(context, s))
+            return false;
+    return !s;
+}
+
+const void *chain_member(const void *chain, const struct chain_facts *facts, VkStructureType type)
+{
+    const VkBaseInStructure *s = chain;
+    if (facts->unreadable || facts->has_duplicate)
+        return NULL;
+    for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)
+        if (s->sType == type)
+            return s;
+    return NULL;
+}

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the state knows of the handles and addresses in views, asked for together. */
+#include "src/check/assemble/views.h"
+#include "src/state/builds/known_builds.h"
+#include "src/view/geometry_data.h"
+
+enum { ACCELS_OF_BUILD = 2, ADDRESSES_OF_BUILD = 1, ADDRESSES_OF_GEOMETRY = 3 };
+_Static_assert(VIEWS_MAX *ACCELS_OF_BUILD <= RESOURCE_ACCEL_QUERIES &&
+                   VIEWS_MAX * (ADDRESSES_OF_BUILD + ADDRESSES_OF_GEOMETRY) <=
+                       RESOURCE_ADDRESS_QUERIES,
+               "all of the views are asked for together");
+
+static void ask_for_accel(struct resource_queries *queries, VkAccelerationStructureKHR accel,
+                          struct accel_facts *facts)
+{
+    if (!accel) {
+        *facts = (struct accel_facts){0};
+        return;
+    }
+    queries->accels[queries->accel_count].handle = accel;
+    queries->accels[queries->accel_count++].facts = facts;
+}
+
+static void ask_for_address(struct resource_queries *queries, VkDeviceAddress address,
+                            struct address_facts *facts)
+{
+    queries->addresses[queries->address_count].address = address;
+    queries->addresses[queries->address_count++].facts = facts;
+}
+
+static void ask_for_build(struct resource_queries *queries, struct build_view *build)
+{
+    ask_for_accel(queries, build->info->dstAccelerationStructure, &build->dst);
+    ask_for_accel(queries, build->info->srcAccelerationStructure, &build->src);
+    if (build->call->command != COMMAND_HOST)
+        ask_for_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
+}
+
+static inline void ask_for_geometry(struct resource_queries *queries,
+                                    struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    if (geometry->build->call->command == COMMAND_HOST || geometry_is_empty(geometry))
+        return;
+    if (triangles) {
+        ask_for_address(queries, triangles->vertexData.deviceAddress, &geometry->vertex);
+        if (index_type_size(triangles->indexType))
+            ask_for_address(queries, triangles->indexData.deviceAddress, &geometry->index_data);
+        if (triangles->transformData.deviceAddress)
+            ask_for_address(queries, triangles->transformData.deviceAddress, &geometry->transform);
+    }
+    if (aabbs)
+        ask_for_address(queries, aabbs->data.deviceAddress, &geometry->data);
+    if (instances)
+        ask_for_address(queries, instances->data.deviceAddress, &geometry->data);
+}
+
+/* What is kept of them is fetched together, too. False where none is to be looked for, or kept. */
+static bool recall_all(const struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, bool *is_known, unsigned count)
+{
+    struct known_build *known[VIEWS_MAX];
+    unsigned found = 0, in_vain = 0;
+    if (!context->known || known_builds_rest(context->known, count))
+        return false;
+    for (unsigned i = 0; i < count; i++)
+        known[i] = known_builds_find(context->known, builds[i].info->dstAccelerationStructure);
+    for (unsigned i = 0; i < count; i++) {
+        if (!known[i])
+            continue;
+        is_known[i] = view_recall(context, known[i], &builds[i], &first_geometries[i]);
+        found += is_known[i];
+        in_vain += !is_known[i] && known[i]->in_vain;
+    }
+    known_builds_note(context->known, found, in_vain);
+    return true;
+}
+
+bool view_builds_found(struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, bool *is_known, unsigned count)
+{
+    struct resource_queries queries;
+    queries.accel_count = queries.address_count = 0;
+    bool keeps = recall_all(context, builds, first_geometries, is_known, count);
+    for (unsigned i = 0; i < count; i++) {
+        if (is_known[i])
+            continue;
+        ask_for_build(&queries, &builds[i]);
+        if (builds[i].geometry_count)
+            ask_for_geometry(&queries, &first_geometries[i]);
+    }
+    if (queries.accel_count + queries.address_count)
+        resources_find_all(context->resources, &queries);
+    return keeps;
+}
+
+void view_geometry_found(struct check_context *context, struct geometry_view *geometry)
+{
+    struct resource_queries queries;
+    queries.accel_count = queries.address_count = 0;
+    ask_for_geometry(&queries, geometry);
+    resources_find_all(context->resources, &queries);
+}

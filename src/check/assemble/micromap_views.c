@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making the views of micromaps. */
+#include "src/check/assemble/micromap_views.h"
+
+#include "src/base/chain.h"
+#include "src/check/assemble/chains.h"
+#include "src/check/call/extensions.h"
+#include "src/rules/input.h"
+#include "src/rules/micromap/usages.h"
+#include "src/state/builds/build_info.h"
+#include "src/view/geometry_data.h"
+
+/* Usages. */
+
+static bool are_readable_pointers(struct readable_cache *cache, const void *const *pointers,
+                                  uint32_t count)
+{
+    if (!readable(cache, pointers, count * sizeof(*pointers)))
+        return false;
+    for (uint32_t i = 0; i < count; i++)
+        if (!readable(cache, pointers[i], sizeof(VkMicromapUsageEXT)))
+            return false;
+    return true;
+}
+
+static void view_usages(struct readable_cache *cache, uint32_t count, const void *array,
+                        const void *const *pointers, struct micromap_usages *usages)
+{
+    usages->both_given = array && pointers;
+    if (!count)
+        return;
+    usages->array_unreadable = array && !readable(cache, array, count * sizeof(VkMicromapUsageEXT));
+    usages->pointers_unreadable = pointers && !are_readable_pointers(cache, pointers, count);
+    if (!array == !pointers || usages->array_unreadable || usages->pointers_unreadable)
+        return;
+    usages->array = array;
+    usages->pointers = pointers;
+    usages->count = count;
+}
+
+static bool are_readable(struct readable_cache *cache, uint32_t count, const void *array,
+                         const void *pointers)
+{
+    struct micromap_usages usages = {0};
+    view_usages(cache, count, array, pointers, &usages);
+    return usages.count == count;
+}
+
+bool usages_are_readable(struct check_context *context, const VkBaseInStructure *structure)
+{
+    const VkAccelerationStructureGeometryMicromapDataKHR *data = (const void *)structure;
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = (const void *)structure;
+    const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
+        (const void *)structure;
+    switch ((int)structure->sType) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
+        return are_readable(context->readable, data->usageCountsCount, data->pUsageCounts,
+                            data->ppUsageCounts);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
+        return are_readable(context->readable, opacity->usageCountsCount, opacity->pUsageCounts,
+                            opacity->ppUsageCounts);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
+        return are_readable(context->readable, displacement->usageCountsCount,
+                            displacement->pUsageCounts, displacement->ppUsageCounts);
+    default:
+        return true;
+    }
+}
+
+/* Structures. */
+
+static const void *find_behind_triangles(const struct geometry_view *geometry, VkStructureType type)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return triangles ? chain_member(triangles->pNext, &geometry->triangles_chain, type) : NULL;
+}
+
+bool view_micromap_data(struct check_context *context, const struct geometry_view *geometry,
+                        struct micromap_data_view *view)
+{
+    const VkAccelerationStructureGeometryMicromapDataKHR *data =
+        chain_member(geometry->geometry->pNext, &geometry->chain,
+                     VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR);
+    if (!data || !geometry->build->call->device->extension.opacity_micromap_khr)
+        return false;
+    *view =
+        (struct micromap_data_view){.geometry = geometry,
+                                    .data = data,
+                                    .usages = {.array_field = MICROMAP_DATA "pUsageCounts",
+                                               .pointers_field = MICROMAP_DATA "ppUsageCounts"}};
+    view_usages(context->readable, data->usageCountsCount, data->pUsageCounts,
+                (const void *const *)data->ppUsageCounts, &view->usages);
+    return true;
+}
+
+bool view_opacity(const struct geometry_view *geometry, struct opacity_view *view)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = find_behind_triangles(
+        geometry, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR);
+    const struct build_view *build = geometry->build;
+    if (!opacity || !build->call->device->extension.opacity_micromap_khr)
+        return false;
+    *view = (struct opacity_view){.geometry = geometry, .opacity = opacity};
+    if (build->ranges) {
+        view->count_known = true;
+        view->primitive_count = build->ranges[geometry->index].primitiveCount;
+    }
+    return true;
+}
+
+bool view_opacity_ext(struct check_context *context, const struct geometry_view *geometry,
+                      struct opacity_ext_view *view)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = find_behind_triangles(
+        geometry, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT);
+    if (!opacity || !geometry->build->call->device->extension.opacity_micromap_ext)
+        return false;
+    *view =
+        (struct opacity_ext_view){.geometry = geometry,
+                                  .opacity = opacity,
+                                  .usages = {.array_field = OPACITY_EXT_DATA "pUsageCounts",
+                                             .pointers_field = OPACITY_EXT_DATA "ppUsageCounts"}};
+    view_usages(context->readable, opacity->usageCountsCount, opacity->pUsageCounts,
+                (const void *const *)opacity->ppUsageCounts, &view->usages);
+    return true;
+}
+
+bool view_displacement(struct check_context *context, const struct geometry_view *geometry,
+                       struct displacement_view *view)
+{
+    const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
+        find_behind_triangles(
+            geometry, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV);
+    if (!displacement || !geometry->build->call->device->extension.displacement_micromap_nv)
+        return false;
+    *view =
+        (struct displacement_view){.geometry = geometry,
+                                   .displacement = displacement,
+                                   .usages = {.array_field = DISPLACEMENT_DATA "pUsageCounts",
+                                              .pointers_field = DISPLACEMENT_DATA "ppUsageCounts"}};
+    view_usages(context->readable, displacement->usageCountsCount, displacement->pUsageCounts,
+                (const void *const *)displacement->ppUsageCounts, &view->usages);
+    return true;
+}
+
+bool micromap_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return chain_find(geometry->pNext,
+                      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR) != NULL;
+}
+
+bool is_micromap_build_for_device(const struct build_view *build)
+{
+    const struct call_view *call = build->call;
+    return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR &&
+           call->command == COMMAND_DEVICE && call->device->micromap.khr &&
+           call->device->extension.opacity_micromap_khr && build->geometry_count == 1 &&
+           build_geometry(build->info, 0)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
+}
+
+/* State. */
+
+/* Host builds have host addresses, but for the indices of micromaps of VK_KHR_opacity_micromap. */
+static bool has_addresses(const struct geometry_view *geometry)
+{
+    return geometry->build->call->command != COMMAND_HOST;
+}
+
+void view_micromap_data_state(struct check_context *context, struct geometry_view *geometry,
+                              struct micromap_data_view *view)
+{
+    static const struct address_facts of_nothing = {.status = ADDRESS_UNKNOWN};
+    if (!has_addresses(geometry))
+        return;
+    view->triangles_facts = &of_nothing;
+    if (usages_are_empty(&view->usages, view->data->usageCountsCount))
+        return;
+    chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
+    view->triangles_facts =
+        chained_input(context, geometry, INPUT_MICROMAP_TRIANGLES, view->data->triangleArray);
+}
+
+void view_opacity_state(struct check_context *context, struct geometry_view *geometry,
+                        struct opacity_view *view)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
+    resources_ask_accel(context->resources, opacity->micromap, &view->micromap);
+    if (view->micromap.alive == NO)
+        view->micromap.of_another_device = context->hooks->of_another_device(
+            context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)view->micromap.handle);
+    if (index_type_size(opacity->indexType))
+        view->indices = chained_input(context, geometry, INPUT_OPACITY_INDEX, opacity->indexBuffer);
+}
+
+static void find_micromap(struct check_context *context, VkMicromapEXT handle,
+                          struct micromap_facts *facts)
+{
+    resources_find_micromap(context->resources, handle, facts);
+    if (facts->alive == NO)
+        facts->of_another_device = context->hooks->of_another_device(
+            context->user, RESOURCE_MICROMAP, (uint64_t)(uintptr_t)handle);
+}
+
+void view_opacity_ext_state(struct check_context *context, struct geometry_view *geometry,
+                            struct opacity_ext_view *view)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = view->opacity;
+    find_micromap(context, opacity->micromap, &view->micromap);
+    if (has_addresses(geometry) && index_type_size(opacity->indexType))
+        chained_input(context, geometry, INPUT_OPACITY_EXT_INDEX,
+                      opacity->indexBuffer.deviceAddress);
+}
+
+void view_displacement_state(struct check_context *context, struct displacement_view *view)
+{
+    find_micromap(context, view->displacement->micromap, &view->micromap);
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making the views of micromaps: which of their structures a geometry has, and what the state knows
+ * of what they name. */
+#ifndef ASSAY_CHECK_ASSEMBLE_MICROMAP_VIEWS_H
+#define ASSAY_CHECK_ASSEMBLE_MICROMAP_VIEWS_H
+
+#include "src/check/call/check.h"
+#include "src/view/micromap_view.h"
+
+/* Whether what a structure of a chain, itself readable, points to is readable, as far as drivers
+ * read it to tell the sizes of a build. */
+bool usages_are_readable(struct check_context *context, const VkBaseInStructure *structure);
+
+/* Each fills a view from parameters alone; false where the geometry lacks the structure. */
+bool view_micromap_data(struct check_context *context, const struct geometry_view *geometry,
+                        struct micromap_data_view *view);
+bool view_opacity(const struct geometry_view *geometry, struct opacity_view *view);
+bool view_opacity_ext(struct check_context *context, const struct geometry_view *geometry,
+                      struct opacity_ext_view *view);
+bool view_displacement(struct check_context *context, const struct geometry_view *geometry,
+                       struct displacement_view *view);
+
+/* Each adds what the state knows, and lists the addresses among those that are chained to the
+ * geometry. */
+void view_micromap_data_state(struct check_context *context, struct geometry_view *geometry,
+                              struct micromap_data_view *view);
+void view_opacity_state(struct check_context *context, struct geometry_view *geometry,
+                        struct opacity_view *view);
+void view_opacity_ext_state(struct check_context *context, struct geometry_view *geometry,
+                            struct opacity_ext_view *view);
+void view_displacement_state(struct check_context *context, struct displacement_view *view);
+
+#endif

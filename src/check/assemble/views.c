@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making views. */
+#include "src/check/assemble/views.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/base/recording_path.h"
+#include "src/check/assemble/align.h"
+#include "src/check/assemble/chains.h"
+#include "src/check/call/extensions.h"
+#include "src/state/builds/build_info.h"
+#include "src/state/builds/recent_build.h"
+#include "src/state/builds/size_cache.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
+
+enum { INLINE_COUNTS = 16 };
+
+void view_call(struct check_context *context, struct call_view *call)
+{
+    struct readable_cache *cache = context->readable;
+    size_t count = call->info_count;
+    call->infos_readable = readable(cache, call->infos, count * sizeof(*call->infos));
+    call->build_ranges_readable =
+        call->command != COMMAND_INDIRECT &&
+        readable(cache, call->build_ranges, count * sizeof(*call->build_ranges));
+    call->max_primitive_counts_readable =
+        call->command == COMMAND_INDIRECT &&
+        readable(cache, call->max_primitive_counts, count * sizeof(*call->max_primitive_counts));
+    call->indirect_addresses_readable =
+        call->command == COMMAND_INDIRECT &&
+        readable(cache, call->indirect_addresses, count * sizeof(*call->indirect_addresses));
+    call->indirect_strides_readable =
+        call->command == COMMAND_INDIRECT &&
+        readable(cache, call->indirect_strides, count * sizeof(*call->indirect_strides));
+}
+
+/* Parameters. */
+
+static bool pointers_are_readable(struct readable_cache *cache,
+                                  const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    if (!readable(cache, info->ppGeometries,
+                  (size_t)info->geometryCount * sizeof(*info->ppGeometries)))
+        return false;
+    for (uint32_t i = 0; i < info->geometryCount; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry;
+        memcpy(&geometry, &info->ppGeometries[i], sizeof(geometry)); /* it may be misaligned */
+        if (!readable(cache, geometry, sizeof(*geometry)))
+            return false;
+    }
+    return true;
+}
+
+__attribute__((always_inline)) static inline void
+view_geometry_arrays(struct check_context *context, struct build_view *build)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    struct readable_cache *cache = context->readable;
+    if (!info->geometryCount)
+        return;
+    bool unreadable =
+        info->pGeometries && !readable(cache, info->pGeometries,
+                                       (size_t)info->geometryCount * sizeof(*info->pGeometries));
+    bool pointers_unreadable = info->ppGeometries && !pointers_are_readable(cache, info);
+    build->geometries_unreadable = unreadable;
+    build->geometry_pointers_unreadable = pointers_unreadable;
+    if (!info->pGeometries == !info->ppGeometries || unreadable || pointers_unreadable)
+        return;
+    build->geometries = info->pGeometries;
+    build->geometry_pointers = info->ppGeometries;
+    build->geometry_count = info->geometryCount;
+}
+
+/* Whether all that there is to read of a build is the array of its geometries, which is aligned: so
+ * are nearly all. */
+static inline bool is_plainly_aligned(const struct build_view *build)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
+    if (info->ppGeometries || info->pNext || !is_aligned(info->pGeometries, _Alignof(void *)))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++)
+        if (info->pGeometries[i].pNext || info->pGeometries[i].geometry.triangles.pNext)
+            return false;
+    return true;
+}
+
+__attribute__((noinline, cold)) static void view_misaligned(struct check_context *context,
+                                                            struct build_view *build)
+{
+    if (!build_is_misaligned(context, build))
+        return;
+    bool has_memory = align_build(context, build);
+    build->geometry_count = 0;
+    build->geometries = NULL;
+    build->geometry_pointers = NULL;
+    if (has_memory)
+        view_geometry_arrays(context, build);
+}
+
+static void view_counts(struct check_context *context, struct build_view *build)
+{
+    const struct call_view *call = build->call;
+    size_t count = build->info->geometryCount;
+    if (!count)
+        return;
+    if (call->build_ranges_readable) {
+        const VkAccelerationStructureBuildRangeInfoKHR *ranges = call->build_ranges[build->index];
+        build->build_ranges_unreadable =
+            !readable(context->readable, ranges, count * sizeof(*ranges));
+        build->ranges =
+            build->build_ranges_unreadable
+                ? NULL
+                : align_array(context, ranges, count * sizeof(*ranges), _Alignof(uint32_t));
+    }
+    if (call->max_primitive_counts_readable) {
+        const uint32_t *counts = call->max_primitive_counts[build->index];
+        build->max_primitive_counts =
+            readable(context->readable, counts, count * sizeof(*counts))
+                ? align_array(context, counts, count * sizeof(*counts), _Alignof(uint32_t))
+                : NULL;
+    }
+}
+
+bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count)
+{
+    if (build->ranges)
+        *count = build->ranges[geometry].primitiveCount;
+    else if (build->max_primitive_counts)
+        *count = build->max_primitive_counts[geometry];
+    else
+        return false;
+    return true;
+}
+
+/* These take no build ranges: their counts are in the structures of their types. */
+static void forget_counts(struct build_view *build)
+{
+    build->build_ranges_unreadable = false;
+    build->ranges = NULL;
+    build->max_primitive_counts = NULL;
+    build->triangle_count = build->aabb_count = 0;
+}
+
+/* Returns whether the geometry takes a build range. */
+static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeometryTypeKHR type)
+{
+    uint32_t count = build->ranges ? build->ranges[index].primitiveCount : 0;
+    if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        build->triangle_count += count;
+    else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
+        build->aabb_count += count;
+    else
+        return (int)type != VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX &&
+               (int)type != VK_GEOMETRY_TYPE_MICROMAP_KHR;
+    return true;
+}
+
+/* Of the geometries behind the first; returns whether they take build ranges. */
+__attribute__((noinline)) static bool sum_others(struct build_view *build,
+                                                 VkGeometryTypeKHR first_type)
+{
+    bool take_ranges = true;
+    for (uint32_t i = 1; i < build->geometry_count; i++) {
+        VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
+        take_ranges &= sum_geometry(build, i, type);
+        if (type != first_type && build->first_other_type == build->geometry_count)
+            build->first_other_type = i;
+    }
+    return take_ranges;
+}
+
+/* The indirect command's maximum counts bound the sums but are not them. */
+static void sum_primitives(struct build_view *build)
+{
+    bool takes_ranges = build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    build->first_other_type = build->geometry_count;
+    if (build->geometry_count) {
+        VkGeometryTypeKHR type = build_geometry(build->info, 0)->geometryType;
+        takes_ranges &= sum_geometry(build, 0, type);
+        if (build->geometry_count > 1)
+            takes_ranges &= sum_others(build, type);
+    }
+    if (!takes_ranges)
+        forget_counts(build);
+}
+
+/* Facts are most of a view, and are overwritten as a whole: they begin as no more than unknown. */
+static void start_build(struct build_view *build)
+{
+    memset(build, 0, offsetof(struct build_view, dst));
+    build->scratch.status = ADDRESS_UNKNOWN;
+    build->sizes.known = false;
+}
+
+static void start_geometry(struct geometry_view *geometry)
+{
+    memset(geometry, 0, offsetof(struct geometry_view, vertex));
+    geometry->vertex.status = geometry->index_data.status = ADDRESS_UNKNOWN;
+    geometry->transform.status = geometry->data.status = ADDRESS_UNKNOWN;
+    geometry->vertex_format_supported = UNKNOWN;
+}
+
+void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
+                struct build_view *build)
+{
+    start_build(build);
+    build->call = call;
+    build->index = index;
+    build->info = &call->infos[index];
+    view_geometry_arrays(context, build);
+    if (!is_plainly_aligned(build))
+        view_misaligned(context, build);
+    view_counts(context, build);
+    sum_primitives(build);
+}
+
+__attribute__((noinline)) static void view_chains(struct check_context *context,
+                                                  struct geometry_view *geometry, const void *chain,
+                                                  const void *triangles_chain)
+{
+    const struct device_facts *device = geometry->build->call->device;
+    if (chain)
+        chain_view(context, device, CHAIN_OF_GEOMETRY, chain, &geometry->chain);
+    if (triangles_chain)
+        chain_view(context, device, CHAIN_OF_TRIANGLES, triangles_chain,
+                   &geometry->triangles_chain);
+}
+
+ON_RECORDING_PATH inline void view_geometry(struct check_context *context,
+                                            const struct build_view *build, uint32_t index,
+                                            struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryKHR *given = build_geometry(build->info, index);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(given);
+    const void *triangles_chain = triangles ? triangles->pNext : NULL;
+    start_geometry(geometry);
+    geometry->build = build;
+    geometry->index = index;
+    geometry->geometry = given;
+    if (given->pNext || triangles_chain)
+        view_chains(context, geometry, given->pNext, triangles_chain);
+}
+
+/* State. */
+
+static bool triangles_are_sound(struct check_context *context,
+                                const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    return chain_is_readable(context, triangles->pNext) &&
+           format_is_known(triangles->vertexFormat) &&
+           (index_type_size(triangles->indexType) ||
+            triangles->indexType == VK_INDEX_TYPE_NONE_KHR);
+}
+
+static bool is_within_limits(const struct build_view *build)
+{
+    const VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits = &build->call->device->limits;
+    return build->info->geometryCount <= limits->maxGeometryCount &&
+           build->aabb_count <= limits->maxPrimitiveCount &&
+           build->triangle_count <= limits->maxPrimitiveCount;
+}
+
+/* Whether the rules of parameters say all that is_sound asks: they do where there are no structures
+ * to chain, and nothing that the registry doesn't know. */
+static bool rules_tell_all(const struct device_facts *device)
+{
+    return !device->extension.adds_to_inputs && !device->newer_than_registry;
+}
+
+__attribute__((noinline)) static bool structures_are_sound(struct check_context *context,
+                                                           const struct build_view *build)
+{
+    VkAccelerationStructureTypeKHR type = build->info->type;
+    if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
+         type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
+         !is_micromap_build_for_device(build)) ||
+        !chain_is_readable(context, build->info->pNext))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
+        const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+        if (!chain_is_readable(context, geometry->pNext) ||
+            (triangles ? !triangles_are_sound(context, triangles)
+                       : !aabbs_in(geometry) && !instances_in(geometry) &&
+                             !extended_geometry_is_sound(geometry)))
+            return false;
+    }
+    return true;
+}
+
+/* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
+static bool is_sound(struct check_context *context, const struct build_view *build, bool holds)
+{
+    return is_within_limits(build) &&
+           ((holds && rules_tell_all(build->call->device)) || structures_are_sound(context, build));
+}
+
+static bool needs_no_count(const struct build_view *build, uint32_t *count)
+{
+    *count = 0;
+    return is_micromap_build_for_device(build);
+}
+
+static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view *build)
+{
+    return build->call->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                                : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+}
+
+/* Of all geometries of a build. */
+static void ask_for_sizes(struct check_context *context, struct build_view *build)
+{
+    uint32_t inline_counts[INLINE_COUNTS] = {0}, *counts = inline_counts;
+    uint32_t count = build->geometry_count;
+    if (count > INLINE_COUNTS)
+        counts = malloc(count * sizeof(*counts));
+    bool known = counts != NULL;
+    for (uint32_t i = 0; known && i < count; i++)
+        known = view_primitive_count(build, i, &counts[i]) ||
+                dense_triangle_count(build_geometry(build->info, i), &counts[i]) ||
+                needs_no_count(build, &counts[i]);
+    if (known)
+        context->hooks->find_sizes(context->user, build->info, counts, build_type_of(build),
+                                   &build->sizes);
+    if (counts != inline_counts)
+        free(counts);
+}
+
+/* Looks on other devices only where this one does not know the handle. */
+static void look_elsewhere(struct check_context *context, struct accel_facts *accel)
+{
+    if (accel->handle && accel->alive == NO)
+        accel->of_another_device = context->hooks->of_another_device(
+            context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
+}
+
+bool view_is_like_recent(const struct check_context *context, const struct build_view *build)
+{
+    uint32_t primitive_count;
+    return context->recent_build && build->geometry_count == 1 &&
+           view_primitive_count(build, 0, &primitive_count) &&
+           recent_build_is_like(context->recent_build, build->info, primitive_count,
+                                build_type_of(build));
+}
+
+void view_keep_recent(const struct check_context *context, const struct build_view *build,
+                      bool holds)
+{
+    uint32_t primitive_count;
+    if (context->recent_build && build->geometry_count == 1 && build->sizes.known &&
+        view_primitive_count(build, 0, &primitive_count))
+        recent_build_set(context->recent_build, build->info, primitive_count, build_type_of(build),
+                         &build->sizes, holds);
+}
+
+void view_build_sizes(struct check_context *context, struct build_view *build, bool holds)
+{
+    if (is_sound(context, build, holds) && build->geometry_count == build->info->geometryCount)
+        ask_for_sizes(context, build);
+}
+
+void view_build_state(struct check_context *context, struct build_view *build)
+{
+    look_elsewhere(context, &build->dst);
+    look_elsewhere(context, &build->src);
+}
+
+void view_geometry_state(struct check_context *context, struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    if (triangles)
+        geometry->vertex_format_supported =
+            context->hooks->vertex_format_supported(context->user, triangles->vertexFormat);
+}

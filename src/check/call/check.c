@@ -1,0 +1,283 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The order in which a build call is checked: the call, then each build with its geometries, first
+ * by its parameters and, where those are sound, by the state, then all builds against each other.
+ */
+#include "src/check/call/check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/base/recording_path.h"
+#include "src/check/assemble/align.h"
+#include "src/check/assemble/views.h"
+#include "src/check/call/extensions.h"
+#include "src/check/content/read.h"
+#include "src/check/overlap/pairs.h"
+#include "src/check/walk/hold.h"
+#include "src/check/walk/walk.h"
+#include "src/rules/address.h"
+#include "src/rules/host.h"
+#include "src/rules/indirect.h"
+#include "src/state/builds/recent_build.h"
+
+void check_select(enum build_command command, enum level level, const bool muted[MESSAGE_ID_COUNT],
+                  bool active[RULE_COUNT])
+{
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *info = &rule_infos[rule];
+        enum vuid vuid = info->vuid[command];
+        active[rule] = info->subject && info->level <= level && vuid != VUID_NONE && !muted[vuid];
+    }
+}
+
+/* The rows of a geometry and, where its count is known, of its range. */
+static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
+                                    bool has_count, enum level level)
+{
+    walk_geometry(walk, range->geometry, level);
+    if (has_count)
+        walk_range(walk, range, level);
+}
+
+/* Those of both levels, to be asked one by one. */
+__attribute__((cold)) static void walk_all_of_geometry(struct walk *walk,
+                                                       const struct range_view *range,
+                                                       bool has_count, bool with_state)
+{
+    walk->holds = false;
+    walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
+    if (range->geometry->build->call->command == COMMAND_HOST)
+        check_host_geometry(walk, range);
+    if (!with_state)
+        return;
+    walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
+    check_geometry_addresses(walk, range->geometry);
+}
+
+/* Whether the witness sees a geometry with its build: one alone, unless it has more
+ * addresses, which are gone by then. */
+static bool comes_with_build(const struct build_view *build, const struct geometry_view *geometry)
+{
+    return build->geometry_count == 1 && !geometry->chained;
+}
+
+/* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
+ * geometry. */
+ON_RECORDING_PATH static void check_geometry(struct walk *walk, struct geometry_view *geometry,
+                                             bool with_state)
+{
+    const struct build_view *build = geometry->build; // NOLINT(clang-analyzer-core.*)
+    struct range_view range = {.geometry = geometry,
+                               .range = build->ranges ? &build->ranges[geometry->index] : NULL};
+    bool has_count = view_primitive_count(build, geometry->index, &range.primitive_count);
+    struct chained_inputs chained;
+    if (build->call->device->extension.adds_to_inputs)
+        check_extended_geometry(walk, geometry, &chained, with_state);
+    if (with_state && !walk->alike)
+        view_geometry_state(walk->context, geometry);
+    if (!geometry_holds(&range, has_count, with_state, walk->alike))
+        walk_all_of_geometry(walk, &range, has_count, with_state);
+    if (!with_state)
+        return;
+    if (walk->context->witness && !comes_with_build(build, geometry))
+        walk->context->witness->see_geometry(walk->context->user, geometry);
+    if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
+        check_host_contents(walk, &range);
+}
+
+__attribute__((cold)) static void
+walk_all_of_build(struct walk *walk, const struct build_view *build, enum level level)
+{
+    walk_build(walk, build, level);
+    if (level == LEVEL_STATE)
+        check_scratch_address(walk, build);
+}
+
+__attribute__((cold)) static void walk_all_of_call(struct walk *walk, const struct call_view *call)
+{
+    walk_call(walk, call, LEVEL_PARAMETERS);
+    walk_call(walk, call, LEVEL_STATE);
+}
+
+static void check_geometries(struct walk *walk, const struct build_view *build,
+                             struct geometry_view *first, bool with_state)
+{
+    if (build->geometry_count)
+        check_geometry(walk, first, with_state);
+    for (uint32_t i = 1; i < build->geometry_count; i++) {
+        struct geometry_view geometry;
+        view_geometry(walk->context, build, i, &geometry);
+        if (with_state)
+            view_geometry_found(walk->context, &geometry);
+        check_geometry(walk, &geometry, with_state);
+    }
+}
+
+/* Of a build without findings about what its sizes depend on. */
+static void find_sizes(const struct walk *walk, struct build_view *build, bool is_like)
+{
+    struct check_context *context = walk->context;
+    if (is_like)
+        build->sizes = context->recent_build->sizes;
+    else
+        view_build_sizes(context, build, walk->holds);
+    if (!is_like || (walk->holds && !context->recent_build->holds))
+        view_keep_recent(context, build, walk->holds);
+}
+
+/* Puts a build to the rules about itself; one that they find valid may be kept as such. */
+static void judge_build(struct walk *walk, struct build_view *build, struct geometry_view *first,
+                        bool keeps)
+{
+    struct check_context *context = walk->context;
+    bool with_state = context->level >= LEVEL_STATE;
+    uint32_t findings_before = walk->findings;
+    walk->hides_sizes = false;
+    bool is_like = view_is_like_recent(context, build);
+    walk->alike = is_like && recent_build_holds(context->recent_build, build->info);
+    if (build->call->device->extension.adds_to_inputs)
+        check_extended_build(walk, build, with_state);
+    walk->holds = build_parameters_hold(build, walk->alike);
+    if (!walk->holds)
+        walk_all_of_build(walk, build, LEVEL_PARAMETERS);
+    if (build->call->command == COMMAND_INDIRECT)
+        check_indirect(walk, build, with_state);
+    if (walk->instances)
+        content_forget_instances(walk->instances);
+    check_geometries(walk, build, first, with_state);
+    if (build->call->device->micromap.any)
+        build->micromaps = found_micromaps(walk);
+    if (with_state) {
+        view_build_state(context, build);
+        if (!walk->hides_sizes)
+            find_sizes(walk, build, is_like);
+        bool state_holds = build_state_holds(build);
+        if (!state_holds)
+            walk_all_of_build(walk, build, LEVEL_STATE);
+        if (build->call->command == COMMAND_HOST)
+            check_host_build(walk, build);
+        if (keeps && walk->holds && state_holds && walk->findings == findings_before)
+            view_keep_known(context, build, first);
+    }
+}
+
+/* Adds what a build uses to what the others of its call do. A call of one build mostly needs no
+ * sweep. */
+static void collect_ranges(const struct walk *walk, struct sweep *sweep,
+                           const struct build_view *build)
+{
+    bool is_alone = build->call->info_count == 1 && !walk->instances;
+    if (is_alone && pairs_has_none_within(walk->context, build))
+        return;
+    if (!sweep->is_begun)
+        sweep_init(sweep);
+    pairs_collect(walk->context, sweep, build);
+    if (walk->instances)
+        pairs_collect_instances(sweep, build, walk->instances);
+}
+
+/* Puts a build that was judged, now or before, beside the others of its call, and shows it to the
+ * witness. */
+static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
+                          const struct geometry_view *first)
+{
+    struct check_context *context = walk->context;
+    collect_ranges(walk, sweep, build);
+    build->contents = walk->contents;
+    build_contents_tell(walk->contents);
+    if (context->witness)
+        context->witness->see_build(context->user, build,
+                                    comes_with_build(build, first) ? first : NULL);
+    if (walk->contents)
+        content_forget_kept(walk);
+}
+
+/* Checks `count` builds, VIEWS_MAX at most, from `begin` on. */
+static void check_some_builds(struct walk *walk, struct sweep *sweep, const struct call_view *call,
+                              uint32_t begin, uint32_t count)
+{
+    struct check_context *context = walk->context;
+    struct build_view builds[VIEWS_MAX];
+    struct geometry_view first_geometries[VIEWS_MAX];
+    bool is_known[VIEWS_MAX] = {false};
+    for (uint32_t i = 0; i < count; i++) {
+        view_build(context, call, begin + i, &builds[i]);
+        if (builds[i].geometry_count)
+            view_geometry(context, &builds[i], 0, &first_geometries[i]);
+    }
+    bool keeps = context->level >= LEVEL_STATE &&
+                 view_builds_found(context, builds, first_geometries, is_known, count);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_known[i])
+            judge_build(walk, &builds[i], &first_geometries[i], keeps);
+        take_in_build(walk, sweep, &builds[i], &first_geometries[i]);
+    }
+}
+
+/* All pairs of a call's builds. */
+static void check_pairs(struct walk *walk, const struct call_view *call, struct sweep *sweep)
+{
+    const struct check_context *context = walk->context;
+    pairs_walk(walk, call, sweep);
+    if (sweep->noted_count && context->witness)
+        context->witness->see_ranges(context->user, sweep_all_ranges(sweep));
+}
+
+void check_call(struct check_context *context, const struct call_view *call)
+{
+    struct walk walk;
+    walk_start(&walk, context);
+    walk_all_of_call(&walk, call);
+}
+
+__attribute__((always_inline)) static inline void check_all_builds(struct walk *walk,
+                                                                   const struct call_view *call)
+{
+    struct check_context *context = walk->context;
+    struct sweep own, *sweep = context->sweep ? context->sweep : &own;
+    own.is_begun = false;
+    if (sweep != &own)
+        sweep_empty(sweep);
+    for (uint32_t i = 0; i < call->info_count; i += VIEWS_MAX)
+        check_some_builds(walk, sweep, call, i,
+                          call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
+    if (sweep->is_begun)
+        check_pairs(walk, call, sweep);
+    if (own.is_begun)
+        sweep_release(&own);
+    free(walk->micromaps.items);
+    content_free_instances(walk->instances);
+}
+
+ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
+{
+    struct aligned_copies copies = {NULL};
+    struct walk walk;
+    walk_start(&walk, context);
+    context->copies = &copies;
+    if (context->known)
+        context->changes = resources_changes(context->resources);
+    view_call(context, call);
+    if (!call_holds(call))
+        walk_all_of_call(&walk, call);
+    if (call->infos_readable && (call_is_aligned(call) || align_call(context, call)))
+        check_all_builds(&walk, call);
+    if (copies.first)
+        aligned_copies_release(&copies);
+}
+
+struct sweep *check_make_sweep(void)
+{
+    struct sweep *sweep = malloc(sizeof(*sweep));
+    if (sweep)
+        sweep_init(sweep);
+    return sweep;
+}
+
+void check_free_sweep(struct sweep *sweep)
+{
+    if (!sweep)
+        return;
+    sweep_release(sweep);
+    free(sweep);
+}

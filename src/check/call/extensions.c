@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which extensions have something to check. */
+#include "src/check/call/extensions.h"
+
+#include "src/view/geometry_data.h"
+
+bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    switch ((int)geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        return spheres_are_sound(geometry);
+    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+        return micromap_is_sound(geometry);
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        return dense_is_sound(geometry);
+    default:
+        return false;
+    }
+}
+
+bool extended_data_is_missing(const struct geometry_view *geometry)
+{
+    const struct chain_facts *chain = &geometry->chain;
+    return !chain->unreadable && !chain->has_duplicate && !chain->has_stray &&
+           !geometry->build->call->device->newer_than_registry;
+}
+
+/* The rows of extensions don't say which of them are about what the sizes depend on: all count. */
+static void note_findings(struct walk *walk, uint32_t findings_before)
+{
+    walk->hides_sizes |= walk->findings != findings_before;
+}
+
+void check_extended_build(struct walk *walk, struct build_view *build, bool with_state)
+{
+    const struct device_facts *device = build->call->device;
+    uint32_t findings_before = walk->findings;
+    if (device->extension.motion_blur_nv)
+        check_motion_build(walk, build, with_state);
+    if (device->micromap.any)
+        check_micromap_build(walk, build, with_state);
+    if (device->extension.dense_geometry_format_amdx)
+        check_dense_build(walk, build);
+    note_findings(walk, findings_before);
+}
+
+/* Whether no extension has anything to say of a geometry: that is so of most, also where extensions
+ * are enabled. All that they add is chained, or has a type of theirs. */
+static bool is_plain(const struct geometry_view *geometry)
+{
+    const VkAccelerationStructureGeometryKHR *data = geometry->geometry;
+    if (data->pNext ||
+        geometry->build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        return false;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(data);
+    return triangles ? !triangles->pNext : aabbs_in(data) || instances_in(data);
+}
+
+void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
+                             struct chained_inputs *chained, bool with_state)
+{
+    const struct device_facts *device = geometry->build->call->device;
+    uint32_t findings_before = walk->findings;
+    if (is_plain(geometry))
+        return;
+    chained->count = 0;
+    geometry->chained = chained;
+    if (device->extension.motion_blur_nv)
+        check_motion(walk, geometry, with_state);
+    if (device->extension.linear_swept_spheres_nv)
+        check_spheres(walk, geometry, with_state);
+    if (device->micromap.any)
+        check_micromaps(walk, geometry, with_state);
+    if (device->extension.dense_geometry_format_amdx)
+        check_dense(walk, geometry, with_state);
+    note_findings(walk, findings_before);
+}
+
+const struct address_facts *chained_input(struct check_context *context,
+                                          struct geometry_view *geometry, enum input_role role,
+                                          VkDeviceAddress address)
+{
+    struct chained_inputs *chained = geometry->chained;
+    uint32_t i = chained->count++;
+    chained->items[i].role = role;
+    chained->items[i].facts = (struct address_facts){.status = ADDRESS_UNKNOWN};
+    if (!geometry_is_empty(geometry))
+        resources_ask_address(context->resources, address, &chained->items[i].facts);
+    return &chained->items[i].facts;
+}

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making the views of host builds: which of the memory that they name can be read. */
+#include "src/view/host_view.h"
+
+#include "rows_by_subject.h"
+#include "src/rules/host.h"
+#include "src/rules/predicates.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
+
+/* ---- geometries */
+
+/* So many elements of so many bytes, `stride` apart, from an offset on. */
+static struct host_bytes find_bytes(struct check_context *context, const void *address,
+                                    uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
+{
+    struct host_bytes bytes = {.address = address};
+    uint64_t base = (uint64_t)(uintptr_t)address;
+    bool wraps = __builtin_add_overflow(base, offset, &bytes.begin);
+    if (!address || !count)
+        return bytes;
+    wraps |= __builtin_mul_overflow(count - 1, stride, &bytes.size);
+    wraps |= __builtin_add_overflow(bytes.size, size, &bytes.size);
+    bytes.unreadable =
+        wraps || !readable(context->readable, (const void *)(uintptr_t)bytes.begin, bytes.size);
+    return bytes;
+}
+
+/* The bytes that are read of one vertex: not its fourth component; 1 of formats that aren't known.
+ */
+static uint32_t vertex_size(VkFormat format)
+{
+    uint32_t size = format_size(format), component = format_smallest_component(format);
+    if (component && size == 4 * component)
+        return 3 * component;
+    return size ? size : 1;
+}
+
+/* Which vertices are read is in the indices, where there are any. */
+static struct host_bytes find_vertices(struct check_context *context,
+                                       const VkAccelerationStructureGeometryTrianglesDataKHR *t,
+                                       const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const void *address = t->vertexData.hostAddress;
+    uint64_t first;
+    if (index_type_size(t->indexType))
+        return find_bytes(context, address, 0, range->primitiveCount ? 1 : 0, 0, 1);
+    if (__builtin_mul_overflow(t->vertexStride, (uint64_t)range->firstVertex, &first) ||
+        __builtin_add_overflow(first, (uint64_t)range->primitiveOffset, &first))
+        return (struct host_bytes){.address = address};
+    return find_bytes(context, address, first, (uint64_t)range->primitiveCount * 3, t->vertexStride,
+                      vertex_size(t->vertexFormat));
+}
+
+static void view_triangles(struct check_context *context,
+                           const VkAccelerationStructureGeometryTrianglesDataKHR *t,
+                           const VkAccelerationStructureBuildRangeInfoKHR *range,
+                           struct host_geometry_view *view)
+{
+    uint32_t index_size = index_type_size(t->indexType);
+    view->vertices = find_vertices(context, t, range);
+    view->transform = find_bytes(context, t->transformData.hostAddress, range->transformOffset,
+                                 range->primitiveCount ? 1 : 0, 0, sizeof(VkTransformMatrixKHR));
+    if (index_size)
+        view->indices = find_bytes(context, t->indexData.hostAddress, range->primitiveOffset,
+                                   (uint64_t)range->primitiveCount * 3, index_size, index_size);
+}
+
+/* Of instances with motion, which other rules read, the first byte. */
+static struct host_bytes
+find_instances(struct check_context *context, const struct build_view *build,
+               const VkAccelerationStructureGeometryInstancesDataKHR *instances,
+               const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    uint64_t size =
+        instances->arrayOfPointers ? sizeof(void *) : sizeof(VkAccelerationStructureInstanceKHR);
+    uint64_t count = range->primitiveCount;
+    if (!instances->arrayOfPointers &&
+        (build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
+        count = count ? 1 : 0, size = 1;
+    return find_bytes(context, instances->data.hostAddress, range->primitiveOffset, count, size,
+                      size);
+}
+
+/* Asks only for the rows of its subject. */
+#define ASK_HOST_GEOMETRY(name, level)                                                             \
+    if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
+        walk_hand_on(walk, RULE_##name, &location, &finding);
+
+static void walk_host_geometry(struct walk *walk, const struct host_geometry_view *view)
+{
+    const struct location location = walk_location(view->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_host_geometry(ASK_HOST_GEOMETRY);
+}
+
+void check_host_geometry(struct walk *walk, const struct range_view *range)
+{
+    static const VkAccelerationStructureBuildRangeInfoKHR nothing = {0};
+    const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *read = range->range ? range->range : &nothing;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
+    struct host_geometry_view view = {.geometry = range->geometry};
+    if (triangles)
+        view_triangles(walk->context, triangles, read, &view);
+    if (aabbs)
+        view.data = find_bytes(walk->context, aabbs->data.hostAddress, read->primitiveOffset,
+                               read->primitiveCount, aabbs->stride, sizeof(VkAabbPositionsKHR));
+    if (instances)
+        view.data = find_instances(walk->context, range->geometry->build, instances, read);
+    walk_host_geometry(walk, &view);
+}
+
+/* ---- builds */
+
+#define ASK_HOST_BUILD(name, level)                                                                \
+    if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
+        walk_hand_on(walk, RULE_##name, &location, &finding);
+
+static void walk_host_build(struct walk *walk, const struct host_build_view *view)
+{
+    const struct location location = {
+        .command = COMMAND_HOST, .subject = SUBJECT_BUILD, .build = view->build->index};
+    struct finding finding;
+    ROWS_OF_host_build(ASK_HOST_BUILD);
+}
+
+void check_host_build(struct walk *walk, const struct build_view *build)
+{
+    struct host_build_view view = {.build = build};
+    view.scratch.address = build->info->scratchData.hostAddress;
+    view.scratch.begin = (uint64_t)(uintptr_t)view.scratch.address;
+    if (build->sizes.known)
+        view.scratch.size = build_scratch_size(build);
+    view.scratch.unreadable =
+        !readable(walk->context->readable, view.scratch.address, view.scratch.size);
+    walk_host_build(walk, &view);
+}

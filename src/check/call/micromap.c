@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The rows about micromaps, subject by subject, as code, and the order in which they are walked. */
+#include <stdlib.h>
+
+#include "src/check/assemble/micromap_views.h"
+#include "src/check/call/extensions.h"
+#include "src/rules/micromap/usages.h"
+#include "src/rules/predicates.h"
+
+/* The rows of one subject are in a file of their own. */
+#define RULE(subject, name, row_level, ids)                                                        \
+    if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(subject, &finding))        \
+        walk_hand_on(walk, RULE_##name, &location, &finding);
+
+static void walk_micromap_build(struct walk *walk, const struct micromap_build_view *micromap_build,
+                                enum level level)
+{
+    const struct build_view *build = micromap_build->build;
+    const struct location location = {
+        .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
+    struct finding finding;
+#include "vuid-tables/rows/micromap_build.def"
+}
+
+static void walk_micromap_geometry(struct walk *walk,
+                                   const struct micromap_geometry_view *micromap_geometry,
+                                   enum level level)
+{
+    const struct location location = walk_location(micromap_geometry->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "vuid-tables/rows/micromap_geometry.def"
+}
+
+static void walk_micromap_data(struct walk *walk, const struct micromap_data_view *micromap_data,
+                               enum level level)
+{
+    const struct location location = walk_location(micromap_data->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "vuid-tables/rows/micromap_data.def"
+}
+
+static void walk_opacity(struct walk *walk, const struct opacity_view *opacity, enum level level)
+{
+    const struct location location = walk_location(opacity->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "vuid-tables/rows/micromap_opacity.def"
+}
+
+static void walk_opacity_ext(struct walk *walk, const struct opacity_ext_view *opacity_ext,
+                             enum level level)
+{
+    const struct location location = walk_location(opacity_ext->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "vuid-tables/rows/micromap_opacity_ext.def"
+}
+
+static void walk_displacement(struct walk *walk, const struct displacement_view *displacement,
+                              enum level level)
+{
+    const struct location location = walk_location(displacement->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+#include "vuid-tables/rows/micromap_displacement.def"
+}
+
+/* What the build in hand has of micromaps. */
+
+const struct micromap_uses *found_micromaps(const struct walk *walk)
+{
+    const struct micromap_uses *uses = &walk->micromaps;
+    return uses->count || uses->incomplete || uses->built_count_known ? uses : NULL;
+}
+
+static void note_use(struct walk *walk, const struct micromap_use *use)
+{
+    struct micromap_uses *uses = &walk->micromaps;
+    if (uses->count == uses->capacity) {
+        uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
+        struct micromap_use *items = realloc(uses->items, capacity * sizeof(*items));
+        if (!items) {
+            uses->incomplete = true;
+            return;
+        }
+        uses->items = items;
+        uses->capacity = capacity;
+    }
+    uses->items[uses->count++] = *use;
+}
+
+static void note_opacity(struct walk *walk, const struct opacity_view *view)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
+    struct micromap_use use = {.geometry = view->geometry->index,
+                               .handle = (uint64_t)(uintptr_t)opacity->micromap,
+                               .id = view->micromap.id,
+                               .accel = view->micromap};
+    if (opacity->indexType == VK_INDEX_TYPE_NONE_KHR && view->count_known) {
+        use.is_unindexed = true;
+        use.first = opacity->baseTriangle;
+        use.triangle_count = view->primitive_count;
+    }
+    note_use(walk, &use);
+}
+
+static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *view)
+{
+    struct micromap_use use = {.geometry = view->geometry->index,
+                               .is_ext = true,
+                               .handle = (uint64_t)(uintptr_t)view->opacity->micromap,
+                               .id = view->micromap.id};
+    note_use(walk, &use);
+}
+
+static void note_data(struct walk *walk, const struct micromap_data_view *view)
+{
+    uint64_t sum = usages_sum(&view->usages);
+    bool is_whole = view->usages.count == view->data->usageCountsCount;
+    walk->micromaps.built_count_known = is_whole && sum <= UINT32_MAX;
+    walk->micromaps.built_triangle_count = (uint32_t)sum;
+}
+
+/* Whether a build says anything of micromaps itself. */
+static bool is_about_micromaps(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    const VkBuildAccelerationStructureFlagsKHR flags =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT |
+        VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR;
+    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR || info->flags & flags;
+}
+
+void check_micromap_build(struct walk *walk, const struct build_view *build, bool with_state)
+{
+    const struct micromap_build_view view = {.build = build};
+    walk->micromaps.count = 0;
+    walk->micromaps.incomplete = false;
+    walk->micromaps.built_count_known = false;
+    if (!is_about_micromaps(build->info))
+        return;
+    walk_micromap_build(walk, &view, LEVEL_PARAMETERS);
+    if (with_state)
+        walk_micromap_build(walk, &view, LEVEL_STATE);
+}
+
+/* Geometries. Each subject at both levels, if the geometry has its structure. */
+
+static void check_opacity(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct opacity_view view;
+    if (!view_opacity(geometry, &view))
+        return;
+    walk_opacity(walk, &view, LEVEL_PARAMETERS);
+    if (with_state) {
+        view_opacity_state(walk->context, geometry, &view);
+        walk_opacity(walk, &view, LEVEL_STATE);
+    }
+    note_opacity(walk, &view);
+}
+
+static void check_opacity_ext(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct opacity_ext_view view;
+    if (!view_opacity_ext(walk->context, geometry, &view))
+        return;
+    walk_opacity_ext(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    view_opacity_ext_state(walk->context, geometry, &view);
+    walk_opacity_ext(walk, &view, LEVEL_STATE);
+    note_opacity_ext(walk, &view);
+}
+
+static void check_displacement(struct walk *walk, const struct geometry_view *geometry,
+                               bool with_state)
+{
+    struct displacement_view view;
+    if (!view_displacement(walk->context, geometry, &view))
+        return;
+    walk_displacement(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    view_displacement_state(walk->context, &view);
+    walk_displacement(walk, &view, LEVEL_STATE);
+}
+
+static bool check_data(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct micromap_data_view view;
+    if (!view_micromap_data(walk->context, geometry, &view))
+        return false;
+    walk_micromap_data(walk, &view, LEVEL_PARAMETERS);
+    note_data(walk, &view);
+    if (with_state) {
+        view_micromap_data_state(walk->context, geometry, &view);
+        walk_micromap_data(walk, &view, LEVEL_STATE);
+    }
+    return true;
+}
+
+void check_micromaps(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct micromap_geometry_view view = {.geometry = geometry};
+    view.has_data = check_data(walk, geometry, with_state);
+    walk_micromap_geometry(walk, &view, LEVEL_PARAMETERS);
+    check_opacity(walk, geometry, with_state);
+    check_opacity_ext(walk, geometry, with_state);
+    check_displacement(walk, geometry, with_state);
+}

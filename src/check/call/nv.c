@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The order in which a call of vkCmdBuildAccelerationStructureNV is checked, and the making of its
+ * views. */
+#include <string.h>
+
+#include "src/check/assemble/align.h"
+#include "src/check/call/check.h"
+#include "src/check/walk/walk.h"
+
+static bool has_index_data(const VkGeometryTrianglesNV *triangles)
+{
+    return triangles->indexType != VK_INDEX_TYPE_NONE_NV;
+}
+
+static uint64_t triangles_in(const VkGeometryNV *geometry)
+{
+    const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
+    if (geometry->geometryType != VK_GEOMETRY_TYPE_TRIANGLES_NV)
+        return 0;
+    return (has_index_data(triangles) ? triangles->indexCount : triangles->vertexCount) / 3;
+}
+
+/* ---- parameters */
+
+static void view_parameters(struct check_context *context, struct nv_call_view *call)
+{
+    const VkAccelerationStructureInfoNV *info = call->info_argument;
+    struct readable_cache *cache = context->readable;
+    call->info = readable(cache, info, sizeof(*info)) ? info : NULL;
+    if (!call->info || !info->geometryCount)
+        return;
+    call->geometries_unreadable = !readable(
+        cache, info->pGeometries, (size_t)info->geometryCount * sizeof(*info->pGeometries));
+    if (call->geometries_unreadable)
+        return;
+    call->geometries = info->pGeometries;
+    call->geometry_count = info->geometryCount;
+}
+
+static struct nv_info_view view_info(const struct nv_call_view *call)
+{
+    struct nv_info_view view = {
+        .call = call, .info = call->info, .first_other_type = call->geometry_count};
+    for (uint32_t i = call->geometry_count; i-- > 0;) {
+        view.triangle_count += triangles_in(&call->geometries[i]);
+        if (call->geometries[i].geometryType != call->geometries[0].geometryType)
+            view.first_other_type = i;
+    }
+    return view;
+}
+
+static struct nv_geometry_view view_geometry(const struct nv_call_view *call, uint32_t index)
+{
+    const VkGeometryNV *geometry = &call->geometries[index];
+    struct nv_geometry_view view = {.call = call, .index = index, .geometry = geometry};
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_NV &&
+        geometry->geometry.triangles.sType == VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV)
+        view.triangles = &geometry->geometry.triangles;
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV &&
+        geometry->geometry.aabbs.sType == VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV)
+        view.aabbs = &geometry->geometry.aabbs;
+    return view;
+}
+
+/* ---- state */
+
+/* Looks on other devices only where this one does not know the handle. */
+static bool is_elsewhere(struct check_context *context, enum resource_kind kind, uint64_t handle,
+                         enum tristate alive)
+{
+    return handle && alive == NO && context->hooks->of_another_device(context->user, kind, handle);
+}
+
+static void find_accel(struct check_context *context, VkAccelerationStructureNV handle,
+                       struct nv_accel_facts *facts)
+{
+    unsigned token = resources_begin_reading(context->resources);
+    resources_find_nv_accel(context->resources, handle, facts);
+    resources_end_reading(context->resources, token);
+    facts->of_another_device =
+        is_elsewhere(context, RESOURCE_ACCEL_NV, (uint64_t)(uintptr_t)handle, facts->alive);
+}
+
+static void find_buffer(struct check_context *context, VkBuffer handle, struct buffer_facts *facts)
+{
+    unsigned token = resources_begin_reading(context->resources);
+    resources_find_buffer(context->resources, handle, facts);
+    resources_end_reading(context->resources, token);
+    facts->of_another_device =
+        is_elsewhere(context, RESOURCE_BUFFER, (uint64_t)(uintptr_t)handle, facts->alive);
+}
+
+static void find_call(struct check_context *context, struct nv_call_view *call)
+{
+    find_accel(context, call->dst, &call->dst_facts);
+    find_accel(context, call->src, &call->src_facts);
+    find_buffer(context, call->scratch, &call->scratch_facts);
+    find_buffer(context, call->instance_data, &call->instance_facts);
+}
+
+static void find_geometry(struct check_context *context, struct nv_geometry_view *geometry)
+{
+    const VkGeometryTrianglesNV *triangles = geometry->triangles;
+    if (triangles) {
+        find_buffer(context, triangles->vertexData, &geometry->vertex);
+        find_buffer(context, triangles->transformData, &geometry->transform);
+        if (has_index_data(triangles))
+            find_buffer(context, triangles->indexData, &geometry->index_data);
+    }
+    if (geometry->aabbs)
+        find_buffer(context, geometry->aabbs->aabbData, &geometry->boxes);
+}
+
+static void see_input(struct check_context *context, uint32_t geometry, enum input_role role,
+                      const struct buffer_facts *facts)
+{
+    if (facts->id)
+        context->witness->see_nv_input(context->user, geometry, role, facts);
+}
+
+static void see_geometry(struct check_context *context, const struct nv_geometry_view *geometry)
+{
+    uint32_t index = geometry->index;
+    see_input(context, index, INPUT_VERTEX, &geometry->vertex);
+    see_input(context, index, INPUT_INDEX, &geometry->index_data);
+    see_input(context, index, INPUT_TRANSFORM, &geometry->transform);
+    see_input(context, index, INPUT_AABBS, &geometry->boxes);
+}
+
+static void see_call(struct check_context *context, const struct nv_call_view *call)
+{
+    context->witness->see_nv_build(context->user, call);
+    see_input(context, 0, INPUT_SCRATCH, &call->scratch_facts);
+    see_input(context, 0, INPUT_INSTANCES, &call->instance_facts);
+}
+
+/* ---- the call */
+
+static void check_geometries(struct walk *walk, const struct nv_call_view *call, bool with_state)
+{
+    struct check_context *context = walk->context;
+    for (uint32_t i = 0; i < call->geometry_count; i++) {
+        struct nv_geometry_view geometry = view_geometry(call, i);
+        walk_nv_geometry(walk, &geometry, LEVEL_PARAMETERS);
+        if (!with_state)
+            continue;
+        find_geometry(context, &geometry);
+        walk_nv_geometry(walk, &geometry, LEVEL_STATE);
+        if (context->witness)
+            see_geometry(context, &geometry);
+    }
+}
+
+static void check_parameters(struct walk *walk, struct nv_call_view *call)
+{
+    struct check_context *context = walk->context;
+    bool with_state = context->level >= LEVEL_STATE;
+    view_parameters(context, call);
+    if (with_state)
+        find_call(context, call);
+    walk_nv_call(walk, call, LEVEL_PARAMETERS);
+    if (with_state)
+        walk_nv_call(walk, call, LEVEL_STATE);
+    if (call->info) {
+        struct nv_info_view info = view_info(call);
+        walk_nv_info(walk, &info, LEVEL_PARAMETERS);
+        if (with_state)
+            walk_nv_info(walk, &info, LEVEL_STATE);
+        check_geometries(walk, call, with_state);
+    }
+    if (context->witness)
+        see_call(context, call);
+    nv_shape_release(call->dst_facts.created);
+    nv_shape_release(call->src_facts.created);
+}
+
+void check_nv_build(struct check_context *context, struct nv_call_view *call)
+{
+    struct aligned_copies copies = {NULL};
+    struct walk walk;
+    walk_start(&walk, context);
+    context->copies = &copies;
+    walk_call(&walk, call->call, LEVEL_PARAMETERS);
+    walk_call(&walk, call->call, LEVEL_STATE);
+    if (call->call->device->extension.ray_tracing_nv && align_nv_call(context, call))
+        check_parameters(&walk, call);
+    aligned_copies_release(&copies);
+}

@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds that have executed: their views, made of what was recorded of them, on their way through
+ * the rules about what they have read. */
+#include "src/check/content/executed.h"
+
+#include <stdlib.h>
+
+#include "rows_by_subject.h"
+#include "src/check/assemble/views.h"
+#include "src/check/content/micromap.h"
+#include "src/check/overlap/pairs.h"
+#include "src/rules/indirect.h"
+#include "src/rules/predicates.h"
+#include "src/view/micromap_view.h"
+
+/* A build whose structure may be what an instance of another build refers to. */
+struct kept_build {
+    const struct recorded_build *build;
+    uint64_t dst_id;
+};
+
+struct executed_call {
+    struct walk walk;
+    struct call_view view;
+    struct sweep *sweep; /* of what instances refer to; NULL: nothing, or no memory */
+    struct kept_build *builds;
+    uint32_t count, capacity;
+};
+
+struct executed_call *executed_call_begin(struct check_context *context,
+                                          const struct device_facts *device,
+                                          enum build_command command)
+{
+    struct executed_call *call = calloc(1, sizeof(*call));
+    if (!call)
+        return NULL;
+    walk_start(&call->walk, context);
+    call->view = (struct call_view){.command = command, .device = device};
+    return call;
+}
+
+/* ---- one build */
+
+static struct build_view view_of(const struct executed_call *call,
+                                 const struct recorded_build *recorded,
+                                 const VkAccelerationStructureBuildRangeInfoKHR *ranges)
+{
+    const struct build_parameters *given = recorded_build_given(recorded);
+    return (struct build_view){.call = &call->view,
+                               .index = recorded->place.info,
+                               .info = &given->info,
+                               .geometries = given->geometries,
+                               .geometry_count = given->info.geometryCount,
+                               .ranges = ranges};
+}
+
+/* NULL where it isn't known. */
+static const struct built *find_used(const struct executed_build *executed, uint32_t geometry)
+{
+    for (uint32_t i = 0; i < executed->used_count; i++)
+        if (executed->used[i].geometry == geometry)
+            return &executed->used[i].built;
+    return NULL;
+}
+
+/* `range`: what the build read. */
+static void read_geometry(struct executed_call *call, const struct executed_build *executed,
+                          const struct geometry_view *geometry,
+                          const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    static const struct chained_input none;
+    const uint32_t index = geometry->index;
+    const struct chained_input *given = recorded_build_given(executed->build)->chained;
+    const struct chained_input *micromaps = executed->build->parameters.chained;
+    const struct range_view ranged = {
+        .geometry = geometry, .range = range, .primitive_count = range->primitiveCount};
+    content_check_geometry(&call->walk, &ranged, &executed->memory, given ? &given[index] : &none);
+    if (micromaps)
+        content_check_micromaps(&call->walk, &ranged, &executed->memory, &micromaps[index],
+                                find_used(executed, index));
+}
+
+static void read_direct(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct build_parameters *given = recorded_build_given(executed->build);
+    const struct build_view build = view_of(call, executed->build, given->ranges);
+    for (uint32_t i = 0; i < build.geometry_count; i++) {
+        const struct geometry_view geometry = {
+            .build = &build, .index = i, .geometry = &build.geometries[i]};
+        read_geometry(call, executed, &geometry, &given->ranges[i]);
+    }
+}
+
+/* ---- indirect builds */
+
+#define ASK_INDIRECT_RANGE(name, level)                                                            \
+    if (walk->wants[RULE_##name] && !name(indirect_range, &finding))                               \
+        walk_hand_on(walk, RULE_##name, &location, &finding);
+
+static void walk_indirect_range(struct walk *walk, const struct indirect_range_view *indirect_range)
+{
+    const struct location location = walk_location(indirect_range->geometry, SUBJECT_RANGE);
+    struct finding finding;
+    ROWS_OF_indirect_range(ASK_INDIRECT_RANGE);
+}
+
+/* By a micromap that is used without indices, whose rule wasn't asked before the count was known.
+ */
+static void check_unindexed_opacity(struct walk *walk, const struct range_view *range,
+                                    const struct chained_input *chained, const struct built *used)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = &chained->opacity;
+    const struct journal_micromap use = {.first = opacity->baseTriangle,
+                                         .triangle_count = range->range->primitiveCount,
+                                         .is_unindexed = true};
+    const struct used_micromap_view view = {.command = COMMAND_INDIRECT,
+                                            .handle = (uint64_t)opacity->micromap,
+                                            .use = &use,
+                                            .built = used};
+    const struct location location = walk_location(range->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    if (used &&
+        opacity->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR &&
+        opacity->indexType == VK_INDEX_TYPE_NONE_KHR &&
+        walk->wants[RULE_opacity_triangles_are_within_micromap] &&
+        !opacity_triangles_are_within_micromap(&view, &finding))
+        walk_hand_on(walk, RULE_opacity_triangles_are_within_micromap, &location, &finding);
+}
+
+/* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
+ * count allows. */
+static void read_indirect_geometry(struct executed_call *call,
+                                   const struct executed_build *executed, struct build_view *build,
+                                   uint32_t index)
+{
+    const uint32_t most = build->ranges[index].primitiveCount;
+    const struct chained_input *chained = executed->build->parameters.chained;
+    const struct geometry_view geometry = {
+        .build = build, .index = index, .geometry = &build->geometries[index]};
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    if (!recorded_build_read_range(executed->build, &executed->memory, index, &range))
+        return;
+    const struct range_view ranged = {
+        .geometry = &geometry, .range = &range, .primitive_count = range.primitiveCount};
+    const struct indirect_range_view indirect = {
+        .geometry = &geometry, .range = &range, .max_primitive_count = most};
+    walk_range(&call->walk, &ranged, LEVEL_PARAMETERS);
+    walk_indirect_range(&call->walk, &indirect);
+    if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        build->triangle_count += range.primitiveCount;
+    if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+        build->aabb_count += range.primitiveCount;
+    if (range.primitiveCount > most)
+        range.primitiveCount = most;
+    if (chained)
+        check_unindexed_opacity(&call->walk, &ranged, &chained[index], find_used(executed, index));
+    read_geometry(call, executed, &geometry, &range);
+}
+
+/* Of the rules about builds, those whose sums weren't known before. */
+static void check_sums(struct walk *walk, const struct build_view *build)
+{
+    const struct location location = {
+        .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
+    struct finding finding;
+    if (walk->wants[RULE_blas_triangle_count_is_within_limit] &&
+        !blas_triangle_count_is_within_limit(build, &finding))
+        walk_hand_on(walk, RULE_blas_triangle_count_is_within_limit, &location, &finding);
+    if (walk->wants[RULE_blas_aabb_count_is_within_limit] &&
+        !blas_aabb_count_is_within_limit(build, &finding))
+        walk_hand_on(walk, RULE_blas_aabb_count_is_within_limit, &location, &finding);
+}
+
+static void read_indirect(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct build_parameters *given = recorded_build_given(executed->build);
+    struct build_view build = view_of(call, executed->build, given->ranges);
+    for (uint32_t i = 0; i < build.geometry_count; i++)
+        read_indirect_geometry(call, executed, &build, i);
+    check_sums(&call->walk, &build);
+}
+
+/* ---- instances of other builds */
+
+static void keep_build(struct executed_call *call, const struct executed_build *executed)
+{
+    if (call->count == call->capacity) {
+        uint32_t capacity = call->capacity ? call->capacity * 2 : 8;
+        struct kept_build *builds = realloc(call->builds, capacity * sizeof(*builds));
+        if (!builds)
+            return;
+        call->builds = builds;
+        call->capacity = capacity;
+    }
+    call->builds[call->count++] = (struct kept_build){executed->build, executed->dst_id};
+}
+
+static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)
+{
+    struct instance_uses *uses = call->walk.instances;
+    struct build_view build = view_of(call, recorded, NULL);
+    if (!uses || !uses->count)
+        return;
+    if (!call->sweep)
+        call->sweep = check_make_sweep();
+    if (call->sweep)
+        pairs_collect_instances(call->sweep, &build, uses);
+    content_forget_instances(uses);
+}
+
+/* The structure may have died since. */
+static void collect_dst(struct executed_call *call, const struct kept_build *kept)
+{
+    struct check_context *context = call->walk.context;
+    const struct build_parameters *given = recorded_build_given(kept->build);
+    struct build_view build = view_of(call, kept->build, given->ranges);
+    resources_ask_accel(context->resources, given->info.dstAccelerationStructure, &build.dst);
+    if (build.dst.alive != YES || build.dst.id != kept->dst_id)
+        return;
+    view_build_state(context, &build);
+    if (!given->had_chains)
+        view_build_sizes(context, &build, false);
+    pairs_collect_dst(call->sweep, &build);
+}
+
+static void walk_pairs(struct executed_call *call)
+{
+    struct walk *walk = &call->walk;
+    for (uint32_t i = 0; i < call->count; i++)
+        collect_dst(call, &call->builds[i]);
+    /* The others were asked when the call was recorded. */
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        if (rule_infos[rule].level != LEVEL_CONTENT)
+            walk_stop_asking(walk, (enum rule)rule);
+    pairs_walk(walk, &call->view, call->sweep);
+}
+
+/* ---- the call */
+
+void executed_call_read(struct executed_call *call, const struct executed_build *build)
+{
+    call->walk.contents = build->contents;
+    call->walk.turn = build->turn;
+    if (build->build->is_indirect)
+        read_indirect(call, build);
+    else
+        read_direct(call, build);
+    build_contents_tell(build->contents);
+    call->walk.contents = NULL;
+    call->walk.turn = NULL;
+    collect_instances(call, build->build);
+    keep_build(call, build);
+}
+
+bool executed_call_has_instances(const struct executed_call *call)
+{
+    return call->sweep && call->count > 1;
+}
+
+void executed_call_end(struct executed_call *call)
+{
+    if (executed_call_has_instances(call))
+        walk_pairs(call);
+    check_free_sweep(call->sweep);
+    content_free_instances(call->walk.instances);
+    free(call->builds);
+    free(call);
+}

@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading instances, plain ones and those with motion, and finding what they refer to. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/bvh/input/source.h"
+#include "src/check/content/read.h"
+#include "src/state/builds/built_flags.h"
+
+/* Bytes from one instance with motion to the next
+ * (VkAccelerationStructureGeometryInstancesDataKHR). */
+enum { MOTION_STRIDE = 160 };
+
+/* ---- what they refer to */
+
+void content_forget_instances(struct instance_uses *instances)
+{
+    instances->count = 0;
+    handle_table_release(&instances->places);
+}
+
+void content_free_instances(struct instance_uses *instances)
+{
+    if (!instances)
+        return;
+    content_forget_instances(instances);
+    free(instances->items);
+    free(instances);
+}
+
+/* Without memory it is merely forgotten. */
+static void note_use(struct instance_uses *uses, uint64_t reference,
+                     const struct accel_facts *referenced)
+{
+    if (uses->count == uses->capacity) {
+        uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
+        struct accel_facts *items = realloc(uses->items, capacity * sizeof(*items));
+        if (!items)
+            return;
+        uses->items = items;
+        uses->capacity = capacity;
+    }
+    if (handle_table_set(&uses->places, reference, (void *)(uintptr_t)(uses->count + 1)))
+        uses->items[uses->count++] = *referenced;
+}
+
+/* In host builds the reference is a handle, else a device address. */
+static void look_up(const struct content *content, uint64_t reference,
+                    struct accel_facts *referenced)
+{
+    const struct check_context *context = content->walk->context;
+    if (content->range->geometry->build->call->command == COMMAND_HOST)
+        resources_ask_accel(context->resources, (VkAccelerationStructureKHR)(uintptr_t)reference,
+                            referenced);
+    else
+        resources_find_referenced(context->resources, reference, context->deaths, referenced);
+}
+
+void content_find_reference(struct content *content, uint64_t reference,
+                            struct accel_facts *referenced)
+{
+    *referenced = (struct accel_facts){0};
+    struct walk *walk = content->walk;
+    if (!reference || content->range->geometry->build->call->command == COMMAND_NV)
+        return;
+    if (!walk->instances)
+        walk->instances = calloc(1, sizeof(*walk->instances));
+    if (walk->instances) {
+        uintptr_t place = (uintptr_t)handle_table_find(&walk->instances->places, reference);
+        if (place) {
+            *referenced = walk->instances->items[place - 1];
+            return;
+        }
+    }
+    look_up(content, reference, referenced);
+    if (walk->instances && referenced->alive == YES)
+        note_use(walk->instances, reference, referenced);
+}
+
+/* ---- one instance */
+
+void content_check_reference(struct content *content, uint32_t index,
+                             const struct accel_facts *referenced)
+{
+    struct reference_view view = {
+        .geometry = content->range->geometry, .instance = index, .referenced = *referenced};
+    if (referenced->alive == YES)
+        content_walk_reference(content, &view);
+}
+
+void content_check_transform(struct content *content, uint32_t index, uint64_t reference,
+                             const VkTransformMatrixKHR *matrix)
+{
+    struct transform_view view = {.geometry = content->range->geometry,
+                                  .is_of_instance = true,
+                                  .instance = index,
+                                  .matrix = *matrix};
+    if (reference)
+        content_walk_transform(content, &view);
+}
+
+static void check_nv_reference(struct content *content, uint32_t index, uint64_t reference)
+{
+    if (!reference || content->range->geometry->build->call->command != COMMAND_NV)
+        return;
+    const struct nv_instance_view view = {
+        .geometry = content->range->geometry,
+        .index = index,
+        .reference = reference,
+        .refers_to = resources_find_nv_reference(content->walk->context->resources, reference,
+                                                 content->walk->context->deaths)};
+    content_walk_nv_instance(content, &view);
+}
+
+static enum tristate find_disabling(const struct content *content,
+                                    const struct accel_facts *referenced)
+{
+    const struct walk *walk = content->walk;
+    return referenced->alive == YES
+               ? built_flags_allow_disabling(walk->context->flags, referenced->id, walk->turn)
+               : UNKNOWN;
+}
+
+void content_check_instance(struct content *content, uint32_t index, bool has_motion,
+                            const VkAccelerationStructureInstanceKHR *instance)
+{
+    struct instance_view view = {.geometry = content->range->geometry,
+                                 .index = index,
+                                 .has_motion = has_motion,
+                                 .instance = *instance};
+    uint64_t reference = instance->accelerationStructureReference;
+    content_find_reference(content, reference, &view.referenced);
+    if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
+        view.allows_disabling = find_disabling(content, &view.referenced);
+    content_walk_instance(content, &view);
+    content_check_reference(content, index, &view.referenced);
+    check_nv_reference(content, index, reference);
+    content_check_transform(content, index, reference, &instance->transform);
+}
+
+static void read_instance(struct content *content, uint32_t index, const void *bytes)
+{
+    VkAccelerationStructureInstanceKHR instance;
+    memcpy(&instance, bytes, sizeof(instance));
+    content_check_instance(content, index, false, &instance);
+    content_keep_instance(content, index, instance.accelerationStructureReference);
+}
+
+/* ---- all of a geometry */
+
+/* Where command buffers expect an instance; the host's may be anywhere. */
+static bool may_be_followed(const struct content *content, VkDeviceAddress address)
+{
+    return content->range->geometry->build->call->command == COMMAND_HOST || address % 16 == 0;
+}
+
+/* Instances whose pointer leads nowhere are passed by. */
+static void read_pointed_instance(struct content *content, uint32_t index,
+                                  VkDeviceOrHostAddressConstKHR to)
+{
+    const uint8_t *bytes = NULL;
+    content_walk_instance_pointer(content, &(struct instance_pointer_view){
+                                               content->range->geometry, index, to.deviceAddress});
+    if (may_be_followed(content, to.deviceAddress))
+        bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
+    if (bytes)
+        read_instance(content, index, bytes);
+    else
+        content_lose_instance(content);
+}
+
+/* Pointers to instances with motion have the type in their low bits, and lead to the structure of
+ * that type alone. */
+static void read_typed_instance(struct content *content, uint32_t index,
+                                VkDeviceOrHostAddressConstKHR to)
+{
+    const uint32_t type = (uint32_t)(to.deviceAddress % 16);
+    const uint64_t size = source_motion_size(type);
+    to.deviceAddress -= type;
+    const uint8_t *bytes = size ? content_find(content, to, 0, 1, 0, size) : NULL;
+    if (bytes)
+        content_read_motion_data(content, index, type, bytes);
+}
+
+static void read_array_of_pointers(struct content *content, VkDeviceOrHostAddressConstKHR data,
+                                   void (*read)(struct content *content, uint32_t index,
+                                                VkDeviceOrHostAddressConstKHR to))
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    VkDeviceOrHostAddressConstKHR to = {.deviceAddress = 0};
+    const uint8_t *next = content_find(content, data, range->primitiveOffset, range->primitiveCount,
+                                       sizeof(to), sizeof(to));
+    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
+        memcpy(&to, next, sizeof(to));
+        read(content, i, to);
+    }
+}
+
+static void read_motion_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const uint8_t *next =
+        content_find(content, data, range->primitiveOffset, range->primitiveCount, MOTION_STRIDE,
+                     sizeof(VkAccelerationStructureMotionInstanceNV));
+    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += MOTION_STRIDE)
+        content_read_motion_instance(content, i, next);
+}
+
+static void read_plain_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
+    const uint8_t *next =
+        content_find(content, data, range->primitiveOffset, range->primitiveCount, size, size);
+    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += size)
+        read_instance(content, i, next);
+}
+
+/* Of the host's pointers to instances with motion nothing is read. Without the extension there are
+ * none. */
+void content_read_instances(struct content *content,
+                            const VkAccelerationStructureGeometryInstancesDataKHR *instances)
+{
+    const struct build_view *build = content->range->geometry->build;
+    if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)) {
+        if (instances->arrayOfPointers)
+            read_array_of_pointers(content, instances->data, read_pointed_instance);
+        else
+            read_plain_instances(content, instances->data);
+    } else if (build->call->device->extension.motion_blur_nv && !instances->arrayOfPointers) {
+        read_motion_instances(content, instances->data);
+    } else if (build->call->device->extension.motion_blur_nv &&
+               build->call->command != COMMAND_HOST) {
+        read_array_of_pointers(content, instances->data, read_typed_instance);
+    }
+}

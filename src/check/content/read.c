@@ -1,0 +1,324 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading input data: once from its begin to its end, in place. */
+#include "src/check/content/read.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "rows_by_subject.h"
+#include "src/check/content/micromap.h"
+#include "src/rules/input.h"
+#include "src/rules/predicates.h"
+#include "src/view/geometry_data.h"
+
+const char *content_field(const struct geometry_view *geometry, enum input_role role)
+{
+    return input_data_field(geometry->build->call->command, role);
+}
+
+const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
+{
+    const struct input_memory *memory = content->memory;
+    uint64_t begin, extent;
+    const void *bytes;
+    if (!address.deviceAddress || !count ||
+        __builtin_add_overflow(address.deviceAddress, offset, &begin) ||
+        __builtin_mul_overflow(count - 1, stride, &extent) ||
+        __builtin_add_overflow(extent, size, &extent))
+        return NULL;
+    return memory->find(memory->context, begin, extent, &bytes) == extent ? bytes : NULL;
+}
+
+uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                           uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
+                           const void **bytes)
+{
+    const struct input_memory *memory = content->memory;
+    uint64_t begin, extent;
+    if (!address.deviceAddress || !count ||
+        __builtin_add_overflow(address.deviceAddress, offset, &begin) ||
+        __builtin_mul_overflow(count - 1, stride, &extent) ||
+        __builtin_add_overflow(extent, size, &extent))
+        return 0;
+    return memory->find(memory->context, begin, extent, bytes);
+}
+
+/* Instances of VK_NV_ray_tracing are a parameter of the command, not a geometry. */
+static struct location location_of(const struct geometry_view *geometry)
+{
+    bool is_parameter =
+        geometry->build->call->command == COMMAND_NV && instances_in(geometry->geometry);
+    return walk_location(geometry, is_parameter ? SUBJECT_PARAMETER : SUBJECT_GEOMETRY);
+}
+
+/* Of all data that a rule asks about, the first that breaks it is told. */
+#define ASK_ONCE(name, view)                                                                       \
+    if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
+        content->wants[RULE_##name] = false;                                                       \
+        walk_hand_on(content->walk, RULE_##name, &location, &finding);                             \
+    }
+
+#define ASK_INDICES(name, level) ASK_ONCE(name, indices)
+
+void content_walk_indices(struct content *content, const struct indices_view *indices)
+{
+    const struct location location = walk_location(indices->geometry, SUBJECT_RANGE);
+    struct finding finding;
+    ROWS_OF_indices(ASK_INDICES);
+}
+
+#define ASK_BOX(name, level) ASK_ONCE(name, box)
+
+void content_walk_box(struct content *content, const struct box_view *box)
+{
+    const struct location location = walk_location(box->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_box(ASK_BOX);
+}
+
+#define ASK_RADIUS(name, level) ASK_ONCE(name, radius)
+
+void content_walk_radius(struct content *content, const struct radius_view *radius)
+{
+    const struct location location = walk_location(radius->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_radius(ASK_RADIUS);
+}
+
+#define ASK_TRANSFORM(name, level) ASK_ONCE(name, transform)
+
+void content_walk_transform(struct content *content, const struct transform_view *transform)
+{
+    const struct location location = location_of(transform->geometry);
+    struct finding finding;
+    ROWS_OF_transform(ASK_TRANSFORM);
+}
+
+#define ASK_INSTANCE(name, level) ASK_ONCE(name, instance)
+
+void content_walk_instance(struct content *content, const struct instance_view *instance)
+{
+    const struct location location = location_of(instance->geometry);
+    struct finding finding;
+    ROWS_OF_instance(ASK_INSTANCE);
+}
+
+#define ASK_NV_INSTANCE(name, level) ASK_ONCE(name, nv_instance)
+
+void content_walk_nv_instance(struct content *content, const struct nv_instance_view *nv_instance)
+{
+    const struct location location = location_of(nv_instance->geometry);
+    struct finding finding;
+    ROWS_OF_nv_instance(ASK_NV_INSTANCE);
+}
+
+#define ASK_INSTANCE_POINTER(name, level) ASK_ONCE(name, instance_pointer)
+
+void content_walk_instance_pointer(struct content *content,
+                                   const struct instance_pointer_view *instance_pointer)
+{
+    const struct location location = walk_location(instance_pointer->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_instance_pointer(ASK_INSTANCE_POINTER);
+}
+
+#define ASK_REFERENCE(name, level) ASK_ONCE(name, reference)
+
+void content_walk_reference(struct content *content, const struct reference_view *reference)
+{
+    const struct location location = location_of(reference->geometry);
+    struct finding finding;
+    ROWS_OF_reference(ASK_REFERENCE);
+}
+
+#define ASK_MOTION_INSTANCE(name, level) ASK_ONCE(name, motion_instance)
+
+void content_walk_motion_instance(struct content *content,
+                                  const struct motion_instance_view *motion_instance)
+{
+    const struct location location = walk_location(motion_instance->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_motion_instance(ASK_MOTION_INSTANCE);
+}
+
+#define ASK_MICROMAP_TRIANGLE(name, level) ASK_ONCE(name, micromap_triangle)
+
+void content_walk_micromap_triangle(struct content *content,
+                                    const struct micromap_triangle_view *micromap_triangle)
+{
+    const struct location location = walk_location(micromap_triangle->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_micromap_triangle(ASK_MICROMAP_TRIANGLE);
+}
+
+#define ASK_OPACITY_INDEX(name, level) ASK_ONCE(name, opacity_index)
+
+void content_walk_opacity_index(struct content *content,
+                                const struct opacity_index_view *opacity_index)
+{
+    const struct location location = walk_location(opacity_index->geometry, SUBJECT_GEOMETRY);
+    struct finding finding;
+    ROWS_OF_opacity_index(ASK_OPACITY_INDEX);
+}
+
+/* ---- triangles */
+
+uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t position)
+{
+    uint32_t index = 0;
+    uint16_t narrow;
+    switch (size) {
+    case sizeof(uint32_t):
+        memcpy(&index, indices + position * sizeof(index), sizeof(index));
+        return index;
+    case sizeof(uint16_t):
+        memcpy(&narrow, indices + position * sizeof(narrow), sizeof(narrow));
+        return narrow;
+    default:
+        return indices[position];
+    }
+}
+
+/* The bits that are spent on telling vertices apart: indices beyond them aren't counted. */
+#define COUNTED_MAX (UINT32_C(1) << 27)
+
+/* How many different vertices are used; no more than `enough` are counted. */
+static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t count,
+                               uint64_t enough)
+{
+    uint8_t *seen = calloc(COUNTED_MAX / 8, 1);
+    uint64_t found = 0;
+    for (uint64_t i = 0; seen && i < count && found < enough; i++) {
+        uint32_t index = content_read_index(indices, size, i);
+        uint8_t bit = (uint8_t)(1 << index % 8);
+        if (index >= COUNTED_MAX || (seen[index / 8] & bit))
+            continue;
+        seen[index / 8] |= bit;
+        found++;
+    }
+    free(seen);
+    return found;
+}
+
+/* Only where an index is beyond maxVertex can more vertices be used than there are. */
+static void view_indices(const uint8_t *indices, uint32_t size, struct indices_view *view)
+{
+    uint64_t count = (uint64_t)view->range->primitiveCount * 3;
+    uint32_t first = view->range->firstVertex, max = view->max_vertex;
+    uint64_t limit = first <= max ? (uint64_t)max - first + 1 : 0;
+    for (uint64_t i = 0; i < count; i++) {
+        uint32_t index = content_read_index(indices, size, i);
+        if (index < limit)
+            continue;
+        view->is_beyond = true;
+        view->primitive = (uint32_t)(i / 3);
+        view->index = index;
+        break;
+    }
+    if (view->is_beyond && count > (uint64_t)max + 1)
+        view->consumed = count_vertices(indices, size, count, (uint64_t)max + 2);
+}
+
+/* Those of VK_NV_ray_tracing have no ranges, which the rules are about. */
+static void read_indices(struct content *content,
+                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    uint32_t size = index_type_size(triangles->indexType);
+    uint64_t count = (uint64_t)range->primitiveCount * 3;
+    struct indices_view view = {
+        .geometry = content->range->geometry, .range = range, .max_vertex = triangles->maxVertex};
+    if (size) {
+        const uint8_t *indices =
+            content_find(content, triangles->indexData, range->primitiveOffset, count, size, size);
+        if (!indices)
+            return;
+        view_indices(indices, size, &view);
+    } else if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR) {
+        view.consumed = count;
+    }
+    content_walk_indices(content, &view);
+}
+
+static void read_transform(struct content *content,
+                           const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    struct transform_view view = {.geometry = content->range->geometry};
+    const uint8_t *matrix = content_find(content, triangles->transformData, range->transformOffset,
+                                         range->primitiveCount ? 1 : 0, 0, sizeof(view.matrix));
+    if (!matrix)
+        return;
+    memcpy(&view.matrix, matrix, sizeof(view.matrix));
+    content_walk_transform(content, &view);
+}
+
+/* ---- boxes */
+
+static void read_boxes(struct content *content,
+                       const VkAccelerationStructureGeometryAabbsDataKHR *aabbs)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    struct box_view view = {.geometry = content->range->geometry};
+    const uint8_t *first =
+        content_find(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
+                     aabbs->stride, sizeof(view.positions));
+    if (!first)
+        return;
+    for (; view.primitive < range->primitiveCount; view.primitive++) {
+        memcpy(&view.positions, first + view.primitive * aabbs->stride, sizeof(view.positions));
+        content_walk_box(content, &view);
+    }
+}
+
+/* ---- geometries */
+
+void content_check_geometry(struct walk *walk, const struct range_view *range,
+                            const struct input_memory *memory, const struct chained_input *chained)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
+    struct content content = {.walk = walk, .range = range, .memory = memory, .chained = chained};
+    memcpy(content.wants, walk->wants, sizeof(content.wants));
+    content_keep_count(&content);
+    if (triangles) {
+        if (range->geometry->build->call->command != COMMAND_NV)
+            read_indices(&content, triangles);
+        read_transform(&content, triangles);
+    }
+    if (aabbs)
+        read_boxes(&content, aabbs);
+    if (triangles || aabbs)
+        content_keep(&content);
+    if (range->geometry->build->call->device->extension.linear_swept_spheres_nv)
+        content_read_radii(&content);
+    if (instances)
+        content_read_instances(&content, instances);
+}
+
+/* The host's memory: addresses are pointers. Where probing is forbidden and all counts as readable,
+ * no wild stride may keep the layer busy for hours. */
+#define EXTENT_MAX (SIZE_MAX >> 24)
+
+static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t size,
+                                    const void **bytes)
+{
+    *bytes = (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
+    return size < EXTENT_MAX ? readable_extent(context, *bytes, (size_t)size) : 0;
+}
+
+void check_host_contents(struct walk *walk, const struct range_view *range)
+{
+    const struct input_memory memory = {.find = find_in_host_memory,
+                                        .context = walk->context->readable};
+    /* A driver can be asked for sizes whatever the data says. */
+    uint32_t findings = walk->findings;
+    if (range->range)
+        content_check_geometry(walk, range, &memory, NULL);
+    if ((int)range->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+        check_host_micromap(walk, range->geometry);
+    walk->findings = findings;
+}

@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading what is kept of data for later updates, by the reference builder's own reader. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/bvh/input/source.h"
+#include "src/check/content/read.h"
+#include "src/state/builds/build_info.h"
+#include "src/view/geometry_data.h"
+
+/* Where no multiple of the stride leads to the first vertex there is no such memory, either. */
+uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
+                               uint32_t index_size, uint64_t stride)
+{
+    uint64_t offset;
+    return __builtin_mul_overflow(stride, (uint64_t)range->firstVertex, &offset) ||
+                   __builtin_add_overflow(offset, index_size ? 0 : range->primitiveOffset, &offset)
+               ? UINT64_MAX
+               : offset;
+}
+
+bool content_open_source(const struct content *content, const struct builder_geometry *described,
+                         struct source *source)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = content->range->range->primitiveCount};
+    return source_open(source, false, described, &range);
+}
+
+/* Transforms change nothing about activity. */
+static bool describe_triangles(const struct content *content,
+                               const VkAccelerationStructureGeometryTrianglesDataKHR *from,
+                               struct builder_triangles *to)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const struct vertex_format *format = vertex_format_find(from->vertexFormat);
+    uint32_t size = index_type_size(from->indexType);
+    uint64_t corners = (uint64_t)range->primitiveCount * 3;
+    uint64_t vertices = size ? (uint64_t)from->maxVertex + 1 : corners;
+    if (!format || (!size && from->indexType != VK_INDEX_TYPE_NONE_KHR))
+        return false;
+    *to = (struct builder_triangles){.vertex_format = from->vertexFormat,
+                                     .index_type = from->indexType,
+                                     .max_vertex = from->maxVertex,
+                                     .vertex_stride = from->vertexStride};
+    if (size)
+        to->indices_size = content_find_some(content, from->indexData, range->primitiveOffset,
+                                             corners, size, size, &to->indices);
+    uint64_t offset = content_vertex_offset(range, size, from->vertexStride);
+    to->vertices_size = content_find_some(content, from->vertexData, offset, vertices,
+                                          from->vertexStride, format->size, &to->vertices);
+    return true;
+}
+
+static bool describe(const struct content *content, struct builder_geometry *described)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    *described = (struct builder_geometry){.type = geometry->geometryType};
+    if (triangles)
+        return describe_triangles(content, triangles, &described->triangles);
+    if (!aabbs)
+        return false;
+    described->aabbs.stride = aabbs->stride;
+    described->aabbs.size =
+        content_find_some(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
+                          aabbs->stride, sizeof(VkAabbPositionsKHR), &described->aabbs.data);
+    return true;
+}
+
+static enum source_state read_state(const struct source *source, uint32_t primitive,
+                                    VkGeometryTypeKHR type)
+{
+    struct triangle_record triangle;
+    struct aabb_record box;
+    return type == VK_GEOMETRY_TYPE_AABBS_KHR ? source_aabb(source, primitive, &box)
+                                              : source_triangle(source, primitive, &triangle);
+}
+
+static uint64_t *make_bits(uint32_t count)
+{
+    return calloc((size_t)count / 64 + 1, sizeof(uint64_t));
+}
+
+static void set_inactive(uint64_t *inactive, uint32_t primitive)
+{
+    inactive[primitive / 64] |= UINT64_C(1) << primitive % 64;
+}
+
+/* Nothing is known of a geometry with a primitive of which it isn't, nor of moving ones. */
+static uint64_t *find_inactive(const struct content *content)
+{
+    struct builder_geometry described;
+    struct source source = {0};
+    uint32_t count = content->range->range->primitiveCount;
+    if ((content->range->geometry->build->info->flags &
+         VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) ||
+        !describe(content, &described) || !content_open_source(content, &described, &source))
+        return NULL;
+    uint64_t *inactive = make_bits(count);
+    for (uint32_t i = 0; inactive && i < count; i++) {
+        enum source_state state = read_state(&source, i, described.type);
+        if (state == SOURCE_INACTIVE) {
+            set_inactive(inactive, i);
+        } else if (state != SOURCE_ACTIVE) {
+            free(inactive);
+            return NULL;
+        }
+    }
+    return inactive;
+}
+
+static void keep_indices(const struct content *content, struct geometry_contents *kept)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(content->range->geometry->geometry);
+    uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
+    uint64_t count = (uint64_t)kept->primitive_count * 3;
+    const uint8_t *indices =
+        size ? content_find(content, triangles->indexData, content->range->range->primitiveOffset,
+                            count, size, size)
+             : NULL;
+    if (!indices || !count)
+        return;
+    kept->indices_size = count * size;
+    kept->indices = malloc(kept->indices_size);
+    if (kept->indices)
+        memcpy(kept->indices, indices, kept->indices_size);
+}
+
+/* What the host builds is kept here; for what command buffers build there is a place already. */
+static struct geometry_contents *kept_of(struct content *content)
+{
+    const struct build_view *build = content->range->geometry->build;
+    struct build_contents *there = content->walk->contents;
+    uint32_t index = content->range->geometry->index;
+    if (build->call->command != COMMAND_HOST)
+        return there && index < there->count ? &there->items[index] : NULL;
+    if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
+        !build_is_update(build->info))
+        return NULL;
+    if (!content->walk->contents)
+        content->walk->contents = build_contents_create(build->geometry_count);
+    return content->walk->contents ? &content->walk->contents->items[index] : NULL;
+}
+
+void content_keep_count(struct content *content)
+{
+    struct geometry_contents *kept = kept_of(content);
+    if (!kept)
+        return;
+    kept->count_known = true;
+    kept->primitive_count = content->range->range->primitiveCount;
+}
+
+void content_keep(struct content *content)
+{
+    struct geometry_contents *kept = kept_of(content);
+    if (!kept)
+        return;
+    kept->inactive = find_inactive(content);
+    keep_indices(content, kept);
+}
+
+void content_keep_instance(struct content *content, uint32_t index, uint64_t reference)
+{
+    struct geometry_contents *kept = kept_of(content);
+    if (!kept || content->has_gaps)
+        return;
+    if (!kept->inactive)
+        kept->inactive = make_bits(kept->primitive_count);
+    if (kept->inactive && !reference)
+        set_inactive(kept->inactive, index);
+}
+
+void content_lose_instance(struct content *content)
+{
+    struct geometry_contents *kept = kept_of(content);
+    content->has_gaps = true;
+    if (!kept)
+        return;
+    free(kept->inactive);
+    kept->inactive = NULL;
+}
+
+void content_forget_kept(struct walk *walk)
+{
+    build_contents_release(walk->contents);
+    walk->contents = NULL;
+}

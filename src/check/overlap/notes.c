@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Ranges of a call that are noted, to be swept when it executes. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/check/overlap/sweep.h"
+
+void sweep_note(struct sweep *sweep, const struct noted_range *noted)
+{
+    if (sweep->noted_count == sweep->noted_capacity) {
+        uint32_t capacity = sweep->noted_capacity ? sweep->noted_capacity * 2 : 8;
+        struct noted_range *all = realloc(sweep->noted, capacity * sizeof(*all));
+        if (!all) {
+            sweep->out_of_memory = true;
+            return;
+        }
+        sweep->noted = all;
+        sweep->has_memory = true;
+        sweep->noted_capacity = capacity;
+    }
+    sweep->noted[sweep->noted_count++] = *noted;
+}
+
+struct noted_ranges *sweep_all_ranges(const struct sweep *sweep)
+{
+    size_t most = sweep->noted_count;
+    for (int role = 0; role < ROLE_COUNT; role++)
+        most += sweep->roles[role].count;
+    struct noted_ranges *all =
+        sweep->out_of_memory ? NULL : malloc(sizeof(*all) + most * sizeof(all->items[0]));
+    if (!all)
+        return NULL;
+    *all = (struct noted_ranges){.count = sweep->noted_count};
+    memcpy(all->items, sweep->noted, sweep->noted_count * sizeof(all->items[0]));
+    for (int role = 0; role < ROLE_COUNT; role++)
+        for (uint32_t i = 0; i < sweep->roles[role].count; i++)
+            if (sweep->roles[role].items[i].span.memory)
+                all->items[all->count++] =
+                    (struct noted_range){.range = sweep->roles[role].items[i]};
+    return all;
+}

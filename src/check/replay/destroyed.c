@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What recorded builds use, asked for again at submission: structures and buffers may have been
+ * destroyed, and memory freed, in between. An address that another buffer has taken over meanwhile
+ * is as good as before. */
+#include "src/check/replay/micromap.h"
+#include "src/check/replay/replay.h"
+#include "src/rules/input.h"
+
+static bool is_wanted(const struct replay *replay, const struct journal_entry *entry,
+                      enum rule rule)
+{
+    return replay->active[entry->command][rule];
+}
+
+static void report(struct replay *replay, const struct journal *journal, uint32_t position,
+                   enum rule rule, const struct location *location, const struct finding *finding)
+{
+    replay->locate(replay->user, journal, position, location->build);
+    replay->found(replay->user, rule, location, finding);
+}
+
+/* Structures. */
+
+struct structure_rules {
+    const char *field;
+    enum rule alive, backed;
+};
+
+/* What is asked of structures of either kind. */
+struct structure_state {
+    enum tristate alive, backed;
+    uint64_t id;
+};
+
+static struct structure_state state_of_nv(struct resources *resources, uint64_t handle)
+{
+    struct nv_accel_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
+    resources_end_reading(resources, token);
+    nv_shape_release(facts.created);
+    return (struct structure_state){.alive = facts.alive,
+                                    .backed = facts.binding == NV_MEMORY_FREED ? NO : UNKNOWN,
+                                    .id = facts.id};
+}
+
+static struct structure_state state_of(struct resources *resources, uint64_t handle)
+{
+    struct accel_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
+    resources_end_reading(resources, token);
+    return (struct structure_state){.alive = facts.alive, .backed = facts.backed, .id = facts.id};
+}
+
+static void check_structure(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry, uint64_t handle, uint64_t id,
+                            bool was_backed, const struct structure_rules *rules)
+{
+    bool is_nv = entry->command == COMMAND_NV;
+    struct structure_state state =
+        is_nv ? state_of_nv(replay->resources, handle) : state_of(replay->resources, handle);
+    bool died = state.alive == NO || (state.alive == YES && state.id != id);
+    bool lost_memory = state.alive == YES && was_backed && state.backed == NO;
+    enum rule rule = died ? rules->alive : rules->backed;
+    if ((!died && !lost_memory) || !is_wanted(replay, entry, rule))
+        return;
+    struct location location = {.command = (enum build_command)entry->command,
+                                .subject = is_nv ? SUBJECT_PARAMETER : SUBJECT_BUILD,
+                                .build = entry->info};
+    struct finding finding;
+    finding_says(&finding, rules->field,
+                 died ? "{} was destroyed after the build was recorded"
+                      : "{} lost its memory, or its buffer, after the build was recorded",
+                 object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                              : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                        handle));
+    report(replay, journal, entry->built.position, rule, &location, &finding);
+}
+
+static void check_entry(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
+{
+    static const struct structure_rules dst = {
+        "dstAccelerationStructure", RULE_dst_is_a_valid_handle, RULE_dst_is_backed_by_memory};
+    static const struct structure_rules src = {"srcAccelerationStructure",
+                                               RULE_src_is_a_valid_handle,
+                                               RULE_update_src_is_backed_by_memory};
+    static const struct structure_rules nv_dst = {"dst", RULE_nv_dst_is_a_valid_handle,
+                                                  RULE_nv_dst_is_bound_to_memory};
+    /* Nothing asks whether the source is bound: its memory is never found lost. */
+    static const struct structure_rules nv_src = {"src", RULE_nv_src_is_a_valid_handle, RULE_COUNT};
+    bool is_nv = entry->command == COMMAND_NV;
+    if (entry->kind == JOURNAL_USE_MICROMAP)
+        replay_micromap_death(replay, journal, entry);
+    if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
+        return;
+    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed,
+                    is_nv ? &nv_dst : &dst);
+    if (entry->kind == JOURNAL_UPDATE && entry->src_id && entry->src_id != entry->dst_id)
+        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backed,
+                        is_nv ? &nv_src : &src);
+}
+
+/* Inputs. */
+
+static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
+{
+    if (status == ADDRESS_UNBOUND)
+        return RULE_input_buffer_is_bound;
+    if (input->role == INPUT_SCRATCH)
+        return RULE_build_scratch_is_in_one_buffer;
+    if (input->role == INPUT_UPDATE_SCRATCH)
+        return RULE_update_scratch_is_in_one_buffer;
+    if (input->role == INPUT_INDIRECT)
+        return RULE_indirect_ranges_are_in_one_buffer;
+    return input->role == INPUT_TRANSFORM ? RULE_transform_address_is_valid
+                                          : RULE_input_address_is_in_a_buffer;
+}
+
+static enum subject subject_of_input(enum input_role role)
+{
+    if (role == INPUT_INDIRECT)
+        return SUBJECT_ELEMENT;
+    return role == INPUT_SCRATCH || role == INPUT_UPDATE_SCRATCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY;
+}
+
+static void check_input(struct replay *replay, const struct journal *journal,
+                        const struct journal_input *input)
+{
+    struct address_facts facts;
+    unsigned token = resources_begin_reading(replay->resources);
+    resources_find_address(replay->resources, input->address, &facts);
+    resources_end_reading(replay->resources, token);
+    if (facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND)
+        return;
+    enum rule rule = rule_of_input(input, facts.status);
+    if (!replay->active[input->command][rule])
+        return;
+    struct location location = {.command = (enum build_command)input->command,
+                                .subject = subject_of_input((enum input_role)input->role),
+                                .build = input->info,
+                                .geometry = input->geometry,
+                                .geometry_by_pointer = input->geometry_by_pointer};
+    struct finding finding;
+    finding_says(&finding, input_field((enum input_role)input->role),
+                 facts.status == ADDRESS_NOWHERE
+                     ? "{} was in a buffer that was destroyed after the build was recorded"
+                     : "{} is in a buffer whose memory was freed after the build was recorded",
+                 hex(input->address));
+    report(replay, journal, input->position, rule, &location, &finding);
+}
+
+/* Of the NV command, by handle. */
+static const struct {
+    const char *field;
+    enum rule rule;
+    enum subject subject;
+} nv_inputs[] = {
+    [INPUT_VERTEX] = {"geometry.triangles.vertexData", RULE_nv_vertex_data_is_a_valid_buffer,
+                      SUBJECT_GEOMETRY},
+    [INPUT_INDEX] = {"geometry.triangles.indexData", RULE_nv_index_data_is_null_or_a_valid_buffer,
+                     SUBJECT_GEOMETRY},
+    [INPUT_TRANSFORM] = {"geometry.triangles.transformData",
+                         RULE_nv_transform_data_is_a_valid_buffer, SUBJECT_GEOMETRY},
+    [INPUT_AABBS] = {"geometry.aabbs.aabbData", RULE_nv_aabb_data_is_a_valid_buffer,
+                     SUBJECT_GEOMETRY},
+    [INPUT_INSTANCES] = {"instanceData", RULE_nv_instance_data_is_a_valid_buffer,
+                         SUBJECT_PARAMETER},
+    [INPUT_SCRATCH] = {"scratch", RULE_nv_scratch_is_a_valid_buffer, SUBJECT_PARAMETER},
+};
+
+static void check_nv_input(struct replay *replay, const struct journal *journal,
+                           const struct journal_input *input)
+{
+    struct buffer_facts facts;
+    unsigned token = resources_begin_reading(replay->resources);
+    resources_find_buffer(replay->resources, input->buffer, &facts);
+    resources_end_reading(replay->resources, token);
+    enum rule rule = nv_inputs[input->role].rule;
+    bool died = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
+    if (!died || !replay->active[COMMAND_NV][rule])
+        return;
+    struct location location = {.command = COMMAND_NV,
+                                .subject = nv_inputs[input->role].subject,
+                                .geometry = input->geometry};
+    struct finding finding;
+    finding_says(&finding, nv_inputs[input->role].field,
+                 "{} was destroyed after the build was recorded",
+                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer));
+    report(replay, journal, input->position, rule, &location, &finding);
+}
+
+static void check_inputs(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start_inputs(journal);
+    for (const struct journal_input *input; (input = journal_next_input(&cursor));)
+        if (input->command == COMMAND_NV)
+            check_nv_input(replay, journal, input);
+        else
+            check_input(replay, journal, input);
+}
+
+void replay_deaths(struct replay *replay, const struct journal *journal)
+{
+    bool any_died = journal->deaths != resources_deaths(replay->resources);
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_EXECUTE)
+            replay_deaths(replay, entry->secondary);
+        else if (any_died)
+            check_entry(replay, journal, entry);
+    }
+    if (any_died)
+        check_inputs(replay, journal);
+}

@@ -1,0 +1,431 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Replaying journals. */
+#include "src/check/replay/replay.h"
+
+#include <string.h>
+
+#include "src/check/replay/contents.h"
+#include "src/check/replay/micromap.h"
+#include "src/check/replay/states.h"
+#include "src/state/builds/built_flags.h"
+
+/* Judging. */
+
+/* Most updates have no findings: only those that do are worth locating. */
+static bool hand_on(void *user, enum rule rule, const struct location *location,
+                    const struct finding *finding)
+{
+    const struct update_judgement *judgement = user;
+    struct replay *replay = judgement->replay;
+    replay->locate(replay->user, judgement->journal, judgement->entry->built.position,
+                   judgement->entry->info);
+    return replay->found(replay->user, rule, location, finding);
+}
+
+static const struct check_hooks hooks = {.found = hand_on};
+
+void update_judgement_begin(struct update_judgement *judgement, struct replay *replay,
+                            const struct journal *journal, const struct journal_entry *entry)
+{
+    enum build_command command = (enum build_command)entry->command;
+    *judgement = (struct update_judgement){
+        .replay = replay,
+        .journal = journal,
+        .entry = entry,
+        .context = {.hooks = &hooks, .user = judgement},
+        .walk = {.context = &judgement->context, .wants = replay->active[command]},
+        .location = {.command = command,
+                     .subject = command == COMMAND_NV ? SUBJECT_PARAMETER : SUBJECT_BUILD,
+                     .build = entry->info,
+                     .geometry_by_pointer = entry->geometry_by_pointer},
+    };
+}
+
+void judge_geometries(struct walk *walk, const struct update_view *update,
+                      const struct location *build)
+{
+    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
+    if (!asked || !source || asked->count != source->count)
+        return;
+    struct location location = *build;
+    for (uint32_t i = 0; i < asked->count; i++) {
+        struct updated_geometry_view geometry = {
+            .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
+        location.geometry = i;
+        location.subject =
+            build->command == COMMAND_NV && asked->items[i].type == VK_GEOMETRY_TYPE_INSTANCES_KHR
+                ? SUBJECT_PARAMETER
+                : SUBJECT_GEOMETRY;
+        walk_updated_geometry(walk, &geometry, &location);
+        judge_updated_micromap(walk, &geometry, &location);
+    }
+}
+
+static void judge_dense(struct walk *walk, const struct update_view *update,
+                        const struct location *build)
+{
+    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
+    if (!asked || !source || asked->count != source->count)
+        return;
+    struct location location = *build;
+    location.subject = SUBJECT_GEOMETRY;
+    const struct dense_shape *now = built_dense_shapes(asked), *then = built_dense_shapes(source);
+    const struct dense_shape *end = then + source->dense_count;
+    for (uint32_t i = 0; i < asked->dense_count; i++, now++) {
+        while (then < end && then->geometry < now->geometry)
+            then++;
+        if (then == end || then->geometry != now->geometry)
+            continue;
+        struct updated_dense_view dense = {.update = update, .asked = now, .source = then};
+        location.geometry = now->geometry;
+        walk_updated_dense(walk, &dense, &location);
+    }
+}
+
+/* What the dst of an update needs at least: the size of a build, or, of a compacted source, that to
+ * which its build compacts. 0 where neither is known. */
+static VkDeviceSize size_needed(const struct geometry_shapes *asked, const struct built *source)
+{
+    VkDeviceSize compacted = source->compacted_size ? source->compacted_size->size : 0;
+    if (!source->compacted)
+        return asked->needed_size;
+    return compacted < asked->needed_size ? compacted : asked->needed_size;
+}
+
+static void judge_size(struct walk *walk, const struct journal_entry *entry,
+                       const struct built *source, const struct location *location)
+{
+    const struct geometry_shapes *asked = entry->built.shapes;
+    struct finding finding;
+    if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(asked, source) ||
+        !walk->wants[RULE_dst_is_large_enough])
+        return;
+    struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
+    if (source->compacted)
+        finding_says(
+            &finding, "dstAccelerationStructure",
+            "{} was created with size {}, less than the compacted size of its source ({}), as "
+            "that was queried, and than accelerationStructureSize ({})",
+            dst, number(asked->dst_size), number(source->compacted_size->size),
+            number(asked->needed_size));
+    else
+        finding_says(
+            &finding, "dstAccelerationStructure",
+            "{} was created with size {}, less than accelerationStructureSize ({}), and its "
+            "source is not compacted",
+            dst, number(asked->dst_size), number(asked->needed_size));
+    walk->context->hooks->found(walk->context->user, RULE_dst_is_large_enough, location, &finding);
+}
+
+static void judge(struct replay *replay, const struct journal *journal,
+                  const struct journal_entry *entry, const struct built *source)
+{
+    if (source->state == BUILT_UNKNOWN || source->state == BUILT_FILLED ||
+        entry->built.state == BUILT_UNKNOWN)
+        return;
+    struct update_judgement judgement;
+    update_judgement_begin(&judgement, replay, journal, entry);
+    struct update_view update = {.command = judgement.location.command,
+                                 .src = entry->src,
+                                 .asked = &entry->built,
+                                 .source = source};
+    walk_update(&judgement.walk, &update, &judgement.location);
+    judge_geometries(&judgement.walk, &update, &judgement.location);
+    judge_dense(&judgement.walk, &update, &judgement.location);
+    judge_size(&judgement.walk, entry, source, &judgement.location);
+}
+
+/* What the command buffer knows by itself. A source that it does not know makes its result unknown
+ * to it, too: that is for the submission to tell. */
+
+static void keep_copy(struct build_states *known, const struct journal_entry *entry)
+{
+    const struct build_state *source = build_states_find(known, entry->src_id);
+    if (!source) {
+        build_states_remove(known, entry->dst_id);
+        return;
+    }
+    struct built copy = source->built;
+    if (copy.state == BUILT_FILLED)
+        copy = built_unknown;
+    if (entry->kind == JOURNAL_COMPACT)
+        copy.compacted = true;
+    build_states_set(known, entry->dst_id, &copy, moment_never());
+}
+
+static void keep_entries(struct build_states *known, struct journal_cursor cursor);
+
+static void keep_entry(struct build_states *known, const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_BUILD:
+        build_states_set(known, entry->dst_id, &entry->built, moment_never());
+        break;
+    case JOURNAL_UPDATE:
+    case JOURNAL_COPY:
+    case JOURNAL_COMPACT:
+        keep_copy(known, entry);
+        break;
+    case JOURNAL_FILL:
+        build_states_set(known, entry->dst_id, &built_filled, moment_never());
+        break;
+    case JOURNAL_EXECUTE:
+        keep_entries(known, journal_start(entry->secondary));
+        break;
+    /* The host may have built anything meanwhile. */
+    case JOURNAL_WAIT_EVENT:
+        build_states_release(known);
+        break;
+    case JOURNAL_USE_MICROMAP:
+    case JOURNAL_RANGES:
+    case JOURNAL_BIND:
+    case JOURNAL_QUERY:
+    case JOURNAL_RESET_QUERIES:
+    case JOURNAL_ANSWER:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
+        break;
+    }
+}
+
+/* Secondary command buffers nest as deep as the device allows (VK_EXT_nested_command_buffer). */
+static void keep_entries(struct build_states *known, struct journal_cursor cursor)
+{
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        keep_entry(known, entry);
+}
+
+/* Entries before `mark`, when the first that asks for a source comes. */
+static void learn(struct command_buffer *command_buffer, const struct journal_mark *mark)
+{
+    struct journal_cursor cursor = journal_start(command_buffer->journal);
+    struct journal_cursor end = journal_start_after(command_buffer->journal, mark);
+    const struct journal_entry *stop = journal_next(&end);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor)) && entry != stop;)
+        keep_entry(&command_buffer->known, entry);
+    command_buffer->knows = true;
+}
+
+void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
+                     const struct journal_mark *mark)
+{
+    struct journal *journal = command_buffer->journal;
+    struct journal_cursor cursor = journal_start_after(journal, mark);
+    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (!command_buffer->knows && journal_asks(entry))
+            learn(command_buffer, mark);
+        if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
+            replay_record_micromap(replay, &command_buffer->known, journal, entry);
+        if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
+            continue;
+        const struct build_state *source = build_states_find(&command_buffer->known, entry->src_id);
+        if (!source)
+            continue;
+        entry->judged = true;
+        judge(replay, journal, entry, &source->built);
+    }
+}
+
+void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark)
+{
+    if (command_buffer->knows)
+        keep_entries(&command_buffer->known, journal_start_after(command_buffer->journal, mark));
+}
+
+/* Submissions. */
+
+static void write_build(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
+{
+    struct built built = entry->built;
+    replay_note_build(replay, journal, entry, &built);
+    replay_write(replay, entry->dst_id, &built);
+}
+
+static void write_copy(struct replay *replay, const struct journal_entry *entry)
+{
+    struct built copy = *replay_read(replay, entry);
+    if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
+        copy = built_unknown;
+    /* An update of what is not compacted may compact to another size, and so may what is compacted
+     * again; of that nothing is known. */
+    if (copy.compacted ? entry->kind == JOURNAL_COMPACT : entry->kind == JOURNAL_UPDATE)
+        copy.compacted_size = NULL;
+    if (entry->kind == JOURNAL_COMPACT)
+        copy.compacted = true;
+    replay_write(replay, entry->dst_id, &copy);
+}
+
+static void write_entry(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_BUILD:
+        write_build(replay, journal, entry);
+        break;
+    case JOURNAL_UPDATE:
+        replay_note_update(replay, journal, entry);
+        write_copy(replay, entry);
+        break;
+    case JOURNAL_COPY:
+    case JOURNAL_COMPACT:
+        write_copy(replay, entry);
+        break;
+    case JOURNAL_FILL:
+        replay_write(replay, entry->dst_id, &built_filled);
+        break;
+    case JOURNAL_USE_MICROMAP:
+        replay_note_micromap(replay, journal, entry);
+        break;
+    case JOURNAL_RANGES:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
+    case JOURNAL_WAIT_EVENT:
+        break;
+    case JOURNAL_BIND:
+        replay_bind(replay, entry);
+        break;
+    case JOURNAL_EXECUTE:
+        replay_submitted(replay, entry->secondary);
+        break;
+    case JOURNAL_QUERY:
+        replay_query(replay, entry);
+        break;
+    case JOURNAL_RESET_QUERIES:
+        replay_reset_queries(replay, entry);
+        break;
+    case JOURNAL_ANSWER:
+        replay_answer(replay, journal->host, entry);
+        break;
+    }
+}
+
+/* What a build that uses sparse buffers finds bound to them. */
+static void judge_sparse(struct replay *replay, const struct journal *journal,
+                         const struct journal_entry *entry)
+{
+    if (entry->dst_in_pieces || entry->src_in_pieces)
+        replay_backing(replay, journal, entry);
+    if (entry->kind == JOURNAL_RANGES)
+        replay_ranges(replay, journal, entry);
+}
+
+static void judge_live(struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry)
+{
+    if (entry->kind == JOURNAL_UPDATE)
+        judge(replay, journal, entry, replay_read(replay, entry));
+    if (entry->kind == JOURNAL_USE_MICROMAP)
+        replay_submit_micromap(replay, journal, entry);
+}
+
+static void submit_entry(struct replay *replay, const struct journal *journal,
+                         const struct journal_entry *entry)
+{
+    if (!entry->judged)
+        judge_live(replay, journal, entry);
+    judge_sparse(replay, journal, entry);
+    write_entry(replay, journal, entry);
+}
+
+/* Most of a replay is waiting for live states, which lie in no order: those of so many entries are
+ * fetched together. */
+enum { ENTRIES_TOGETHER = 16 };
+
+static uint32_t next_entries(struct journal_cursor *cursor,
+                             const struct journal_entry *entries[ENTRIES_TOGETHER])
+{
+    uint32_t count = 0;
+    while (count < ENTRIES_TOGETHER && (entries[count] = journal_next(cursor)))
+        count++;
+    return count;
+}
+
+static void fetch_states(const struct build_states *states,
+                         const struct journal_entry *const entries[], uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        build_states_expect(states, entries[i]->dst_id);
+    for (uint32_t i = 0; i < count; i++)
+        build_states_expect_found(states, entries[i]->dst_id);
+}
+
+void replay_submitted(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    const struct journal_entry *entries[ENTRIES_TOGETHER];
+    for (uint32_t count; (count = next_entries(&cursor, entries));) {
+        fetch_states(replay->states, entries, count);
+        for (uint32_t i = 0; i < count; i++)
+            submit_entry(replay, journal, entries[i]);
+    }
+}
+
+/* Work of the host. */
+
+void replay_judge_work(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        judge_live(replay, journal, entry);
+        judge_sparse(replay, journal, entry);
+    }
+}
+
+/* Queries are read and reset at once. */
+static bool writes_a_structure(const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_BUILD:
+    case JOURNAL_UPDATE:
+    case JOURNAL_COPY:
+    case JOURNAL_COMPACT:
+    case JOURNAL_FILL:
+        return true;
+    case JOURNAL_USE_MICROMAP:
+    case JOURNAL_RANGES:
+    case JOURNAL_BIND:
+    case JOURNAL_EXECUTE:
+    case JOURNAL_QUERY:
+    case JOURNAL_RESET_QUERIES:
+    case JOURNAL_ANSWER:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
+    case JOURNAL_WAIT_EVENT:
+        break;
+    }
+    return false;
+}
+
+void replay_begin_work(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (!writes_a_structure(entry))
+            continue;
+        built_flags_forget(replay->flags, entry->dst_id);
+        if (!build_states_add_writer(replay->states, entry->dst_id))
+            replay->out_of_memory = true;
+    }
+}
+
+static void remove_writers(struct replay *replay, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        struct build_state *state = build_states_find(replay->states, entry->dst_id);
+        if (writes_a_structure(entry) && state && state->host_writers)
+            state->host_writers--;
+    }
+}
+
+void replay_end_work(struct replay *replay, const struct journal *journal, bool failed)
+{
+    remove_writers(replay, journal);
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (!failed)
+            write_entry(replay, journal, entry);
+        else if (writes_a_structure(entry))
+            replay_write(replay, entry->dst_id, &built_unknown);
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Sparse buffers, in the order of execution: what is bound to them, and what of that the builds
+ * find when they execute. */
+#include "src/check/overlap/pairs.h"
+#include "src/check/replay/states.h"
+
+void replay_bind(struct replay *replay, const struct journal_entry *entry)
+{
+    const struct sparse_binding binding = journal_binding(entry);
+    resources_bind_sparse(replay->resources, &binding, replay->now, replay->follows);
+}
+
+/* ---- structures */
+
+static void report_missing(struct replay *replay, const struct journal *journal,
+                           const struct journal_entry *entry, uint64_t handle, enum rule rule,
+                           const struct sparse_bytes *missing)
+{
+    bool is_dst = rule == RULE_dst_is_backed_by_memory;
+    struct location location = {.command = (enum build_command)entry->command,
+                                .subject = SUBJECT_BUILD,
+                                .build = entry->info};
+    struct finding finding;
+    finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
+                 "{} lies in {}, of whose bytes [{}, {}) are not bound to live memory",
+                 object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle),
+                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)missing->buffer),
+                 hex(missing->begin), hex(missing->end));
+    replay->locate(replay->user, journal, entry->built.position, entry->info);
+    replay->found(replay->user, rule, &location, &finding);
+}
+
+static void check_structure(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry, uint64_t handle, uint64_t id,
+                            enum rule rule)
+{
+    struct accel_facts facts;
+    unsigned token = resources_begin_reading(replay->resources);
+    resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
+    resources_end_reading(replay->resources, token);
+    if (facts.id != id || !facts.in_pieces || !replay->active[entry->command][rule])
+        return;
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + facts.size};
+    struct sparse_bytes missing;
+    if (resources_sparse_backing(replay->resources, &bytes, replay->follows, &missing) == NO)
+        report_missing(replay, journal, entry, handle, rule, &missing);
+}
+
+void replay_backing(struct replay *replay, const struct journal *journal,
+                    const struct journal_entry *entry)
+{
+    if (!replay->predecessors_known)
+        return;
+    if (entry->dst_in_pieces)
+        check_structure(replay, journal, entry, entry->dst, entry->dst_id,
+                        RULE_dst_is_backed_by_memory);
+    if (entry->src_in_pieces && entry->kind == JOURNAL_UPDATE && entry->src_id != entry->dst_id)
+        check_structure(replay, journal, entry, entry->src, entry->src_id,
+                        RULE_update_src_is_backed_by_memory);
+}
+
+/* ---- ranges */
+
+struct range_judgement {
+    struct replay *replay;
+    const struct journal *journal;
+    uint32_t position; /* of the call's first build */
+};
+
+static bool hand_on(void *user, enum rule rule, const struct location *location,
+                    const struct finding *finding)
+{
+    const struct range_judgement *judgement = user;
+    struct replay *replay = judgement->replay;
+    replay->locate(replay->user, judgement->journal, judgement->position + location->build,
+                   location->build);
+    return replay->found(replay->user, rule, location, finding);
+}
+
+/* The ranges of the call, and what becomes of the one in hand. */
+struct range_search {
+    struct sweep sweep;
+    struct used_range range;
+};
+
+static void add_piece(void *user, const struct memory_span *piece)
+{
+    struct range_search *search = user;
+    search->range.span = *piece;
+    sweep_add(&search->sweep, &search->range);
+}
+
+static void find_ranges(struct replay *replay, const struct noted_ranges *noted,
+                        struct range_search *search)
+{
+    for (uint32_t i = 0; i < noted->count; i++) {
+        search->range = noted->items[i].range;
+        if (search->range.in_pieces)
+            resources_find_pieces(replay->resources, &noted->items[i].bytes, replay->follows,
+                                  add_piece, search);
+        else
+            sweep_add(&search->sweep, &search->range);
+    }
+}
+
+/* What has died meanwhile has been reported, and its memory may be another's. */
+void replay_ranges(struct replay *replay, const struct journal *journal,
+                   const struct journal_entry *entry)
+{
+    if (!replay->predecessors_known || !entry->ranges ||
+        journal->deaths != resources_deaths(replay->resources))
+        return;
+    struct range_judgement judgement = {replay, journal, entry->ranges->position};
+    static const struct check_hooks hooks = {.found = hand_on};
+    struct check_context context = {.hooks = &hooks,
+                                    .level = LEVEL_EXECUTION,
+                                    .active = replay->active[entry->command],
+                                    .user = &judgement};
+    const struct call_view call = {.command = (enum build_command)entry->command};
+    struct range_search search;
+    struct walk walk;
+    walk_start(&walk, &context);
+    sweep_init(&search.sweep);
+    find_ranges(replay, entry->ranges, &search);
+    pairs_walk_pieces(&walk, &call, &search.sweep);
+    sweep_release(&search.sweep);
+}

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading and writing live states in the order of execution. */
+#include "src/check/replay/states.h"
+
+#include "src/state/builds/built_flags.h"
+
+const struct built built_unknown = {.state = BUILT_UNKNOWN};
+const struct built built_filled = {.state = BUILT_FILLED};
+static const struct built never = {.state = BUILT_NEVER};
+
+/* Whether the batch certainly sees what was written then. */
+static bool is_settled(const struct replay *replay, struct moment written)
+{
+    bool is_own = written.queue == replay->now.queue && written.count == replay->now.count;
+    return !written.count || (is_own && !replay->unordered) ||
+           execution_clock_has(replay->follows, written);
+}
+
+static enum resource_kind kind_of_source(const struct journal_entry *entry)
+{
+    if (entry->kind == JOURNAL_USE_MICROMAP && entry->micromap.is_ext)
+        return RESOURCE_MICROMAP;
+    return entry->command == COMMAND_NV ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
+}
+
+static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)
+{
+    return resources_find_id(replay->resources, kind_of_source(entry), entry->src) == entry->src_id;
+}
+
+/* A structure that nobody wrote has never been built; but what is known of one goes with it when it
+ * is destroyed. */
+const struct built *replay_read(struct replay *replay, const struct journal_entry *entry)
+{
+    const struct build_state *state = build_states_find(replay->states, entry->src_id);
+    if (!entry->src_id || !replay->predecessors_known || replay->out_of_memory)
+        return &built_unknown;
+    if (!state)
+        return replay->never_is_certain && source_is_alive(replay, entry) ? &never : &built_unknown;
+    return !state->host_writers && is_settled(replay, state->written) ? &state->built
+                                                                      : &built_unknown;
+}
+
+static void note_before(struct replay *replay, uint64_t id, struct build_state *before)
+{
+    if (replay->undo && !build_undo_note(replay->undo, id, before))
+        replay->out_of_memory = true;
+}
+
+/* Two writes without an order between them leave open for good which came last. */
+void replay_write(struct replay *replay, uint64_t id, const struct built *built)
+{
+    struct build_state *before = build_states_find(replay->states, id);
+    bool contested = before && (before->host_writers || !is_settled(replay, before->written));
+    struct moment written = contested ? moment_never() : replay->now;
+    if (contested)
+        built = &built_unknown;
+    if (!id)
+        return;
+    note_before(replay, id, before);
+    built_flags_write(replay->flags, id, built, written);
+    if (before)
+        build_state_replace(before, built, written);
+    else if (!build_states_set(replay->states, id, built, written))
+        replay->out_of_memory = true;
+}
+
+void replay_erase(struct replay *replay, uint64_t id)
+{
+    struct build_state *before = build_states_find(replay->states, id);
+    if (!before)
+        return;
+    note_before(replay, id, before);
+    build_states_remove(replay->states, id);
+}

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scenes for tracing. */
+#include "src/cpu/trees/scene.h"
+
+#include "src/cpu/trees/bytes.h"
+
+/* Looked for when a ray meets what has one; they mean what they do now. */
+static void open_micromaps(struct cpu_scene *scene)
+{
+    cpu_pins_init(&scene->micromaps, scene->device->structures);
+    cpu_pins_hold(&scene->micromaps);
+    scene->traced.micromaps = cpu_pins_micromaps(&scene->micromaps);
+}
+
+VkResult cpu_scene_open(struct cpu_device *device, uint64_t handle, enum trace_accuracy accuracy,
+                        struct cpu_scene *scene)
+{
+    *scene = (struct cpu_scene){.device = device};
+    scene->tree = cpu_structures_tree(device->structures, handle);
+    const void *bytes = scene->tree ? cpu_tree_read(scene->tree) : NULL;
+    if (!bytes || micromap_is(bytes)) {
+        cpu_tree_release(scene->tree);
+        return VK_ERROR_VALIDATION_FAILED;
+    }
+    cpu_pins_init(&scene->pins, device->structures);
+    scene->traced = (struct trace_scene){
+        .structure = bytes,
+        .accuracy = accuracy,
+        .resolver = cpu_pins_collected(&scene->pins),
+        .counters = &scene->counters,
+    };
+    if (device->has_micromaps)
+        open_micromaps(scene);
+    if (cpu_pins_collect(&scene->pins, bytes))
+        return VK_SUCCESS;
+    cpu_scene_close(scene);
+    return VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+void cpu_scene_close(struct cpu_scene *scene)
+{
+    struct cpu_counters *counters = &scene->device->counters;
+    cpu_count(&counters->rays, scene->rays);
+    cpu_count(&counters->nodes_visited, scene->counters.nodes);
+    cpu_count(&counters->instances_entered, scene->counters.instances);
+    cpu_count(&counters->primitives_tested, scene->counters.primitives);
+    cpu_count(&counters->exact_calls, scene->counters.exact_calls);
+    cpu_count(&counters->micromaps_read, scene->counters.micromaps);
+    if (scene->device->has_micromaps)
+        cpu_pins_release(&scene->micromaps);
+    cpu_pins_release(&scene->pins);
+    cpu_tree_release(scene->tree);
+}

@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Trees: reference counts, and work that is done late. */
+#include "src/cpu/trees/tree.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "src/cpu/trees/bytes.h"
+
+struct cpu_tree {
+    atomic_uint references;
+    void *bytes;
+    /* of trees that are made late; the lock guards the work, and `bytes` as long as it waits */
+    pthread_mutex_t lock;
+    atomic_bool is_waiting;
+    bool is_top_level;         /* for as long */
+    struct cpu_tree_work work; /* make is NULL once it has run */
+};
+
+struct cpu_tree *cpu_tree_create(void)
+{
+    struct cpu_tree *tree = calloc(1, sizeof(*tree));
+    if (!tree)
+        return NULL;
+    atomic_init(&tree->references, 1);
+    pthread_mutex_init(&tree->lock, NULL);
+    return tree;
+}
+
+struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work)
+{
+    struct cpu_tree *tree = cpu_tree_create();
+    if (tree) {
+        atomic_init(&tree->is_waiting, true);
+        tree->is_top_level = work->is_top_level;
+        tree->work = *work;
+    }
+    return tree;
+}
+
+struct cpu_tree *cpu_tree_keep(struct cpu_tree *tree)
+{
+    atomic_fetch_add_explicit(&tree->references, 1, memory_order_relaxed);
+    return tree;
+}
+
+void cpu_tree_release(struct cpu_tree *tree)
+{
+    if (!tree || atomic_fetch_sub_explicit(&tree->references, 1, memory_order_acq_rel) != 1)
+        return;
+    if (tree->work.make)
+        tree->work.release(tree->work.context);
+    pthread_mutex_destroy(&tree->lock);
+    free(tree->bytes);
+    free(tree);
+}
+
+void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size)
+{
+    const uint64_t mask = BUILDER_ALIGNMENT - 1;
+    if (size > SIZE_MAX - mask)
+        return NULL;
+    tree->bytes = aligned_alloc(BUILDER_ALIGNMENT, (size + mask) & ~mask);
+    return tree->bytes;
+}
+
+static void make(struct cpu_tree *tree)
+{
+    struct cpu_tree_work work = tree->work;
+    tree->work.make = NULL;
+    if (work.make(work.context, tree) != VK_SUCCESS) {
+        free(tree->bytes);
+        tree->bytes = NULL;
+    }
+    work.release(work.context);
+    atomic_store_explicit(&tree->is_waiting, false, memory_order_release);
+}
+
+const void *cpu_tree_read(struct cpu_tree *tree)
+{
+    if (!atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
+        return tree->bytes;
+    pthread_mutex_lock(&tree->lock);
+    if (tree->work.make)
+        make(tree);
+    const void *bytes = tree->bytes;
+    pthread_mutex_unlock(&tree->lock);
+    return bytes;
+}
+
+struct cpu_tree *cpu_tree_start(struct cpu_tree *tree)
+{
+    struct cpu_tree *start = NULL;
+    if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire)) {
+        pthread_mutex_lock(&tree->lock);
+        if (tree->work.make && tree->work.start)
+            start = cpu_tree_keep(tree->work.start);
+        pthread_mutex_unlock(&tree->lock);
+    }
+    if (!start)
+        return tree;
+    cpu_tree_release(tree);
+    return start;
+}
+
+bool cpu_tree_is_top_level(const struct cpu_tree *tree)
+{
+    if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
+        return tree->is_top_level;
+    return tree->bytes &&
+           bytes_are_of_level(tree->bytes, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+}

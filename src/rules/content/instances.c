@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about plain instances, and about what instances of any kind refer to. */
+#include "src/check/content/read.h"
+#include "src/rules/predicates.h"
+#include "src/view/enabled.h"
+
+static const struct device_facts *device_of(const struct instance_view *view)
+{
+    return view->geometry->build->call->device;
+}
+
+/* Of instances with motion, that is what makes their member no valid structure. The bits of
+ * micromaps have a rule of their own. */
+bool instance_flags_are_valid(const struct instance_view *instance, struct finding *finding)
+{
+    const struct device_facts *device = device_of(instance);
+    VkGeometryInstanceFlagsKHR flags = instance->instance.flags;
+    VkGeometryInstanceFlagsKHR unknown =
+        flags & ~instance_flags_enabled(device) & ~micromap_instance_flags;
+    return !unknown || instance->has_motion || device->newer_than_registry ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose flags {} have bits {}, which no "
+                    "VkGeometryInstanceFlagBitsKHR is",
+                    number(instance->index), hex(flags), hex(unknown));
+}
+
+bool instance_micromap_flags_have_their_feature(const struct instance_view *instance,
+                                                struct finding *finding)
+{
+    const struct device_facts *device = device_of(instance);
+    VkGeometryInstanceFlagsKHR flags = instance->instance.flags & micromap_instance_flags;
+    return !flags || device->micromap.ext || device->micromap.khr || device->newer_than_registry ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose flags {} have bits {} of micromaps, but the "
+                    "feature micromap is not enabled",
+                    number(instance->index), hex(instance->instance.flags), hex(flags));
+}
+
+static bool disables_what_may_be(const struct instance_view *instance, struct finding *finding)
+{
+    return instance->allows_disabling != NO ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose flags {} disable micromaps, but {} was built "
+                    "without VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT",
+                    number(instance->index), hex(instance->instance.flags),
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                           (uint64_t)(uintptr_t)instance->referenced.handle));
+}
+
+/* The registry states it of the instance, and of the command that builds it: both ids are told. */
+bool instance_disables_micromaps_only_if_its_blas_allows(const struct instance_view *instance,
+                                                         struct finding *finding)
+{
+    return disables_what_may_be(instance, finding);
+}
+
+bool instances_disable_micromaps_only_if_their_blas_allows(const struct instance_view *instance,
+                                                           struct finding *finding)
+{
+    return disables_what_may_be(instance, finding);
+}
+
+/* An instance without a structure is inactive, not wrong. Those with motion have a rule of their
+ * own. */
+bool instance_references_are_valid_handles(const struct instance_view *instance,
+                                           struct finding *finding)
+{
+    const struct accel_facts *referenced = &instance->referenced;
+    return instance->has_motion || !referenced->handle || referenced->alive != NO ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose accelerationStructureReference {} is not an "
+                    "acceleration structure of this device",
+                    number(instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
+}
+
+/* One that refers to nothing is inactive. */
+bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_instance,
+                                             struct finding *finding)
+{
+    enum nv_reference refers_to = nv_instance->refers_to;
+    return (refers_to != NV_REFERENCE_TOP_LEVEL && refers_to != NV_REFERENCE_OF_NOBODY) ||
+           violated(finding, "instanceData",
+                    "leads to instance {}, whose accelerationStructureReference {} {}",
+                    number(nv_instance->index), hex(nv_instance->reference),
+                    text(refers_to == NV_REFERENCE_TOP_LEVEL
+                             ? "is the handle of a top-level structure"
+                             : "was never returned by vkGetAccelerationStructureHandleNV"));
+}
+
+bool nv_instance_references_are_of_live_structures(const struct nv_instance_view *nv_instance,
+                                                   struct finding *finding)
+{
+    return nv_instance->refers_to != NV_REFERENCE_DESTROYED ||
+           violated(finding, "instanceData",
+                    "leads to instance {}, whose accelerationStructureReference {} was returned by "
+                    "vkGetAccelerationStructureHandleNV for a structure that was destroyed before "
+                    "the build was submitted",
+                    number(nv_instance->index), hex(nv_instance->reference));
+}
+
+/* Also micromaps are VkAccelerationStructureKHR; what is of no type yet may have become a BLAS. */
+static bool is_no_blas(const struct accel_facts *referenced)
+{
+    return referenced->alive == YES && referenced->details_known &&
+           referenced->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
+           referenced->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
+}
+
+bool instance_references_are_zero_or_a_blas(const struct instance_view *instance,
+                                            struct finding *finding)
+{
+    const struct accel_facts *referenced = &instance->referenced;
+    uint64_t reference = instance->instance.accelerationStructureReference;
+    if (!reference || device_of(instance)->has_other_builders)
+        return true;
+    if (is_no_blas(referenced))
+        return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                        "leads to instance {}, whose accelerationStructureReference {} is the "
+                        "address of {}, which is not a bottom-level acceleration structure",
+                        number(instance->index), hex(reference),
+                        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                               (uint64_t)(uintptr_t)referenced->handle));
+    return referenced->alive != NO ||
+           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, whose accelerationStructureReference {} is not the "
+                    "address of an acceleration structure of this device",
+                    number(instance->index), hex(reference));
+}
+
+/* The pointers to them. */
+
+bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *instance_pointer,
+                                           struct finding *finding)
+{
+    return instance_pointer->address % 16 == 0 ||
+           violated(finding, content_field(instance_pointer->geometry, INPUT_INSTANCES),
+                    "leads to pointer {}, which is {}, not a multiple of 16",
+                    number(instance_pointer->index), hex(instance_pointer->address));
+}
+
+/* What they refer to. */
+
+static struct value structure(const struct reference_view *reference)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                  (uint64_t)(uintptr_t)reference->referenced.handle);
+}
+
+static struct value buffer(const struct reference_view *reference)
+{
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)reference->referenced.buffer);
+}
+
+#define REFERS_TO "leads to instance {}, which refers to {}, "
+
+bool instances_are_backed_by_memory(const struct reference_view *reference, struct finding *finding)
+{
+    return reference->referenced.backed != NO ||
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
+                    REFERS_TO "whose {} is not bound to live memory there",
+                    number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_are_host_visible(const struct reference_view *reference, struct finding *finding)
+{
+    return reference->referenced.host_visible != NO ||
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
+                    REFERS_TO
+                    "whose {} is bound to memory without "
+                    "VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT",
+                    number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_have_one_memory_instance(const struct reference_view *reference,
+                                        struct finding *finding)
+{
+    return reference->referenced.multi_instance != YES ||
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
+                    REFERS_TO
+                    "whose {} is bound to memory that was allocated with an instance for "
+                    "each of several physical devices",
+                    number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_were_created_with_a_buffer(const struct reference_view *reference,
+                                          struct finding *finding)
+{
+    return !reference->referenced.by_address ||
+           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
+                    REFERS_TO
+                    "which was created with vkCreateAccelerationStructure2KHR, not "
+                    "vkCreateAccelerationStructureKHR",
+                    number(reference->instance), structure(reference));
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about the data of triangles and boxes, and about transforms. */
+#include <math.h>
+
+#include "src/bvh/bvh.h"
+#include "src/check/content/read.h"
+#include "src/rules/predicates.h"
+
+/* Vertices. */
+
+bool indices_are_within_max_vertex(const struct indices_view *indices, struct finding *finding)
+{
+    uint32_t first = indices->range->firstVertex;
+    return !indices->is_beyond ||
+           violated(finding, "firstVertex",
+                    "{} with index {} of primitive {} names vertex {}, beyond maxVertex ({})",
+                    number(first), number(indices->index), number(indices->primitive),
+                    number((uint64_t)first + indices->index), number(indices->max_vertex));
+}
+
+bool consumed_vertices_are_within_max_vertex(const struct indices_view *indices,
+                                             struct finding *finding)
+{
+    uint64_t given = (uint64_t)indices->max_vertex + 1;
+    return indices->consumed <= given ||
+           violated(finding, "primitiveCount",
+                    "{} consumes {} vertices or more of the {} that there are by maxVertex",
+                    number(indices->range->primitiveCount), number(indices->consumed),
+                    number(given));
+}
+
+/* Boxes. One whose minX is NaN is inactive: nothing else in it counts. NaN elsewhere is at most
+ * nothing. */
+
+static bool is_at_most(const struct box_view *box, struct finding *finding, const char *says,
+                       float min, float max)
+{
+    return min <= max || isnan(box->positions.minX) ||
+           violated(finding, content_field(box->geometry, INPUT_AABBS), says,
+                    number(box->primitive), real(min), real(max));
+}
+
+#define LEADS_TO(min, max) "leads to primitive {}, whose " min " {} is not at most its " max " ({})"
+
+bool aabb_min_x_is_at_most_max_x(const struct box_view *box, struct finding *finding)
+{
+    return is_at_most(box, finding, LEADS_TO("minX", "maxX"), box->positions.minX,
+                      box->positions.maxX);
+}
+
+bool aabb_min_y_is_at_most_max_y(const struct box_view *box, struct finding *finding)
+{
+    return is_at_most(box, finding, LEADS_TO("minY", "maxY"), box->positions.minY,
+                      box->positions.maxY);
+}
+
+bool aabb_min_z_is_at_most_max_z(const struct box_view *box, struct finding *finding)
+{
+    return is_at_most(box, finding, LEADS_TO("minZ", "maxZ"), box->positions.minZ,
+                      box->positions.maxZ);
+}
+
+/* Transforms. */
+
+static bool is_finite(const VkTransformMatrixKHR *matrix)
+{
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+            if (!isfinite(matrix->matrix[row][column]))
+                return false;
+    return true;
+}
+
+bool transform_matrix_is_invertible(const struct transform_view *transform, struct finding *finding)
+{
+    if (builder_determinant_sign(&transform->matrix) != 0)
+        return true;
+    struct value why = text(is_finite(&transform->matrix) ? "have determinant 0"
+                                                          : "have an element that is not finite");
+    if (transform->is_of_instance)
+        return violated(finding, content_field(transform->geometry, INPUT_INSTANCES),
+                        "leads to instance {}, whose first three columns of transform {}",
+                        number(transform->instance), why);
+    return violated(finding, content_field(transform->geometry, INPUT_TRANSFORM),
+                    "leads to a matrix whose first three columns {}", why);
+}

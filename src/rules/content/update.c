@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about the data of an update and that of its source. */
+#include <string.h>
+
+#include "src/rules/predicates.h"
+
+/* False where nothing is known of one of both, or they can't be compared. */
+static bool find_both(const struct updated_geometry_view *geometry,
+                      const struct geometry_contents **asked,
+                      const struct geometry_contents **source)
+{
+    *asked = build_contents_of(geometry->update->asked->contents, geometry->index);
+    *source = build_contents_of(geometry->update->source->contents, geometry->index);
+    return *asked && *source && geometry->asked->type == geometry->source->type &&
+           (*asked)->primitive_count == (*source)->primitive_count;
+}
+
+/* The first primitive that is in `a` and not in `b`; false: there is none. */
+static bool find_first(const uint64_t *a, const uint64_t *b, uint32_t count, uint32_t *first)
+{
+    if (!a || !b)
+        return false;
+    for (uint32_t word = 0; word <= count / 64; word++) {
+        if (!(a[word] & ~b[word]))
+            continue;
+        *first = word * 64 + (uint32_t)__builtin_ctzll(a[word] & ~b[word]);
+        return true;
+    }
+    return false;
+}
+
+static bool changed(const struct updated_geometry_view *geometry, struct finding *finding,
+                    const char *says, uint32_t primitive)
+{
+    const struct update_view *update = geometry->update;
+    bool is_nv = update->command == COMMAND_NV;
+    bool is_parameter = is_nv && geometry->asked->type == VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    return violated(finding, is_parameter ? "instanceData" : "", says, number(primitive),
+                    object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                 : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                           update->src),
+                    built_at(update->source->command_buffer, update->source->position));
+}
+
+bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updated_geometry,
+                                       struct finding *finding)
+{
+    const struct geometry_contents *asked, *source;
+    uint32_t first;
+    return !find_both(updated_geometry, &asked, &source) ||
+           !find_first(source->inactive, asked->inactive, asked->primitive_count, &first) ||
+           changed(updated_geometry, finding,
+                   "makes primitive {} active, which was inactive when {} was last built ({})",
+                   first);
+}
+
+bool active_primitives_stay_active(const struct updated_geometry_view *updated_geometry,
+                                   struct finding *finding)
+{
+    const struct geometry_contents *asked, *source;
+    uint32_t first;
+    return !find_both(updated_geometry, &asked, &source) ||
+           !find_first(asked->inactive, source->inactive, asked->primitive_count, &first) ||
+           changed(updated_geometry, finding,
+                   "makes primitive {} inactive, which was active when {} was last built ({})",
+                   first);
+}
+
+bool index_values_match_source(const struct updated_geometry_view *updated_geometry,
+                               struct finding *finding)
+{
+    const struct geometry_contents *asked, *source;
+    if (!find_both(updated_geometry, &asked, &source) || !asked->indices || !source->indices ||
+        asked->indices_size != source->indices_size ||
+        updated_geometry->asked->index_type != updated_geometry->source->index_type ||
+        memcmp(asked->indices, source->indices, asked->indices_size) == 0)
+        return true;
+    uint64_t at = 0;
+    while (asked->indices[at] == source->indices[at])
+        at++;
+    uint64_t bytes_each = asked->indices_size / asked->primitive_count;
+    return changed(updated_geometry, finding,
+                   "has other indices for primitive {} than when {} was last built ({})",
+                   (uint32_t)(at / bytes_each));
+}

@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules of VK_AMDX_dense_geometry_format: builds of compressed triangles, and their updates. */
+#include "src/base/chain.h"
+#include "src/check/assemble/chains.h"
+#include "src/check/call/extensions.h"
+#include "src/rules/input.h"
+#include "src/rules/predicates.h"
+#include "src/rules/update.h"
+#include "src/state/builds/build_info.h"
+#include "src/view/names.h"
+#include "src/view/phrases.h"
+
+static const VkStructureType dense_type =
+    VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX;
+
+static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+}
+
+/* Views. */
+
+void check_dense_build(struct walk *walk, struct build_view *build)
+{
+    struct dense_build_view view = {.build = build};
+    bool any = false, readable = true;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
+        if (!is_dense(geometry))
+            continue;
+        any = true;
+        readable = readable && chain_is_readable(walk->context, geometry->pNext);
+    }
+    build->dense_readable = any && readable;
+    if (any)
+        walk_dense_build(walk, &view, LEVEL_PARAMETERS);
+}
+
+/* Whether a build reads none of the data: as geometry_is_empty, of geometries that have their count
+ * here. */
+static bool is_empty(const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
+{
+    return !data->numTriangles || !data->dataSize;
+}
+
+void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    if (!is_dense(geometry->geometry))
+        return;
+    struct dense_view view = {
+        .geometry = geometry,
+        .missing = extended_data_is_missing(geometry),
+        .data = chain_member(geometry->geometry->pNext, &geometry->chain, dense_type)};
+    walk_dense(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data && geometry->build->call->command != COMMAND_HOST && !is_empty(view.data))
+        view.address = chained_input(walk->context, geometry, INPUT_DENSE_DATA,
+                                     view.data->compressedData.deviceAddress);
+    walk_dense(walk, &view, LEVEL_STATE);
+}
+
+static bool is_known(VkCompressedTriangleFormatAMDX format)
+{
+    return format == VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX;
+}
+
+bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
+        chain_find(geometry->pNext, dense_type);
+    return data && is_known(data->format);
+}
+
+bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count)
+{
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
+        is_dense(geometry) ? chain_find(geometry->pNext, dense_type) : NULL;
+    if (data)
+        *count = data->numTriangles;
+    return data != NULL;
+}
+
+/* Builds. */
+
+bool dense_geometry_is_alone(const struct dense_build_view *dense_build, struct finding *finding)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = dense_build->build->info;
+    return info->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
+           info->geometryCount == 1 ||
+           violated(finding, "geometryCount",
+                    "{} is not 1, as a geometry of type "
+                    "VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX needs",
+                    number(info->geometryCount));
+}
+
+bool dense_geometry_has_no_build_ranges(const struct dense_build_view *dense_build,
+                                        struct finding *finding)
+{
+    const struct build_view *build = dense_build->build;
+    const struct call_view *call = build->call;
+    const void *ranges = call->build_ranges_readable ? call->build_ranges[build->index] : NULL;
+    return !ranges ||
+           violated(finding, "",
+                    "has a geometry of type VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX, "
+                    "but ppBuildRangeInfos[{}] {} is not NULL",
+                    number(build->index), hex((uint64_t)(uintptr_t)ranges));
+}
+
+/* Geometries. */
+
+static const struct device_facts *device_of(const struct dense_view *dense)
+{
+    return dense->geometry->build->call->device;
+}
+
+bool host_build_has_no_dense_geometry(const struct dense_view *dense, struct finding *finding)
+{
+    return violated(finding, "geometryType", "is {}, which host builds do not take",
+                    geometry_type(dense->geometry->geometry->geometryType));
+}
+
+bool dense_geometry_feature_is_enabled(const struct dense_view *dense, struct finding *finding)
+{
+    return device_of(dense)->dense_geometry_format ||
+           violated_plainly(finding, "geometryType",
+                            "is VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX, which needs "
+                            "VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX::denseGeometryFormat, "
+                            "which was not enabled for the device");
+}
+
+/* A structure is told by its sType: what has another one isn't there. */
+bool dense_triangles_have_their_stype(const struct dense_view *dense, struct finding *finding)
+{
+    return dense->data || !dense->missing ||
+           violated(finding, DENSE_DATA "sType",
+                    "is no structure's in the chain, but geometryType {} needs one",
+                    geometry_type(dense->geometry->geometry->geometryType));
+}
+
+bool dense_format_is_valid(const struct dense_view *dense, struct finding *finding)
+{
+    return !dense->data || is_known(dense->data->format) || device_of(dense)->newer_than_registry ||
+           violated(finding, DENSE_DATA "format", "{} is not a VkCompressedTriangleFormatAMDX",
+                    number((uint32_t)dense->data->format));
+}
+
+static const char *data_field(const struct dense_view *dense)
+{
+    return dense->geometry->build->call->command == COMMAND_HOST
+               ? DENSE_DATA "compressedData.hostAddress"
+               : DENSE_DATA "compressedData.deviceAddress";
+}
+
+/* Of addresses that are not 0 the rules about all inputs speak. */
+bool dense_data_is_valid(const struct dense_view *dense, struct finding *finding)
+{
+    return !dense->data || is_empty(dense->data) ||
+           address_is_given(finding, data_field(dense), dense->data->compressedData.deviceAddress);
+}
+
+bool dense_data_is_aligned(const struct dense_view *dense, struct finding *finding)
+{
+    return !dense->data || !is_known(dense->data->format) ||
+           address_is_aligned(finding, data_field(dense), dense->data->compressedData.deviceAddress,
+                              VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_BYTE_ALIGNMENT_AMDX);
+}
+
+bool dense_data_size_is_aligned(const struct dense_view *dense, struct finding *finding)
+{
+    const uint32_t stride = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_BYTE_STRIDE_AMDX;
+    return !dense->data || !is_known(dense->data->format) || dense->data->dataSize % stride == 0 ||
+           violated(finding, DENSE_DATA "dataSize", "{} is not a multiple of {}",
+                    number(dense->data->dataSize), number(stride));
+}
+
+bool dense_buffer_has_compressed_data_usage(const struct dense_view *dense, struct finding *finding)
+{
+    const struct address_facts *facts = dense->address;
+    return !facts || facts->status != ADDRESS_IN_BUFFER ||
+           (facts->usage & VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX) ||
+           violated(finding, DENSE_DATA "compressedData.deviceAddress",
+                    "{} is in {}, created with usage {}, without "
+                    "VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX",
+                    hex(facts->address),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer),
+                    hex(facts->usage));
+}
+
+/* Updates. */
+
+static bool matches(const struct updated_dense_view *dense, struct finding *finding,
+                    const char *field, uint64_t now, uint64_t then)
+{
+    return now == then || update_differs(dense->update, finding, field, number(now), number(then));
+}
+
+bool dense_triangle_count_matches_source(const struct updated_dense_view *updated_dense,
+                                         struct finding *finding)
+{
+    return matches(updated_dense, finding, DENSE_DATA "numTriangles",
+                   updated_dense->asked->triangle_count, updated_dense->source->triangle_count);
+}
+
+bool dense_vertex_count_matches_source(const struct updated_dense_view *updated_dense,
+                                       struct finding *finding)
+{
+    return matches(updated_dense, finding, DENSE_DATA "numVertices",
+                   updated_dense->asked->vertex_count, updated_dense->source->vertex_count);
+}
+
+bool dense_max_primitive_index_matches_source(const struct updated_dense_view *updated_dense,
+                                              struct finding *finding)
+{
+    return matches(updated_dense, finding, DENSE_DATA "maxPrimitiveIndex",
+                   updated_dense->asked->max_primitive_index,
+                   updated_dense->source->max_primitive_index);
+}
+
+bool dense_max_geometry_index_matches_source(const struct updated_dense_view *updated_dense,
+                                             struct finding *finding)
+{
+    return matches(updated_dense, finding, DENSE_DATA "maxGeometryIndex",
+                   updated_dense->asked->max_geometry_index,
+                   updated_dense->source->max_geometry_index);
+}
+
+bool dense_format_matches_source(const struct updated_dense_view *updated_dense,
+                                 struct finding *finding)
+{
+    return matches(updated_dense, finding, DENSE_DATA "format", updated_dense->asked->format,
+                   updated_dense->source->format);
+}
+
+bool dense_data_size_matches_source(const struct updated_dense_view *updated_dense,
+                                    struct finding *finding)
+{
+    return matches(updated_dense, finding, DENSE_DATA "dataSize", updated_dense->asked->data_size,
+                   updated_dense->source->data_size);
+}

@@ -1,0 +1,289 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about the structures of one geometry; its addresses are in input.c. */
+#include "src/rules/predicates.h"
+#include "src/view/enabled.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
+#include "src/view/names.h"
+#include "src/view/phrases.h"
+
+static const struct device_facts *device_of(const struct geometry_view *geometry)
+{
+    return geometry->build->call->device;
+}
+
+static bool is_of_type(const struct geometry_view *geometry, VkGeometryTypeKHR type)
+{
+    return geometry->geometry->geometryType == type;
+}
+
+bool geometry_has_its_stype(const struct geometry_view *geometry, struct finding *finding)
+{
+    VkStructureType type = geometry->geometry->sType;
+    return type == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR ||
+           violated(finding, "sType",
+                    "{} is not VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR",
+                    structure_type(type));
+}
+
+static bool chain_is_known(const struct geometry_view *geometry, const struct chain_facts *chain,
+                           struct finding *finding, const char *field)
+{
+    if (chain->unreadable)
+        return violated(finding, field, "leads to {}, which is not readable",
+                        hex((uint64_t)(uintptr_t)chain->unreadable));
+    return !chain->has_stray || device_of(geometry)->newer_than_registry ||
+           violated(
+               finding, field,
+               "has a structure of type {}, which may not stand there with the extensions enabled",
+               structure_type(chain->stray));
+}
+
+static bool chain_has_no_duplicates(const struct chain_facts *chain, struct finding *finding,
+                                    const char *field)
+{
+    return !chain->has_duplicate ||
+           violated(finding, field, "has more than one structure of type {}",
+                    structure_type(chain->duplicate));
+}
+
+bool geometry_chain_is_known(const struct geometry_view *geometry, struct finding *finding)
+{
+    return chain_is_known(geometry, &geometry->chain, finding, "pNext");
+}
+
+bool geometry_chain_has_no_duplicates(const struct geometry_view *geometry, struct finding *finding)
+{
+    return chain_has_no_duplicates(&geometry->chain, finding, "pNext");
+}
+
+bool geometry_type_is_valid(const struct geometry_view *geometry, struct finding *finding)
+{
+    VkGeometryTypeKHR type = geometry->geometry->geometryType;
+    return geometry_type_is_enabled(device_of(geometry), type) ||
+           violated(finding, "geometryType",
+                    "{} is not a VkGeometryTypeKHR of the extensions enabled", geometry_type(type));
+}
+
+bool geometry_flags_are_valid(const struct geometry_view *geometry, struct finding *finding)
+{
+    VkGeometryFlagsKHR unknown = geometry->geometry->flags & ~geometry_flags;
+    return !unknown || device_of(geometry)->newer_than_registry ||
+           violated(finding, "flags", "{} has bits {}, which no VkGeometryFlagBitsKHR is",
+                    hex(geometry->geometry->flags), hex(unknown));
+}
+
+bool tlas_geometry_is_instances(const struct geometry_view *geometry, struct finding *finding)
+{
+    return geometry->build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
+           is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           violated(finding, "geometryType",
+                    "{} is not VK_GEOMETRY_TYPE_INSTANCES_KHR, in the build of a top-level "
+                    "structure",
+                    geometry_type(geometry->geometry->geometryType));
+}
+
+bool blas_geometry_is_not_instances(const struct geometry_view *geometry, struct finding *finding)
+{
+    return geometry->build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
+           !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           violated_plainly(finding, "geometryType",
+                            "is VK_GEOMETRY_TYPE_INSTANCES_KHR, in the build of a bottom-level "
+                            "structure");
+}
+
+/* The union. A wrong sType that another member of the union owns says that the wrong member was
+ * filled, or the wrong geometryType given; any other that the structure isn't set up. */
+
+static VkStructureType data_stype(const struct geometry_view *geometry)
+{
+    return geometry->geometry->geometry.triangles.sType;
+}
+
+static bool is_a_data_stype(VkStructureType type)
+{
+    return type == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR ||
+           type == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR ||
+           type == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR;
+}
+
+static bool member_is_filled(const struct geometry_view *geometry, struct finding *finding,
+                             VkStructureType expected, const char *field)
+{
+    VkStructureType found = data_stype(geometry);
+    return found == expected || !is_a_data_stype(found) ||
+           violated(finding, field, "is what geometryType {} selects, but the union holds a {}",
+                    geometry_type(geometry->geometry->geometryType), structure_type(found));
+}
+
+static bool member_has_its_stype(const struct geometry_view *geometry, struct finding *finding,
+                                 VkStructureType expected, const char *field)
+{
+    VkStructureType found = data_stype(geometry);
+    return found == expected || is_a_data_stype(found) ||
+           violated(finding, field, "{} is not {}", structure_type(found),
+                    structure_type(expected));
+}
+
+bool triangles_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
+{
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_TRIANGLES_KHR) ||
+           member_is_filled(geometry, finding,
+                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                            "geometry.triangles");
+}
+
+bool triangles_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
+{
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_TRIANGLES_KHR) ||
+           member_has_its_stype(
+               geometry, finding,
+               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+               "geometry.triangles.sType");
+}
+
+bool aabbs_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
+{
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_AABBS_KHR) ||
+           member_is_filled(geometry, finding,
+                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+                            "geometry.aabbs");
+}
+
+bool aabbs_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
+{
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_AABBS_KHR) ||
+           member_has_its_stype(geometry, finding,
+                                VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+                                "geometry.aabbs.sType");
+}
+
+bool instances_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
+{
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           member_is_filled(geometry, finding,
+                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+                            "geometry.instances");
+}
+
+bool instances_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
+{
+    return !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           member_has_its_stype(
+               geometry, finding,
+               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+               "geometry.instances.sType");
+}
+
+static bool has_no_chain(const struct geometry_view *geometry, struct finding *finding,
+                         const void *chain, const char *field)
+{
+    return !chain || device_of(geometry)->newer_than_registry ||
+           violated(finding, field, "{} is not NULL", hex((uint64_t)(uintptr_t)chain));
+}
+
+bool aabbs_have_no_chain(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    return !aabbs || has_no_chain(geometry, finding, aabbs->pNext, "geometry.aabbs.pNext");
+}
+
+bool instances_have_no_chain(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        instances_in(geometry->geometry);
+    return !instances ||
+           has_no_chain(geometry, finding, instances->pNext, "geometry.instances.pNext");
+}
+
+bool triangles_chain_is_known(const struct geometry_view *geometry, struct finding *finding)
+{
+    return chain_is_known(geometry, &geometry->triangles_chain, finding,
+                          "geometry.triangles.pNext");
+}
+
+bool triangles_chain_has_no_duplicates(const struct geometry_view *geometry,
+                                       struct finding *finding)
+{
+    return chain_has_no_duplicates(&geometry->triangles_chain, finding, "geometry.triangles.pNext");
+}
+
+/* Triangles. */
+
+bool vertex_format_is_valid(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || format_is_known(triangles->vertexFormat) ||
+           device_of(geometry)->newer_than_registry ||
+           violated(finding, "geometry.triangles.vertexFormat", "{} is not a VkFormat",
+                    number((uint32_t)triangles->vertexFormat));
+}
+
+bool vertex_format_is_supported(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || geometry->vertex_format_supported != NO ||
+           violated(finding, "geometry.triangles.vertexFormat",
+                    "{} lacks VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR on "
+                    "this device",
+                    format(triangles->vertexFormat));
+}
+
+bool vertex_stride_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    uint32_t size = triangles ? format_smallest_component(triangles->vertexFormat) : 0;
+    return !size || triangles->vertexStride % size == 0 ||
+           violated(finding, "geometry.triangles.vertexStride",
+                    "{} is not a multiple of the component size of {} ({})",
+                    number(triangles->vertexStride), format(triangles->vertexFormat), number(size));
+}
+
+bool vertex_stride_fits_32_bits(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles ||
+           stride_fits_32_bits(finding, "geometry.triangles.vertexStride", triangles->vertexStride);
+}
+
+/* VK_INDEX_TYPE_UINT8 has a rule of its own. */
+bool index_type_is_valid(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || index_type_size(triangles->indexType) ||
+           triangles->indexType == VK_INDEX_TYPE_NONE_KHR ||
+           device_of(geometry)->newer_than_registry ||
+           violated(finding, "geometry.triangles.indexType", "{} is not a VkIndexType",
+                    index_type(triangles->indexType));
+}
+
+bool index_type_is_16_or_32_bits_or_none(const struct geometry_view *geometry,
+                                         struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    return !triangles || triangles->indexType != VK_INDEX_TYPE_UINT8 ||
+           violated_plainly(finding, "geometry.triangles.indexType",
+                            "is VK_INDEX_TYPE_UINT8, which builds do not take");
+}
+
+/* AABBs. */
+
+bool aabb_stride_is_aligned(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    return !aabbs || aabbs->stride % 8 == 0 ||
+           violated(finding, "geometry.aabbs.stride", "{} is not a multiple of 8",
+                    number(aabbs->stride));
+}
+
+bool aabb_stride_fits_32_bits(const struct geometry_view *geometry, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
+    return !aabbs || stride_fits_32_bits(finding, "geometry.aabbs.stride", aabbs->stride);
+}

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules that only vkBuildAccelerationStructuresKHR has. */
+#include "src/view/host_view.h"
+
+#include "src/rules/predicates.h"
+#include "src/state/builds/build_info.h"
+#include "src/view/geometry_data.h"
+#include "src/view/phrases.h"
+
+/* The call. */
+
+static struct value operation(const struct call_view *call)
+{
+    return object(VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
+                  (uint64_t)(uintptr_t)call->deferred.handle);
+}
+
+bool device_is_valid(const struct call_view *call, struct finding *finding)
+{
+    return call->device_argument == call->device->handle ||
+           violated_by_handle(finding, "device", hex((uint64_t)(uintptr_t)call->device_argument),
+                              "a VkDevice");
+}
+
+bool deferred_operation_is_valid(const struct call_view *call, struct finding *finding)
+{
+    return call->deferred.alive != NO || call->deferred.of_another_device ||
+           violated_by_handle(finding, "deferredOperation", operation(call),
+                              "a deferred operation of this device");
+}
+
+bool deferred_operation_is_of_the_device(const struct call_view *call, struct finding *finding)
+{
+    return call->deferred.alive != NO || !call->deferred.of_another_device ||
+           violated(finding, "deferredOperation", "{} was created from another VkDevice",
+                    operation(call));
+}
+
+bool previous_deferred_operation_is_complete(const struct call_view *call, struct finding *finding)
+{
+    return call->deferred.complete != NO ||
+           violated(finding, "deferredOperation",
+                    "{} is not complete: vkGetDeferredOperationResultKHR returns VK_NOT_READY",
+                    operation(call));
+}
+
+/* Its structures. */
+
+static bool is_update(const struct host_build_view *host_build)
+{
+    return build_is_update(host_build->build->info);
+}
+
+static struct value structure(const struct accel_facts *accel)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel->handle);
+}
+
+static struct value buffer(const struct accel_facts *accel)
+{
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer);
+}
+
+static bool has_a_buffer(const struct accel_facts *accel, struct finding *finding,
+                         const char *field)
+{
+    return !accel->by_address ||
+           violated(finding, field,
+                    "{} was created with vkCreateAccelerationStructure2KHR, not "
+                    "vkCreateAccelerationStructureKHR",
+                    structure(accel));
+}
+
+bool host_build_dst_was_created_with_a_buffer(const struct host_build_view *host_build,
+                                              struct finding *finding)
+{
+    return has_a_buffer(&host_build->build->dst, finding, "dstAccelerationStructure");
+}
+
+bool host_build_src_was_created_with_a_buffer(const struct host_build_view *host_build,
+                                              struct finding *finding)
+{
+    return !is_update(host_build) ||
+           has_a_buffer(&host_build->build->src, finding, "srcAccelerationStructure");
+}
+
+static bool is_host_visible(const struct accel_facts *accel, struct finding *finding,
+                            const char *field)
+{
+    return accel->host_visible != NO || violated(finding, field,
+                                                 "{} lies in {}, which is bound to memory without "
+                                                 "VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT",
+                                                 structure(accel), buffer(accel));
+}
+
+bool host_build_dst_is_host_visible(const struct host_build_view *host_build,
+                                    struct finding *finding)
+{
+    return is_host_visible(&host_build->build->dst, finding, "dstAccelerationStructure");
+}
+
+bool host_build_src_is_host_visible(const struct host_build_view *host_build,
+                                    struct finding *finding)
+{
+    return !is_update(host_build) ||
+           is_host_visible(&host_build->build->src, finding, "srcAccelerationStructure");
+}
+
+static bool has_one_memory_instance(const struct accel_facts *accel, struct finding *finding,
+                                    const char *field)
+{
+    return accel->multi_instance != YES ||
+           violated(finding, field,
+                    "{} lies in {}, which is bound to memory that was allocated with an instance "
+                    "for each of several physical devices",
+                    structure(accel), buffer(accel));
+}
+
+bool host_build_dst_has_one_memory_instance(const struct host_build_view *host_build,
+                                            struct finding *finding)
+{
+    return has_one_memory_instance(&host_build->build->dst, finding, "dstAccelerationStructure");
+}
+
+bool host_build_src_has_one_memory_instance(const struct host_build_view *host_build,
+                                            struct finding *finding)
+{
+    return !is_update(host_build) ||
+           has_one_memory_instance(&host_build->build->src, finding, "srcAccelerationStructure");
+}
+
+/* Its scratch. */
+
+static bool scratch_is_readable(const struct host_build_view *host_build, struct finding *finding,
+                                const char *size_name)
+{
+    const struct host_bytes *scratch = &host_build->scratch;
+    return !scratch->unreadable ||
+           violated(finding, "scratchData.hostAddress",
+                    "{} is not {} bytes of host memory, as {} says", hex(scratch->begin),
+                    number(scratch->size), text(size_name));
+}
+
+bool build_scratch_is_host_memory(const struct host_build_view *host_build, struct finding *finding)
+{
+    return host_build->build->info->mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR ||
+           scratch_is_readable(host_build, finding, "buildScratchSize");
+}
+
+bool update_scratch_is_host_memory(const struct host_build_view *host_build,
+                                   struct finding *finding)
+{
+    return !is_update(host_build) || scratch_is_readable(host_build, finding, "updateScratchSize");
+}
+
+/* Its geometries. */
+
+static bool is_readable(const struct host_bytes *bytes, struct finding *finding, const char *field)
+{
+    return !bytes->unreadable ||
+           violated(finding, field,
+                    "{}: the {} bytes that the build reads from {} on are not host "
+                    "memory",
+                    hex((uint64_t)(uintptr_t)bytes->address), number(bytes->size),
+                    hex(bytes->begin));
+}
+
+bool vertex_host_address_is_readable(const struct host_geometry_view *host_geometry,
+                                     struct finding *finding)
+{
+    static const char field[] = "geometry.triangles.vertexData.hostAddress";
+    const struct host_bytes *vertices = &host_geometry->vertices;
+    return !triangles_in(host_geometry->geometry->geometry) ||
+           (host_input_is_given(host_geometry->geometry, finding, field, vertices->address) &&
+            is_readable(vertices, finding, field));
+}
+
+bool index_host_address_is_readable(const struct host_geometry_view *host_geometry,
+                                    struct finding *finding)
+{
+    static const char field[] = "geometry.triangles.indexData.hostAddress";
+    const struct host_bytes *indices = &host_geometry->indices;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(host_geometry->geometry->geometry);
+    return !triangles || !index_type_size(triangles->indexType) ||
+           (host_input_is_given(host_geometry->geometry, finding, field, indices->address) &&
+            is_readable(indices, finding, field));
+}
+
+bool transform_host_address_is_null_or_readable(const struct host_geometry_view *host_geometry,
+                                                struct finding *finding)
+{
+    return is_readable(&host_geometry->transform, finding,
+                       "geometry.triangles.transformData.hostAddress");
+}
+
+bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometry,
+                                   struct finding *finding)
+{
+    static const char field[] = "geometry.aabbs.data.hostAddress";
+    return !aabbs_in(host_geometry->geometry->geometry) ||
+           (host_input_is_given(host_geometry->geometry, finding, field,
+                                host_geometry->data.address) &&
+            is_readable(&host_geometry->data, finding, field));
+}
+
+bool instance_host_address_is_readable(const struct host_geometry_view *host_geometry,
+                                       struct finding *finding)
+{
+    static const char field[] = "geometry.instances.data.hostAddress";
+    return !instances_in(host_geometry->geometry->geometry) ||
+           (host_input_is_given(host_geometry->geometry, finding, field,
+                                host_geometry->data.address) &&
+            is_readable(&host_geometry->data, finding, field));
+}

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about where the indirect command reads its build ranges. */
+#include "src/rules/indirect.h"
+
+#include "src/rules/address.h"
+#include "src/rules/input.h"
+#include "src/rules/predicates.h"
+
+#define STRIDES "pIndirectStrides"
+
+void check_indirect(struct walk *walk, const struct build_view *build, bool with_state)
+{
+    struct check_context *context = walk->context;
+    const struct call_view *call = build->call;
+    struct indirect_view indirect = {
+        .build = build,
+        .address =
+            call->indirect_addresses_readable ? &call->indirect_addresses[build->index] : NULL,
+        .stride = call->indirect_strides_readable ? &call->indirect_strides[build->index] : NULL,
+    };
+    walk_indirect(walk, &indirect, LEVEL_PARAMETERS);
+    if (!with_state || !indirect.address)
+        return;
+    resources_ask_address(context->resources, *indirect.address, &indirect.facts);
+    walk_indirect(walk, &indirect, LEVEL_STATE);
+    check_indirect_address(walk, &indirect);
+    if (context->witness)
+        context->witness->see_indirect(context->user, &indirect);
+}
+
+bool indirect_address_is_aligned(const struct indirect_view *indirect, struct finding *finding)
+{
+    return !indirect->address || *indirect->address % 4 == 0 ||
+           violated(finding, input_field(INPUT_INDIRECT), "{} is not a multiple of 4",
+                    hex(*indirect->address));
+}
+
+bool indirect_stride_is_aligned(const struct indirect_view *indirect, struct finding *finding)
+{
+    return !indirect->stride || *indirect->stride % 4 == 0 ||
+           violated(finding, STRIDES, "{} is not a multiple of 4", number(*indirect->stride));
+}
+
+static struct value buffer(const struct address_facts *facts)
+{
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
+}
+
+/* Of a build without geometries no address is read. */
+bool indirect_ranges_are_in_one_buffer(const struct indirect_view *indirect,
+                                       struct finding *finding)
+{
+    const struct address_facts *facts = &indirect->facts;
+    const char *field = input_field(INPUT_INDIRECT);
+    uint32_t count = indirect->build->info->geometryCount;
+    VkDeviceSize needed = indirect->stride ? (VkDeviceSize)count * *indirect->stride : 0;
+    if (!needed)
+        return true;
+    switch (facts->status) {
+    case ADDRESS_UNKNOWN:
+    case ADDRESS_UNBOUND: /* see input_buffer_is_bound */
+        return true;
+    case ADDRESS_NULL:
+    case ADDRESS_NOWHERE:
+        return violated(finding, field, "{} is in no buffer, but geometryCount is {}",
+                        hex(facts->address), number(count));
+    case ADDRESS_IN_BUFFER:
+        break;
+    }
+    return facts->bytes_left >= needed ||
+           violated(finding, field,
+                    "{} leaves {} bytes to the end of {}, less than geometryCount ({}) times the "
+                    "stride ({})",
+                    hex(facts->address), number(facts->bytes_left), buffer(facts), number(count),
+                    number(*indirect->stride));
+}
+
+bool indirect_buffer_has_indirect_usage(const struct indirect_view *indirect,
+                                        struct finding *finding)
+{
+    const struct address_facts *facts = &indirect->facts;
+    return facts->status != ADDRESS_IN_BUFFER || !indirect->build->info->geometryCount ||
+           (facts->usage & VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT) ||
+           violated(
+               finding, input_field(INPUT_INDIRECT),
+               "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT",
+               hex(facts->address), buffer(facts), hex(facts->usage));
+}

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about builds of micromaps, about the build flags of micromaps, and about which geometries
+ * go with them. Flags and types of extensions that aren't enabled have rules of their own. */
+#include "src/rules/predicates.h"
+#include "src/view/names.h"
+
+enum {
+    UPDATE_FLAG = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR,
+    DATA_UPDATE_FLAG = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT,
+    DISABLE_FLAG = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR,
+    LOSSY_FLAG = VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR,
+};
+
+static const struct device_facts *device_of(const struct micromap_build_view *view)
+{
+    return view->build->call->device;
+}
+
+static bool has_flag(const struct micromap_build_view *view,
+                     VkBuildAccelerationStructureFlagsKHR flag)
+{
+    return view->build->info->flags & flag;
+}
+
+static bool is_micromap(const struct build_view *build)
+{
+    return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
+bool micromap_update_excludes_data_update(const struct micromap_build_view *micromap_build,
+                                          struct finding *finding)
+{
+    return !has_flag(micromap_build, UPDATE_FLAG) || !has_flag(micromap_build, DATA_UPDATE_FLAG) ||
+           violated(finding, "flags",
+                    "{} has both "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR and "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT",
+                    hex(micromap_build->build->info->flags));
+}
+
+/* Features. */
+
+bool micromap_data_update_flag_has_its_feature(const struct micromap_build_view *micromap_build,
+                                               struct finding *finding)
+{
+    const struct device_facts *device = device_of(micromap_build);
+    return !has_flag(micromap_build, DATA_UPDATE_FLAG) || !device->extension.opacity_micromap_ext ||
+           device->micromap.ext ||
+           violated(finding, "flags",
+                    "{} has "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT, "
+                    "but VkPhysicalDeviceOpacityMicromapFeaturesEXT::micromap was not enabled for "
+                    "the device",
+                    hex(micromap_build->build->info->flags));
+}
+
+static bool flag_has_its_feature(const struct micromap_build_view *micromap_build,
+                                 VkBuildAccelerationStructureFlagsKHR flag, const char *name,
+                                 struct finding *finding)
+{
+    const struct device_facts *device = device_of(micromap_build);
+    bool exists = device->extension.opacity_micromap_ext || device->extension.opacity_micromap_khr;
+    return !has_flag(micromap_build, flag) || !exists || device->micromap.ext ||
+           device->micromap.khr ||
+           violated(finding, "flags",
+                    "{} has {}, but the feature micromap of neither "
+                    "VkPhysicalDeviceOpacityMicromapFeaturesKHR nor "
+                    "VkPhysicalDeviceOpacityMicromapFeaturesEXT was enabled for the device",
+                    hex(micromap_build->build->info->flags), text(name));
+}
+
+bool micromap_update_flag_has_its_feature(const struct micromap_build_view *micromap_build,
+                                          struct finding *finding)
+{
+    return flag_has_its_feature(
+        micromap_build, UPDATE_FLAG,
+        "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR", finding);
+}
+
+bool disable_micromaps_flag_has_its_feature(const struct micromap_build_view *micromap_build,
+                                            struct finding *finding)
+{
+    return flag_has_its_feature(
+        micromap_build, DISABLE_FLAG,
+        "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR", finding);
+}
+
+bool micromap_build_feature_is_enabled(const struct micromap_build_view *micromap_build,
+                                       struct finding *finding)
+{
+    const struct device_facts *device = device_of(micromap_build);
+    return !is_micromap(micromap_build->build) || !device->extension.opacity_micromap_khr ||
+           device->micromap.khr ||
+           violated_plainly(finding, "type",
+                            "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, but "
+                            "VkPhysicalDeviceOpacityMicromapFeaturesKHR::micromap was not enabled "
+                            "for the device");
+}
+
+/* Builds of micromaps. */
+
+bool micromap_build_flags_are_allowed(const struct micromap_build_view *micromap_build,
+                                      struct finding *finding)
+{
+    const VkBuildAccelerationStructureFlagsKHR allowed =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+        VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR | LOSSY_FLAG;
+    VkBuildAccelerationStructureFlagsKHR flags = micromap_build->build->info->flags;
+    return !is_micromap(micromap_build->build) || !(flags & ~allowed) ||
+           violated(finding, "flags", "{} has bits {}, which the build of a micromap can't have",
+                    hex(flags), hex(flags & ~allowed));
+}
+
+bool micromap_build_has_one_geometry(const struct micromap_build_view *micromap_build,
+                                     struct finding *finding)
+{
+    uint32_t count = micromap_build->build->info->geometryCount;
+    return !is_micromap(micromap_build->build) || count == 1 ||
+           violated(finding, "geometryCount", "{} is not 1, as a micromap needs", number(count));
+}
+
+bool lossy_build_is_a_micromap(const struct micromap_build_view *micromap_build,
+                               struct finding *finding)
+{
+    const struct build_view *build = micromap_build->build;
+    return !has_flag(micromap_build, LOSSY_FLAG) || is_micromap(build) ||
+           violated(
+               finding, "type",
+               "is {}, but flags {} has VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR",
+               accel_type(build->info->type), hex(build->info->flags));
+}
+
+static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
+                                                             uint32_t index)
+{
+    return build->geometries ? &build->geometries[index] : build->geometry_pointers[index];
+}
+
+bool micromap_build_has_no_build_ranges(const struct micromap_build_view *micromap_build,
+                                        struct finding *finding)
+{
+    const struct build_view *build = micromap_build->build;
+    const struct call_view *call = build->call;
+    if (!call->build_ranges_readable || !call->build_ranges[build->index])
+        return true;
+    for (uint32_t i = 0; i < build->geometry_count; i++)
+        if (geometry_of(build, i)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+            return violated(finding, "",
+                            "has at index {} a geometry of type VK_GEOMETRY_TYPE_MICROMAP_KHR, but "
+                            "ppBuildRangeInfos[{}] is not NULL",
+                            number(i), number(build->index));
+    return true;
+}
+
+bool micromap_build_is_not_indirect(const struct micromap_build_view *micromap_build,
+                                    struct finding *finding)
+{
+    return !is_micromap(micromap_build->build) ||
+           violated_plainly(finding, "type",
+                            "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, which can't "
+                            "be built indirectly");
+}
+
+bool micromap_dst_is_micromap_or_generic(const struct micromap_build_view *micromap_build,
+                                         struct finding *finding)
+{
+    const struct accel_facts *dst = &micromap_build->build->dst;
+    return !is_micromap(micromap_build->build) || !dst->details_known ||
+           dst->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ||
+           dst->type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
+           violated(
+               finding, "dstAccelerationStructure",
+               "{} was created with type {}, neither "
+               "VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR nor "
+               "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
+               object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)dst->handle),
+               accel_type(dst->type));
+}
+
+/* Geometries. */
+
+static bool is_micromap_geometry(const struct micromap_geometry_view *view)
+{
+    return view->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
+}
+
+bool micromap_build_geometry_is_a_micromap(const struct micromap_geometry_view *micromap_geometry,
+                                           struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return !is_micromap(geometry->build) || is_micromap_geometry(micromap_geometry) ||
+           violated(finding, "geometryType",
+                    "{} is not VK_GEOMETRY_TYPE_MICROMAP_KHR, in the build of a micromap",
+                    geometry_type(geometry->geometry->geometryType));
+}
+
+bool other_build_geometry_is_not_a_micromap(const struct micromap_geometry_view *micromap_geometry,
+                                            struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return is_micromap(geometry->build) || !is_micromap_geometry(micromap_geometry) ||
+           !geometry->build->call->device->extension.opacity_micromap_khr ||
+           violated(finding, "geometryType",
+                    "is VK_GEOMETRY_TYPE_MICROMAP_KHR, in a build of type {}",
+                    accel_type(geometry->build->info->type));
+}
+
+bool micromap_geometry_has_micromap_data(const struct micromap_geometry_view *micromap_geometry,
+                                         struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    const struct chain_facts *chain = &geometry->chain;
+    if (!is_micromap_geometry(micromap_geometry) || chain->unreadable ||
+        !geometry->build->call->device->extension.opacity_micromap_khr)
+        return true;
+    bool has_two = chain->has_duplicate &&
+                   (int)chain->duplicate ==
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
+    if (micromap_geometry->has_data || (chain->has_duplicate && !has_two))
+        return true;
+    return violated(finding, "pNext",
+                    "has {} VkAccelerationStructureGeometryMicromapDataKHR, though geometryType is "
+                    "VK_GEOMETRY_TYPE_MICROMAP_KHR",
+                    text(has_two ? "more than one" : "no"));
+}
+
+bool micromap_geometry_has_no_flags(const struct micromap_geometry_view *micromap_geometry,
+                                    struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return !is_micromap_geometry(micromap_geometry) || !geometry->geometry->flags ||
+           !geometry->build->call->device->extension.opacity_micromap_khr ||
+           violated(finding, "flags", "{} is not 0, as VK_GEOMETRY_TYPE_MICROMAP_KHR needs",
+                    hex(geometry->geometry->flags));
+}
+
+/* Structure types. A structure in a chain is known by its sType alone. One that may not stand there
+ * but whose sType is of the same extension is taken for the extension's own, wrongly set up. */
+
+static int extension_of(VkStructureType type)
+{
+    return (int)type / 1000;
+}
+
+static bool has_its_stype(const struct chain_facts *chain, bool is_enabled,
+                          VkStructureType expected, const char *field, struct finding *finding)
+{
+    return !is_enabled || !chain->has_stray || chain->stray == expected ||
+           extension_of(chain->stray) != extension_of(expected) ||
+           violated(finding, field,
+                    "has a structure of type {}, which is not {}, the only one of its extension "
+                    "that may stand there",
+                    structure_type(chain->stray), structure_type(expected));
+}
+
+bool micromap_data_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
+                                 struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return has_its_stype(
+        &geometry->chain, geometry->build->call->device->extension.opacity_micromap_khr,
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR, "pNext", finding);
+}
+
+bool opacity_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
+                           struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return has_its_stype(&geometry->triangles_chain,
+                         geometry->build->call->device->extension.opacity_micromap_khr,
+                         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
+                         "geometry.triangles.pNext", finding);
+}
+
+bool ext_opacity_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
+                               struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return has_its_stype(&geometry->triangles_chain,
+                         geometry->build->call->device->extension.opacity_micromap_ext,
+                         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+                         "geometry.triangles.pNext", finding);
+}
+
+bool displacement_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
+                                struct finding *finding)
+{
+    const struct geometry_view *geometry = micromap_geometry->geometry;
+    return has_its_stype(
+        &geometry->triangles_chain,
+        geometry->build->call->device->extension.displacement_micromap_nv,
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+        "geometry.triangles.pNext", finding);
+}

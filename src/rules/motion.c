@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules of VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of moving
+ * triangles. */
+#include "src/check/assemble/chains.h"
+#include "src/check/call/extensions.h"
+#include "src/rules/input.h"
+#include "src/rules/predicates.h"
+#include "src/view/geometry_data.h"
+#include "src/view/names.h"
+#include "src/view/phrases.h"
+
+static bool has_motion_flag(const struct build_view *build)
+{
+    return build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+}
+
+void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state)
+{
+    struct motion_build_view view = {.build = build};
+    walk_motion_build(walk, &view, LEVEL_PARAMETERS);
+    if (with_state)
+        walk_motion_build(walk, &view, LEVEL_STATE);
+}
+
+void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    bool is_host = geometry->build->call->command == COMMAND_HOST;
+    if (!triangles)
+        return;
+    struct motion_triangles_view view = {
+        .geometry = geometry,
+        .data = chain_member(
+            triangles->pNext, &geometry->triangles_chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)};
+    if (with_state && view.data && !is_host)
+        chained_input(walk->context, geometry, INPUT_MOTION_VERTEX,
+                      view.data->vertexData.deviceAddress);
+    walk_motion_triangles(walk, &view, LEVEL_PARAMETERS);
+}
+
+/* Builds. */
+
+static struct value dst(const struct build_view *build)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                  (uint64_t)(uintptr_t)build->dst.handle);
+}
+
+static bool dst_has_motion_flag(const struct build_view *build)
+{
+    return build->dst.create_flags & VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV;
+}
+
+bool motion_dst_is_built_with_motion(const struct motion_build_view *motion_build,
+                                     struct finding *finding)
+{
+    const struct build_view *build = motion_build->build;
+    return !build->dst.details_known || !dst_has_motion_flag(build) || has_motion_flag(build) ||
+           violated(finding, "flags",
+                    "{} lacks VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but {} was created "
+                    "with VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV",
+                    hex(build->info->flags), dst(build));
+}
+
+bool motion_build_has_a_motion_dst(const struct motion_build_view *motion_build,
+                                   struct finding *finding)
+{
+    const struct build_view *build = motion_build->build;
+    return !build->dst.details_known || !has_motion_flag(build) || dst_has_motion_flag(build) ||
+           violated(finding, "flags",
+                    "{} has VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but {} was created with "
+                    "createFlags {}, without VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV",
+                    hex(build->info->flags), dst(build), hex(build->dst.create_flags));
+}
+
+bool motion_build_is_not_generic(const struct motion_build_view *motion_build,
+                                 struct finding *finding)
+{
+    const struct build_view *build = motion_build->build;
+    return !has_motion_flag(build) ||
+           build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
+           violated(finding, "flags",
+                    "{} has VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but type is "
+                    "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
+                    hex(build->info->flags));
+}
+
+/* Triangles. */
+
+/* The one structure of a build with motion that may not stand there, where motion data is missing,
+ * is motion data with another sType. */
+bool motion_triangles_have_their_stype(const struct motion_triangles_view *motion_triangles,
+                                       struct finding *finding)
+{
+    const struct geometry_view *geometry = motion_triangles->geometry;
+    const struct chain_facts *chain = &geometry->triangles_chain;
+    return motion_triangles->data || !has_motion_flag(geometry->build) || chain->unreadable ||
+           chain->has_duplicate || !chain->has_stray ||
+           geometry->build->call->device->newer_than_registry ||
+           violated(finding, "geometry.triangles.pNext",
+                    "has no structure of type "
+                    "VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV, "
+                    "but one of type {}, in a build with motion",
+                    structure_type(chain->stray));
+}
+
+bool motion_vertex_address_is_given(const struct motion_triangles_view *motion_triangles,
+                                    struct finding *finding)
+{
+    const VkAccelerationStructureGeometryMotionTrianglesDataNV *data = motion_triangles->data;
+    if (!data)
+        return true;
+    const struct geometry_view *geometry = motion_triangles->geometry;
+    if (geometry->build->call->command == COMMAND_HOST)
+        return host_input_is_given(geometry, finding, MOTION_DATA "vertexData.hostAddress",
+                                   data->vertexData.hostAddress);
+    return input_is_given(geometry, finding, MOTION_DATA "vertexData.deviceAddress",
+                          data->vertexData.deviceAddress);
+}

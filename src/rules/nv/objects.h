@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What rules of the NV command say of its handles. */
+#ifndef ASSAY_RULES_NV_OBJECTS_H
+#define ASSAY_RULES_NV_OBJECTS_H
+
+#include "src/state/facts.h"
+#include "src/view/finding.h"
+
+static inline struct value nv_structure(VkAccelerationStructureNV handle)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, (uint64_t)(uintptr_t)handle);
+}
+
+static inline struct value nv_buffer(VkBuffer handle)
+{
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)handle);
+}
+
+/* Null is nobody's handle, and right where it is allowed. */
+static inline bool nv_is_a_buffer(const struct buffer_facts *facts, struct finding *finding,
+                                  const char *field)
+{
+    return facts->alive != NO || facts->of_another_device ||
+           violated_by_handle(finding, field, nv_buffer(facts->handle), "a buffer of this device");
+}
+
+#endif

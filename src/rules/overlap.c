@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about pairs of ranges. A pair is of equal structures, or of two that share memory; equal
+ * structures have rules of their own and are not also reported as sharing memory. */
+#include "src/rules/predicates.h"
+
+static bool is_pair_of(const struct pair_view *pair, enum range_role a, enum range_role b)
+{
+    return pair->a.role == a && pair->b.role == b;
+}
+
+static bool is_pair_of_update(const struct pair_view *pair)
+{
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && !pair->b.is_micromap && !pair->b.is_instance;
+}
+
+static bool is_pair_with_micromap(const struct pair_view *pair)
+{
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && pair->b.is_micromap &&
+           pair->a.build != pair->b.build;
+}
+
+static bool is_pair_with_instance(const struct pair_view *pair)
+{
+    return is_pair_of(pair, ROLE_DST, ROLE_SRC) && pair->b.is_instance &&
+           pair->a.build != pair->b.build;
+}
+
+static bool is_same_structure(const struct pair_view *pair)
+{
+    return pair->a.handle && pair->a.handle == pair->b.handle;
+}
+
+static const char *field_name(enum range_role role)
+{
+    switch (role) {
+    case ROLE_DST:
+        return "dstAccelerationStructure";
+    case ROLE_SRC:
+        return "srcAccelerationStructure";
+    case ROLE_SCRATCH:
+        break;
+    }
+    return "scratchData";
+}
+
+static struct value structure(VkAccelerationStructureKHR handle)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+}
+
+static bool is_same(const struct pair_view *pair, struct finding *finding)
+{
+    return violated(finding, field_name(pair->a.role), "{} is also {}", structure(pair->a.handle),
+                    field_of(pair->b.build, field_name(pair->b.role)));
+}
+
+/* Of two scratch ranges only. */
+static bool shares_host_memory(const struct pair_view *pair, struct finding *finding)
+{
+    return violated(finding, "scratchData", "shares host memory [{}, {}) with {}",
+                    hex(pair->shared.begin), hex(pair->shared.end),
+                    field_of(pair->b.build, "scratchData"));
+}
+
+static bool shares(const struct pair_view *pair, struct finding *finding)
+{
+    if (pair->shared.memory == memory_of_host())
+        return shares_host_memory(pair, finding);
+    struct value memory =
+        object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory);
+    if (pair->a.role == ROLE_SCRATCH)
+        return violated(finding, field_name(pair->a.role), "shares bytes [{}, {}) of {} with {}",
+                        hex(pair->shared.begin), hex(pair->shared.end), memory,
+                        field_of(pair->b.build, field_name(pair->b.role)));
+    return violated(finding, field_name(pair->a.role), "{} shares bytes [{}, {}) of {} with {}",
+                    structure(pair->a.handle), hex(pair->shared.begin), hex(pair->shared.end),
+                    memory, field_of(pair->b.build, field_name(pair->b.role)));
+}
+
+bool no_dst_is_built_twice(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || pair->a.build == pair->b.build ||
+           !is_same_structure(pair) || is_same(pair, finding);
+}
+
+bool no_src_is_the_dst_of_another_build(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of_update(pair) || pair->a.build == pair->b.build || !is_same_structure(pair) ||
+           is_same(pair, finding);
+}
+
+bool update_src_and_dst_do_not_alias(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of_update(pair) || pair->a.build != pair->b.build || !pair->shares_memory ||
+           shares(pair, finding);
+}
+
+bool dst_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of_update(pair) || pair->a.build == pair->b.build || !pair->shares_memory ||
+           shares(pair, finding);
+}
+
+bool dst_and_dst_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || !pair->shares_memory || shares(pair, finding);
+}
+
+bool dst_and_scratch_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_DST, ROLE_SCRATCH) || !pair->shares_memory ||
+           shares(pair, finding);
+}
+
+bool scratch_and_scratch_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_SCRATCH, ROLE_SCRATCH) || !pair->shares_memory ||
+           shares(pair, finding);
+}
+
+bool scratch_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_of(pair, ROLE_SRC, ROLE_SCRATCH) || pair->a.is_micromap ||
+           pair->a.is_instance || !pair->shares_memory || shares(pair, finding);
+}
+
+bool no_dst_is_a_micromap_of_another_build(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_with_micromap(pair) || !is_same_structure(pair) ||
+           violated(finding, field_name(ROLE_DST), "{} is a micromap that {} uses",
+                    structure(pair->a.handle), field_of(pair->b.build, ""));
+}
+
+bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
+                                                 struct finding *finding)
+{
+    return !is_pair_with_micromap(pair) || !pair->shares_memory ||
+           violated(finding, field_name(ROLE_DST), "{} shares memory of {} with micromap {} of {}",
+                    structure(pair->a.handle),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
+                    structure(pair->b.handle), field_of(pair->b.build, ""));
+}
+
+bool no_dst_is_an_instance_of_another_build(const struct pair_view *pair, struct finding *finding)
+{
+    return !is_pair_with_instance(pair) || !is_same_structure(pair) ||
+           violated(finding, field_name(ROLE_DST), "{} is what an instance of {} refers to",
+                    structure(pair->a.handle), field_of(pair->b.build, ""));
+}
+
+bool dst_and_instances_of_other_builds_are_apart(const struct pair_view *pair,
+                                                 struct finding *finding)
+{
+    return !is_pair_with_instance(pair) || !pair->shares_memory ||
+           violated(finding, field_name(ROLE_DST),
+                    "{} shares memory of {} with {}, which an instance of {} refers to",
+                    structure(pair->a.handle),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
+                    structure(pair->b.handle), field_of(pair->b.build, ""));
+}

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about build ranges. */
+#include "src/rules/predicates.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
+
+/* The geometry of a range whose offsets are known, if it is of that type. */
+static const VkAccelerationStructureGeometryTrianglesDataKHR *
+triangles_of(const struct range_view *range)
+{
+    return range->range ? triangles_in(range->geometry->geometry) : NULL;
+}
+
+bool index_offset_is_aligned(const struct range_view *range, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
+    uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
+    return !size || range->range->primitiveOffset % size == 0 ||
+           violated(finding, "primitiveOffset", "{} is not a multiple of the index size ({})",
+                    number(range->range->primitiveOffset), number(size));
+}
+
+bool vertex_offset_is_aligned(const struct range_view *range, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
+    if (!triangles || triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
+        return true;
+    uint32_t alignment = format_alignment(triangles->vertexFormat);
+    return !alignment || range->range->primitiveOffset % alignment == 0 ||
+           violated(finding, "primitiveOffset",
+                    "{} is not a multiple of what vertexFormat is aligned to ({})",
+                    number(range->range->primitiveOffset), number(alignment));
+}
+
+static bool offset_is_multiple(struct finding *finding, const char *field, uint32_t offset,
+                               uint32_t alignment)
+{
+    return offset % alignment == 0 || violated(finding, field, "{} is not a multiple of {}",
+                                               number(offset), number(alignment));
+}
+
+/* transformOffset is not used without transform data, but the rule makes no exception. */
+bool transform_offset_is_aligned(const struct range_view *range, struct finding *finding)
+{
+    return !triangles_of(range) ||
+           offset_is_multiple(finding, "transformOffset", range->range->transformOffset, 16);
+}
+
+bool aabb_offset_is_aligned(const struct range_view *range, struct finding *finding)
+{
+    return !range->range || !aabbs_in(range->geometry->geometry) ||
+           offset_is_multiple(finding, "primitiveOffset", range->range->primitiveOffset, 8);
+}
+
+bool instance_offset_is_aligned(const struct range_view *range, struct finding *finding)
+{
+    return !range->range || !instances_in(range->geometry->geometry) ||
+           offset_is_multiple(finding, "primitiveOffset", range->range->primitiveOffset, 16);
+}
+
+/* Without primitives firstVertex + 0 - 1 names no vertex. */
+bool unindexed_vertices_are_within_max_vertex(const struct range_view *range,
+                                              struct finding *finding)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
+    if (!triangles || triangles->indexType != VK_INDEX_TYPE_NONE_KHR ||
+        !range->range->primitiveCount)
+        return true;
+    uint64_t last =
+        (uint64_t)range->range->firstVertex + (uint64_t)range->range->primitiveCount * 3 - 1;
+    return last <= triangles->maxVertex ||
+           violated(finding, "primitiveCount",
+                    "{} with firstVertex {} uses vertices up to {}, beyond maxVertex ({})",
+                    number(range->range->primitiveCount), number(range->range->firstVertex),
+                    number(last), number(triangles->maxVertex));
+}
+
+bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)
+{
+    uint64_t limit = range->geometry->build->call->device->limits.maxInstanceCount;
+    if (range->geometry->geometry->geometryType != VK_GEOMETRY_TYPE_INSTANCES_KHR)
+        return true;
+    return range->primitive_count <= limit ||
+           violated(finding, range->range ? "primitiveCount" : "",
+                    "{} exceeds maxInstanceCount ({})", number(range->primitive_count),
+                    number(limit));
+}
+
+/* The structures that command buffers read indirectly. */
+
+bool indirect_build_ranges_are_valid(const struct indirect_range_view *indirect_range,
+                                     struct finding *finding)
+{
+    const struct range_view range = {.geometry = indirect_range->geometry,
+                                     .range = indirect_range->range,
+                                     .primitive_count = indirect_range->range->primitiveCount};
+    return index_offset_is_aligned(&range, finding) && vertex_offset_is_aligned(&range, finding) &&
+           transform_offset_is_aligned(&range, finding) &&
+           aabb_offset_is_aligned(&range, finding) && instance_offset_is_aligned(&range, finding) &&
+           unindexed_vertices_are_within_max_vertex(&range, finding);
+}
+
+bool indirect_primitive_count_is_within_maximum(const struct indirect_range_view *indirect_range,
+                                                struct finding *finding)
+{
+    uint32_t count = indirect_range->range->primitiveCount;
+    return count <= indirect_range->max_primitive_count ||
+           violated(finding, "",
+                    "is {}, less than primitiveCount ({}) of the build range that was read",
+                    number(indirect_range->max_primitive_count), number(count));
+}

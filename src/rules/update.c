@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about updates, measured by what their source was last built with. They are asked only where
+ * that is known. */
+#include "src/rules/update.h"
+#include "src/rules/predicates.h"
+#include "src/view/names.h"
+
+static struct value source(const struct update_view *update)
+{
+    return object(update->command == COMMAND_NV ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                                : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                  update->src);
+}
+
+static struct value where(const struct built *built)
+{
+    return built_at(built->command_buffer, built->position);
+}
+
+#define LAST_BUILT "{} was last built with {} ({})"
+
+bool update_differs(const struct update_view *update, struct finding *finding, const char *field,
+                    struct value now, struct value then)
+{
+    return violated(finding, field, "is {}, but " LAST_BUILT, now, source(update), then,
+                    where(update->source));
+}
+
+bool update_source_was_built_with_allow_update(const struct update_view *update,
+                                               struct finding *finding)
+{
+    const char *field = update->command == COMMAND_NV ? "src" : "srcAccelerationStructure";
+    const struct built *last = update->source;
+    if (last->state == BUILT_NEVER)
+        return violated(finding, field, "{} has never been built", source(update));
+    return (last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
+           violated(finding, field,
+                    "{} was last built with flags {}, without "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR ({})",
+                    source(update), hex(last->flags), where(last));
+}
+
+bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
+{
+    return update->source->state == BUILT_NEVER ||
+           update->asked->geometry_count == update->source->geometry_count ||
+           update_differs(update, finding, "geometryCount", number(update->asked->geometry_count),
+                          number(update->source->geometry_count));
+}
+
+/* A source that doesn't allow updates at all has a rule of its own. */
+bool build_flags_match_source(const struct update_view *update, struct finding *finding)
+{
+    const struct built *last = update->source;
+    return !(last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
+           update->asked->flags == last->flags ||
+           update_differs(update, finding, "flags", hex(update->asked->flags), hex(last->flags));
+}
+
+bool build_type_matches_source(const struct update_view *update, struct finding *finding)
+{
+    return update->source->state == BUILT_NEVER || update->asked->type == update->source->type ||
+           update_differs(update, finding, "type", accel_type(update->asked->type),
+                          accel_type(update->source->type));
+}
+
+/* Geometries. */
+
+static bool geometry_differs(const struct updated_geometry_view *geometry, struct finding *finding,
+                             const char *field, struct value now, struct value then)
+{
+    return update_differs(geometry->update, finding, field, now, then);
+}
+
+bool geometry_type_matches_source(const struct updated_geometry_view *updated_geometry,
+                                  struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return now->type == then->type ||
+           geometry_differs(updated_geometry, finding, "geometryType", geometry_type(now->type),
+                            geometry_type(then->type));
+}
+
+bool geometry_flags_match_source(const struct updated_geometry_view *updated_geometry,
+                                 struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return now->flags == then->flags ||
+           geometry_differs(updated_geometry, finding, "flags", hex(now->flags), hex(then->flags));
+}
+
+static bool both_are_triangles(const struct updated_geometry_view *geometry)
+{
+    return geometry->asked->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+           geometry->source->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+}
+
+bool vertex_format_matches_source(const struct updated_geometry_view *updated_geometry,
+                                  struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !both_are_triangles(updated_geometry) || now->vertex_format == then->vertex_format ||
+           geometry_differs(updated_geometry, finding, "geometry.triangles.vertexFormat",
+                            format(now->vertex_format), format(then->vertex_format));
+}
+
+bool max_vertex_matches_source(const struct updated_geometry_view *updated_geometry,
+                               struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !both_are_triangles(updated_geometry) || now->max_vertex == then->max_vertex ||
+           geometry_differs(updated_geometry, finding, "geometry.triangles.maxVertex",
+                            number(now->max_vertex), number(then->max_vertex));
+}
+
+bool index_type_matches_source(const struct updated_geometry_view *updated_geometry,
+                               struct finding *finding)
+{
+    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    return !both_are_triangles(updated_geometry) || now->index_type == then->index_type ||
+           geometry_differs(updated_geometry, finding, "geometry.triangles.indexType",
+                            index_type(now->index_type), index_type(then->index_type));
+}
+
+static const char *transform_field(const struct updated_geometry_view *geometry)
+{
+    return geometry->update->command == COMMAND_HOST
+               ? "geometry.triangles.transformData.hostAddress"
+               : "geometry.triangles.transformData.deviceAddress";
+}
+
+bool transform_is_absent_where_source_had_none(const struct updated_geometry_view *updated_geometry,
+                                               struct finding *finding)
+{
+    return !both_are_triangles(updated_geometry) || updated_geometry->source->has_transform ||
+           !updated_geometry->asked->has_transform ||
+           geometry_differs(updated_geometry, finding, transform_field(updated_geometry),
+                            text("given"), text("0"));
+}
+
+bool transform_is_given_where_source_had_one(const struct updated_geometry_view *updated_geometry,
+                                             struct finding *finding)
+{
+    return !both_are_triangles(updated_geometry) || !updated_geometry->source->has_transform ||
+           updated_geometry->asked->has_transform ||
+           geometry_differs(updated_geometry, finding, transform_field(updated_geometry), number(0),
+                            text("an address"));
+}
+
+/* What an indirect build was built with is in its contents. */
+static bool find_count(const struct geometry_shape *shape, const struct built *built,
+                       uint32_t geometry, uint32_t *count)
+{
+    const struct geometry_contents *contents =
+        shape->count_known ? NULL : build_contents_of(built->contents, geometry);
+    *count = contents ? contents->primitive_count : shape->primitive_count;
+    return shape->count_known || (contents && contents->count_known);
+}
+
+static bool count_matches(const struct updated_geometry_view *geometry, struct finding *finding)
+{
+    const struct update_view *update = geometry->update;
+    uint32_t now, then;
+    /* Once: of what command buffers read, when it was read, though the source may be known
+     * before. */
+    bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
+                    build_contents_of(update->asked->contents, geometry->index);
+    return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
+           !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
+           violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
+                    number(now), source(update), number(then), where(update->source));
+}
+
+bool primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,
+                                    struct finding *finding)
+{
+    return count_matches(updated_geometry, finding);
+}
+
+bool indirect_primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,
+                                             struct finding *finding)
+{
+    return count_matches(updated_geometry, finding);
+}

@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Descriptions of builds, and the shapes that they share. */
+#include "src/state/builds/built.h"
+
+#include <stdlib.h>
+#include <vulkan/vulkan.h>
+
+#include "src/base/chain.h"
+#include "src/state/builds/build_info.h"
+
+static void add_reference(atomic_uint *references)
+{
+    atomic_fetch_add_explicit(references, 1, memory_order_relaxed);
+}
+
+/* Release and acquire: who takes the last one has seen what the other holders did. */
+static bool take_reference(atomic_uint *references)
+{
+    return atomic_fetch_sub_explicit(references, 1, memory_order_acq_rel) == 1;
+}
+
+struct built built_share(const struct built *built)
+{
+    if (built->shapes)
+        add_reference(&built->shapes->references);
+    if (built->compacted_size)
+        add_reference(&built->compacted_size->references);
+    build_contents_share(built->contents);
+    return *built;
+}
+
+void built_release(struct built *built)
+{
+    if (built->shapes && take_reference(&built->shapes->references))
+        free(built->shapes);
+    build_contents_release(built->contents);
+    if (built->compacted_size && take_reference(&built->compacted_size->references))
+        free(built->compacted_size);
+    *built = (struct built){0};
+}
+
+struct compacted_size *compacted_size_create(void)
+{
+    struct compacted_size *compacted = malloc(sizeof(*compacted));
+    if (!compacted)
+        return NULL;
+    atomic_init(&compacted->references, 1);
+    compacted->size = 0;
+    return compacted;
+}
+
+void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size)
+{
+    if (size && (!compacted->size || size < compacted->size))
+        compacted->size = size;
+}
+
+static struct geometry_shape
+describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
+                  const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    struct geometry_shape shape = {.type = geometry->geometryType, .flags = geometry->flags};
+    if (range) {
+        shape.count_known = true;
+        shape.primitive_count = range->primitiveCount;
+    }
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
+        const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
+        shape.vertex_format = t->vertexFormat;
+        shape.max_vertex = t->maxVertex;
+        shape.index_type = t->indexType;
+        shape.has_transform = t->transformData.deviceAddress != 0;
+    }
+    return shape;
+}
+
+static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+}
+
+/* The offset of the dense shapes behind `count` items. */
+static size_t dense_offset(uint32_t count)
+{
+    size_t end = sizeof(struct geometry_shapes) + (size_t)count * sizeof(struct geometry_shape);
+    size_t alignment = _Alignof(struct dense_shape);
+    return (end + alignment - 1) / alignment * alignment;
+}
+
+const struct dense_shape *built_dense_shapes(const struct geometry_shapes *shapes)
+{
+    return (const void *)((const char *)shapes + dense_offset(shapes->count));
+}
+
+static struct dense_shape
+describe_dense(uint32_t index,
+               const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
+{
+    return (struct dense_shape){.geometry = index,
+                                .triangle_count = data->numTriangles,
+                                .vertex_count = data->numVertices,
+                                .max_primitive_index = data->maxPrimitiveIndex,
+                                .max_geometry_index = data->maxGeometryIndex,
+                                .format = (uint32_t)data->format,
+                                .data_size = data->dataSize};
+}
+
+/* False where a geometry says that it is dense and has no data. */
+static bool describe_all_dense(const struct build_description *description,
+                               struct geometry_shapes *shapes)
+{
+    struct dense_shape *next = (void *)((char *)shapes + dense_offset(shapes->count));
+    for (uint32_t i = 0; i < shapes->count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(description->info, i);
+        if (!is_dense(geometry))
+            continue;
+        const void *data = chain_find(
+            geometry->pNext,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX);
+        if (!data)
+            return false;
+        *next++ = describe_dense(i, data);
+    }
+    return true;
+}
+
+static uint32_t count_dense(const struct build_description *description)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < description->info->geometryCount; i++)
+        if (is_dense(build_geometry(description->info, i)))
+            count++;
+    return count;
+}
+
+static size_t micromaps_offset(uint32_t count, uint32_t dense_count)
+{
+    _Static_assert(sizeof(struct dense_shape) % _Alignof(struct micromap_shape) == 0,
+                   "micromaps can lie behind dense shapes");
+    _Static_assert(_Alignof(struct dense_shape) % _Alignof(struct micromap_shape) == 0,
+                   "and those behind geometries");
+    return dense_offset(count) + (size_t)dense_count * sizeof(struct dense_shape);
+}
+
+struct micromap_shape built_micromap_shape(const struct geometry_shapes *shapes, uint32_t geometry)
+{
+    const void *micromaps =
+        (const char *)shapes + micromaps_offset(shapes->count, shapes->dense_count);
+    return shapes->has_micromaps ? ((const struct micromap_shape *)micromaps)[geometry]
+                                 : (struct micromap_shape){0};
+}
+
+static void describe_micromaps(const struct micromap_uses *uses, struct geometry_shapes *shapes)
+{
+    void *begin = (char *)shapes + micromaps_offset(shapes->count, shapes->dense_count);
+    struct micromap_shape *micromaps = begin;
+    for (uint32_t i = 0; i < shapes->count; i++)
+        micromaps[i] = (struct micromap_shape){0};
+    for (uint32_t i = 0; i < uses->count; i++)
+        if (!uses->items[i].is_ext)
+            micromaps[uses->items[i].geometry] =
+                (struct micromap_shape){.handle = uses->items[i].handle, .given = true};
+}
+
+/* The triangles of a build of a micromap are counted in its structure. */
+static void describe_built_micromap(const struct micromap_uses *uses,
+                                    struct geometry_shapes *shapes)
+{
+    shapes->items[0].count_known = uses->built_count_known;
+    shapes->items[0].primitive_count = uses->built_triangle_count;
+}
+
+/* Without dense geometries and micromaps nothing lies behind the items. */
+static struct geometry_shapes *allocate_shapes(uint32_t count, uint32_t dense_count,
+                                               bool has_micromaps)
+{
+    size_t size = sizeof(struct geometry_shapes) + (size_t)count * sizeof(struct geometry_shape);
+    if (dense_count || has_micromaps)
+        size = micromaps_offset(count, dense_count);
+    if (has_micromaps)
+        size += (size_t)count * sizeof(struct micromap_shape);
+    struct geometry_shapes *shapes = malloc(size);
+    if (!shapes)
+        return NULL;
+    atomic_init(&shapes->references, 1);
+    shapes->has_micromaps = has_micromaps;
+    shapes->count = count;
+    shapes->dense_count = dense_count;
+    return shapes;
+}
+
+static bool is_micromap(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    return info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
+static struct geometry_shapes *describe_geometries(const struct build_description *description)
+{
+    uint32_t dense_count = count_dense(description);
+    const struct micromap_uses *micromaps = description->micromaps;
+    if ((dense_count && !description->dense_readable) || (micromaps && micromaps->incomplete))
+        return NULL;
+    struct geometry_shapes *shapes = allocate_shapes(description->info->geometryCount, dense_count,
+                                                     micromaps && micromaps->count);
+    if (!shapes)
+        return NULL;
+    shapes->dst_size = description->dst_size;
+    shapes->needed_size = description->needed_size;
+    for (uint32_t i = 0; i < shapes->count; i++)
+        shapes->items[i] = describe_geometry(build_geometry(description->info, i),
+                                             description->ranges ? &description->ranges[i] : NULL);
+    if (shapes->has_micromaps)
+        describe_micromaps(micromaps, shapes);
+    if (micromaps && is_micromap(description->info) && shapes->count)
+        describe_built_micromap(micromaps, shapes);
+    if (dense_count && !describe_all_dense(description, shapes)) {
+        free(shapes);
+        return NULL;
+    }
+    return shapes;
+}
+
+void built_forget(struct built *built)
+{
+    *built = (struct built){.state = BUILT_UNKNOWN, .position = built->position};
+}
+
+void built_add_shapes(struct built *built, const struct build_description *description)
+{
+    built->shapes = describe_geometries(description);
+    if (built->shapes)
+        built->contents = build_contents_share(description->contents);
+    else
+        built_forget(built);
+}
+
+/* ---- VK_NV_ray_tracing */
+
+/* Nothing is drawn of no vertices, whatever the indices say. */
+uint32_t nv_primitive_count(const VkGeometryNV *geometry)
+{
+    const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
+    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_NV && triangles->vertexCount;
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV)
+        return geometry->geometry.aabbs.numAABBs;
+    return (is_indexed ? triangles->indexCount : triangles->vertexCount) / 3;
+}
+
+struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info)
+{
+    bool is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
+    uint32_t count = is_top ? 1 : info->geometryCount;
+    struct geometry_shapes *shapes = allocate_shapes(count, 0, false);
+    if (!shapes)
+        return NULL;
+    shapes->dst_size = shapes->needed_size = 0;
+    for (uint32_t i = 0; i < count; i++)
+        shapes->items[i] =
+            is_top ? (struct geometry_shape){.type = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                                             .count_known = true,
+                                             .primitive_count = info->instanceCount}
+                   : (struct geometry_shape){
+                         .type = info->pGeometries[i].geometryType,
+                         .index_type = info->pGeometries[i].geometry.triangles.indexType,
+                         .count_known = true,
+                         .primitive_count = nv_primitive_count(&info->pGeometries[i])};
+    return shapes;
+}

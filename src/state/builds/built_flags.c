@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Structures and the flag that they were built with, since which turn. */
+#include "src/state/builds/built_flags.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "src/base/handle_table.h"
+
+/* Written at `written`, in turn `since`, and with the same flag ever after. */
+struct flagged {
+    bool allows;
+    uint64_t since;
+    struct moment written;
+};
+
+struct built_flags {
+    pthread_mutex_t lock; /* guards the rest */
+    struct handle_table by_id;
+    uint64_t turn;
+};
+
+struct built_flags *built_flags_create(void)
+{
+    struct built_flags *flags = calloc(1, sizeof(*flags));
+    if (flags)
+        pthread_mutex_init(&flags->lock, NULL);
+    return flags;
+}
+
+static void free_flagged(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+static void release_all(struct built_flags *flags)
+{
+    handle_table_each(&flags->by_id, free_flagged, NULL);
+    handle_table_release(&flags->by_id);
+}
+
+void built_flags_destroy(struct built_flags *flags)
+{
+    if (!flags)
+        return;
+    release_all(flags);
+    pthread_mutex_destroy(&flags->lock);
+    free(flags);
+}
+
+void built_flags_forget_all(struct built_flags *flags)
+{
+    if (!flags)
+        return;
+    pthread_mutex_lock(&flags->lock);
+    release_all(flags);
+    pthread_mutex_unlock(&flags->lock);
+}
+
+void built_flags_forget(struct built_flags *flags, uint64_t id)
+{
+    if (!flags || !id)
+        return;
+    pthread_mutex_lock(&flags->lock);
+    free(handle_table_remove(&flags->by_id, id));
+    pthread_mutex_unlock(&flags->lock);
+}
+
+/* Without memory it is forgotten. */
+static void set(struct built_flags *flags, uint64_t id, const struct flagged *flagged)
+{
+    struct flagged *there = handle_table_find(&flags->by_id, id);
+    if (there) {
+        if (there->allows != flagged->allows)
+            *there = *flagged;
+        return;
+    }
+    there = malloc(sizeof(*there));
+    if (!there)
+        return;
+    *there = *flagged;
+    if (!handle_table_set(&flags->by_id, id, there))
+        free(there);
+}
+
+void built_flags_write(struct built_flags *flags, uint64_t id, const struct built *built,
+                       struct moment written)
+{
+    if (!flags || !id)
+        return;
+    pthread_mutex_lock(&flags->lock);
+    const struct flagged flagged = {
+        .allows =
+            built->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR,
+        .since = ++flags->turn,
+        .written = written};
+    if (built->state == BUILT_BEFORE)
+        set(flags, id, &flagged);
+    else
+        free(handle_table_remove(&flags->by_id, id));
+    pthread_mutex_unlock(&flags->lock);
+}
+
+uint64_t built_flags_now(struct built_flags *flags)
+{
+    pthread_mutex_lock(&flags->lock);
+    uint64_t turn = flags->turn;
+    pthread_mutex_unlock(&flags->lock);
+    return turn;
+}
+
+static bool came_before(const struct flagged *flagged, const struct built_flags_turn *turn)
+{
+    struct moment written = flagged->written;
+    bool is_own = written.queue == turn->now.queue && written.count == turn->now.count;
+    return flagged->since <= turn->turn &&
+           ((is_own && !turn->is_unordered) || execution_clock_has(&turn->follows, written));
+}
+
+enum tristate built_flags_allow_disabling(struct built_flags *flags, uint64_t id,
+                                          const struct built_flags_turn *turn)
+{
+    if (!flags || !id || !turn)
+        return UNKNOWN;
+    pthread_mutex_lock(&flags->lock);
+    const struct flagged *flagged = handle_table_find(&flags->by_id, id);
+    enum tristate allows = UNKNOWN;
+    if (flagged && came_before(flagged, turn))
+        allows = flagged->allows ? YES : NO;
+    pthread_mutex_unlock(&flags->lock);
+    return allows;
+}

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The table of command pools and command buffers. */
+#include "src/state/commands/command_buffers.h"
+
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/base/handle_table.h"
+#include "src/base/reader_lock.h"
+
+enum { RECENT_BITS = 6 };
+
+struct command_buffers {
+    struct reader_lock lock; /* guards the tables, the lists of the pools, unused, and incomplete */
+    struct handle_table pools, buffers;
+    struct command_buffer *unused; /* records of command buffers that went */
+    bool incomplete;               /* a record was lost for lack of memory */
+    /* What was found last, by hashes of handles. Commands come in long runs for a few command
+     * buffers, so that most look-ups end here, without a lock. */
+    struct command_buffer *_Atomic recent[1 << RECENT_BITS];
+};
+
+VkResult command_buffers_create(struct command_buffers **command_buffers)
+{
+    *command_buffers = calloc(1, sizeof(**command_buffers));
+    if (!*command_buffers)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    return VK_SUCCESS;
+}
+
+/* With the lock held for writing, as those below. */
+static void lay_by(struct command_buffers *command_buffers, struct command_buffer *record)
+{
+    record->next = command_buffers->unused;
+    command_buffers->unused = record;
+}
+
+static void retire(struct command_buffers *command_buffers, struct command_buffer *command_buffer)
+{
+    atomic_store_explicit(&command_buffer->handle, VK_NULL_HANDLE, memory_order_release);
+    label_stack_clear(&command_buffer->labels);
+    dependents_release(&command_buffer->dependents);
+    validity_release(command_buffer->validity);
+    build_states_release(&command_buffer->known);
+    journal_release(command_buffer->journal);
+    lay_by(command_buffers, command_buffer);
+}
+
+/* An empty record without a handle; NULL without memory. */
+static struct command_buffer *take_record(struct command_buffers *command_buffers)
+{
+    struct command_buffer *record = command_buffers->unused;
+    if (!record)
+        return calloc(1, sizeof(*record));
+    command_buffers->unused = record->next;
+    memset(&record->pool, 0, sizeof(*record) - offsetof(struct command_buffer, pool));
+    return record;
+}
+
+static void free_pool(void *record, void *context)
+{
+    struct command_pool *pool = record;
+    while (pool->first) {
+        struct command_buffer *command_buffer = pool->first;
+        pool->first = command_buffer->next;
+        retire(context, command_buffer);
+    }
+    free(pool);
+}
+
+void command_buffers_destroy(struct command_buffers *command_buffers)
+{
+    if (!command_buffers)
+        return;
+    handle_table_each(&command_buffers->pools, free_pool, command_buffers);
+    handle_table_release(&command_buffers->pools);
+    handle_table_release(&command_buffers->buffers);
+    while (command_buffers->unused) {
+        struct command_buffer *record = command_buffers->unused;
+        command_buffers->unused = record->next;
+        free(record);
+    }
+    free(command_buffers);
+}
+
+/* Pools. */
+
+/* Takes a pool and its command buffers out of the tables. */
+static struct command_pool *take_out_pool(struct command_buffers *command_buffers,
+                                          VkCommandPool handle)
+{
+    struct command_pool *pool =
+        handle_table_remove(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
+    for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
+        handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)b->handle);
+    return pool;
+}
+
+void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool handle,
+                              VkQueueFlags queue_flags, bool is_protected)
+{
+    struct command_pool *pool = malloc(sizeof(*pool));
+    if (pool)
+        *pool = (struct command_pool){
+            .handle = handle, .queue_flags = queue_flags, .is_protected = is_protected};
+    reader_lock_write(&command_buffers->lock);
+    struct command_pool *old = take_out_pool(command_buffers, handle);
+    if (!pool || !handle_table_set(&command_buffers->pools, (uint64_t)(uintptr_t)handle, pool)) {
+        command_buffers->incomplete = true;
+        free(pool);
+    }
+    if (old)
+        free_pool(old, command_buffers);
+    reader_lock_write_done(&command_buffers->lock);
+}
+
+void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
+                                 void (*gone)(void *user, VkCommandBuffer handle), void *user)
+{
+    reader_lock_write(&command_buffers->lock);
+    struct command_pool *pool = take_out_pool(command_buffers, handle);
+    reader_lock_write_done(&command_buffers->lock);
+    if (!pool)
+        return;
+    for (const struct command_buffer *b = pool->first; b; b = b->next)
+        gone(user, b->handle);
+    reader_lock_write(&command_buffers->lock);
+    free_pool(pool, command_buffers);
+    reader_lock_write_done(&command_buffers->lock);
+}
+
+void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool handle,
+                                bool releases)
+{
+    unsigned stripe = reader_lock_enter(&command_buffers->lock);
+    struct command_pool *pool =
+        handle_table_find(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
+    for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
+        command_buffer_reset(b, releases, VK_SUCCESS);
+    reader_lock_leave(&command_buffers->lock, stripe);
+}
+
+/* Command buffers. */
+
+static void unlink_from_pool(struct command_buffer *command_buffer)
+{
+    if (command_buffer->previous)
+        command_buffer->previous->next = command_buffer->next;
+    else
+        command_buffer->pool->first = command_buffer->next;
+    if (command_buffer->next)
+        command_buffer->next->previous = command_buffer->previous;
+}
+
+static void link_to_pool(struct command_buffer *command_buffer, struct command_pool *pool)
+{
+    command_buffer->pool = pool;
+    command_buffer->next = pool->first;
+    if (pool->first)
+        pool->first->previous = command_buffer;
+    pool->first = command_buffer;
+}
+
+static void remove_command_buffer(struct command_buffers *command_buffers, VkCommandBuffer handle)
+{
+    struct command_buffer *old =
+        handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
+    if (!old)
+        return;
+    unlink_from_pool(old);
+    retire(command_buffers, old);
+}
+
+static void add_command_buffer(struct command_buffers *command_buffers, struct command_pool *pool,
+                               VkCommandBufferLevel level, VkCommandBuffer handle)
+{
+    remove_command_buffer(command_buffers, handle);
+    struct command_buffer *new = pool ? take_record(command_buffers) : NULL;
+    if (!new || !handle_table_set(&command_buffers->buffers, (uint64_t)(uintptr_t)handle, new)) {
+        command_buffers->incomplete = true;
+        if (new)
+            lay_by(command_buffers, new);
+        return;
+    }
+    new->level = level;
+    new->facts = (struct command_buffer_facts){.handle = handle,
+                                               .alive = YES,
+                                               .state = COMMAND_BUFFER_INITIAL,
+                                               .is_protected = pool->is_protected ? YES : NO,
+                                               .queue_flags = pool->queue_flags};
+    dependents_init(&new->dependents);
+    link_to_pool(new, pool);
+    atomic_store_explicit(&new->handle, handle, memory_order_release);
+}
+
+void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool pool,
+                         VkCommandBufferLevel level, uint32_t count, const VkCommandBuffer *handles)
+{
+    reader_lock_write(&command_buffers->lock);
+    struct command_pool *owner =
+        handle_table_find(&command_buffers->pools, (uint64_t)(uintptr_t)pool);
+    for (uint32_t i = 0; i < count; i++)
+        add_command_buffer(command_buffers, owner, level, handles[i]);
+    reader_lock_write_done(&command_buffers->lock);
+}
+
+void command_buffers_remove(struct command_buffers *command_buffers, uint32_t count,
+                            const VkCommandBuffer *handles)
+{
+    reader_lock_write(&command_buffers->lock);
+    for (uint32_t i = 0; i < count; i++)
+        remove_command_buffer(command_buffers, handles[i]);
+    reader_lock_write_done(&command_buffers->lock);
+}
+
+/* Spread as in state/handle_table.c. */
+static struct command_buffer *_Atomic *recent_slot(struct command_buffers *command_buffers,
+                                                   VkCommandBuffer handle)
+{
+    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    return &command_buffers->recent[hash >> (64 - RECENT_BITS)];
+}
+
+__attribute__((noinline)) static struct command_buffer *
+look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
+{
+    unsigned stripe = reader_lock_enter(&command_buffers->lock);
+    struct command_buffer *found =
+        handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
+    reader_lock_leave(&command_buffers->lock, stripe);
+    if (found)
+        atomic_store_explicit(recent_slot(command_buffers, handle), found, memory_order_release);
+    return found;
+}
+
+/* Inlined when the library is linked, as each command asks. */
+inline struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
+                                                   VkCommandBuffer handle)
+{
+    struct command_buffer *recent =
+        atomic_load_explicit(recent_slot(command_buffers, handle), memory_order_acquire);
+    bool is_it =
+        recent && handle && atomic_load_explicit(&recent->handle, memory_order_acquire) == handle;
+    return is_it ? recent : look_up(command_buffers, handle);
+}
+
+bool command_buffers_incomplete(struct command_buffers *command_buffers)
+{
+    unsigned stripe = reader_lock_enter(&command_buffers->lock);
+    bool incomplete = command_buffers->incomplete;
+    reader_lock_leave(&command_buffers->lock, stripe);
+    return incomplete;
+}
+
+/* Of a handle without record. */
+__attribute__((cold)) static void facts_of_nobody(struct command_buffers *command_buffers,
+                                                  VkCommandBuffer handle,
+                                                  struct command_buffer_facts *facts)
+{
+    bool incomplete = command_buffers_incomplete(command_buffers);
+    *facts = (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
+}
+
+void command_buffers_facts(struct command_buffers *command_buffers,
+                           const struct command_buffer *command_buffer, VkCommandBuffer handle,
+                           struct command_buffer_facts *facts)
+{
+    if (!command_buffer) {
+        facts_of_nobody(command_buffers, handle, facts);
+        return;
+    }
+    *facts = command_buffer->facts;
+    if (command_buffer->facts.state != COMMAND_BUFFER_RECORDING)
+        facts->in_render_pass = facts->in_video_coding = facts->suspended = UNKNOWN;
+    if (command_buffer->validity &&
+        atomic_load_explicit(&command_buffer->validity->lost, memory_order_relaxed))
+        facts->state = COMMAND_BUFFER_INVALID;
+}
+
+struct label_stack *command_buffers_labels(struct command_buffers *command_buffers,
+                                           VkCommandBuffer handle)
+{
+    struct command_buffer *found = command_buffers_find(command_buffers, handle);
+    return found ? &found->labels : NULL;
+}

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What recorded commands do to the state of a command buffer. */
+#include "src/base/chain.h"
+#include "src/base/recording_path.h"
+#include "src/state/commands/command_buffers.h"
+
+/* What few recordings have. */
+__attribute__((cold, noinline)) static void drop_rest(struct command_buffer *command_buffer)
+{
+    dependents_invalidate(&command_buffer->dependents);
+    validity_release(command_buffer->validity);
+    command_buffer->validity = NULL;
+    build_states_release(&command_buffer->known);
+    command_buffer->knows = false;
+    label_stack_clear(&command_buffer->labels);
+}
+
+/* An empty journal: the one that there is, unless somebody shares it. */
+static void renew_journal(struct command_buffer *command_buffer)
+{
+    if (!command_buffer->journal)
+        return;
+    if (!journal_is_shared(command_buffer->journal)) {
+        journal_clear(command_buffer->journal);
+        return;
+    }
+    journal_release(command_buffer->journal);
+    command_buffer->journal = NULL;
+}
+
+ON_RECORDING_PATH static void start_over(struct command_buffer *command_buffer,
+                                         enum command_buffer_state state)
+{
+    struct command_buffer_facts *facts = &command_buffer->facts;
+    facts->in_render_pass = NO;
+    facts->suspended = UNKNOWN;
+    facts->in_video_coding = NO;
+    facts->state = state;
+    facts->build_index = 0;
+    command_buffer->suspending = false;
+    command_buffer->work_lost = false;
+    if (command_buffer->dependents.count || command_buffer->validity || command_buffer->knows ||
+        !label_stack_is_clear(&command_buffer->labels))
+        drop_rest(command_buffer);
+    renew_journal(command_buffer);
+}
+
+static bool inherits_conditions(const VkCommandBufferInheritanceInfo *inheritance)
+{
+    const VkCommandBufferInheritanceConditionalRenderingInfoEXT *conditional =
+        chain_find(inheritance->pNext,
+                   VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_CONDITIONAL_RENDERING_INFO_EXT);
+    return (inheritance->pipelineStatistics &
+            VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT) ||
+           (conditional && conditional->conditionalRenderingEnable);
+}
+
+void command_buffer_begin(struct command_buffer *command_buffer,
+                          const VkCommandBufferBeginInfo *begin_info, uint64_t deaths,
+                          VkResult result)
+{
+    if (!command_buffer)
+        return;
+    start_over(command_buffer,
+               result == VK_SUCCESS ? COMMAND_BUFFER_RECORDING : COMMAND_BUFFER_UNKNOWN);
+    if (!command_buffer->journal)
+        command_buffer->journal = journal_create(command_buffer->handle);
+    if (command_buffer->journal)
+        command_buffer->journal->deaths = deaths;
+    command_buffer->executes_once = begin_info->flags & VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    command_buffer->inherits_conditions = false;
+    /* The flag is ignored for primary command buffers, as is inheritance. */
+    if (command_buffer->level != VK_COMMAND_BUFFER_LEVEL_SECONDARY)
+        return;
+    if (begin_info->pInheritanceInfo)
+        command_buffer->inherits_conditions = inherits_conditions(begin_info->pInheritanceInfo);
+    if (begin_info->flags & VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT)
+        command_buffer->facts.in_render_pass = YES;
+}
+
+void command_buffer_end(struct command_buffer *command_buffer, VkResult result)
+{
+    if (command_buffer)
+        command_buffer->facts.state =
+            result == VK_SUCCESS ? COMMAND_BUFFER_EXECUTABLE : COMMAND_BUFFER_INVALID;
+}
+
+void command_buffer_reset(struct command_buffer *command_buffer, bool releases, VkResult result)
+{
+    if (!command_buffer)
+        return;
+    start_over(command_buffer,
+               result == VK_SUCCESS ? COMMAND_BUFFER_INITIAL : COMMAND_BUFFER_UNKNOWN);
+    if (!releases)
+        return;
+    journal_release(command_buffer->journal);
+    command_buffer->journal = NULL;
+}
+
+void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags)
+{
+    if (!command_buffer)
+        return;
+    command_buffer->facts.in_render_pass = YES;
+    command_buffer->facts.suspended = NO;
+    command_buffer->suspending = flags & VK_RENDERING_SUSPENDING_BIT;
+}
+
+void command_buffer_end_rendering(struct command_buffer *command_buffer)
+{
+    if (!command_buffer)
+        return;
+    command_buffer->facts.in_render_pass = NO;
+    command_buffer->facts.suspended = command_buffer->suspending ? YES : NO;
+    command_buffer->suspending = false;
+}
+
+void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool inside)
+{
+    if (command_buffer)
+        command_buffer->facts.in_video_coding = inside ? YES : NO;
+}
+
+/* Without memory the end of the secondary is not noticed. */
+static void depend_on(struct command_buffer *primary, struct command_buffer *secondary)
+{
+    if (!primary->validity)
+        primary->validity = validity_create();
+    if (primary->validity)
+        dependents_add(&secondary->dependents, primary->validity);
+}
+
+/* A secondary command buffer without a rendering of its own leaves a suspension as it was. One that
+ * isn't known may have done anything. */
+void command_buffer_execute(struct command_buffer *primary, struct command_buffer *secondary)
+{
+    if (!primary)
+        return;
+    if (!secondary) {
+        primary->facts.suspended = UNKNOWN;
+        if (primary->journal)
+            primary->journal->incomplete = true;
+        return;
+    }
+    if (secondary->facts.suspended != UNKNOWN)
+        primary->facts.suspended = secondary->facts.suspended;
+    depend_on(primary, secondary);
+    bool is_circle = primary->journal && secondary->journal &&
+                     journal_contains(secondary->journal, primary->journal);
+    if (primary->journal && secondary->journal && !is_circle) {
+        struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
+                                      .secondary = journal_share(secondary->journal)};
+        journal_add(primary->journal, &entry);
+        primary->journal->executes = true;
+        primary->journal->has_events |= secondary->journal->has_events;
+    }
+    if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))
+        primary->journal->incomplete = true;
+    primary->facts.build_index += secondary->facts.build_index;
+}

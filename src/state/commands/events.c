@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Events: what has set them last. */
+#include "src/state/commands/events.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "src/base/handle_table.h"
+#include "src/state/commands/journal.h"
+
+struct event {
+    bool device_only; /* the host can't set it */
+    bool is_set;
+    VkQueue queue; /* that has set or reset it last; null: the host */
+};
+
+struct events {
+    pthread_mutex_t lock;
+    struct handle_table by_handle;
+};
+
+VkResult events_create(struct events **events)
+{
+    *events = calloc(1, sizeof(**events));
+    if (!*events)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    pthread_mutex_init(&(*events)->lock, NULL);
+    return VK_SUCCESS;
+}
+
+static void free_event(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+void events_destroy(struct events *events)
+{
+    if (!events)
+        return;
+    handle_table_each(&events->by_handle, free_event, NULL);
+    handle_table_release(&events->by_handle);
+    pthread_mutex_destroy(&events->lock);
+    free(events);
+}
+
+static uint64_t key_of(VkEvent handle)
+{
+    return (uint64_t)(uintptr_t)handle;
+}
+
+void events_add(struct events *events, VkEvent handle, bool device_only)
+{
+    struct event *event = calloc(1, sizeof(*event));
+    pthread_mutex_lock(&events->lock);
+    free(handle_table_remove(&events->by_handle, key_of(handle)));
+    if (event && handle_table_set(&events->by_handle, key_of(handle), event))
+        event->device_only = device_only;
+    else
+        free(event);
+    pthread_mutex_unlock(&events->lock);
+}
+
+void events_remove(struct events *events, VkEvent handle)
+{
+    pthread_mutex_lock(&events->lock);
+    free(handle_table_remove(&events->by_handle, key_of(handle)));
+    pthread_mutex_unlock(&events->lock);
+}
+
+/* ---- what sets and resets them */
+
+static void note(const struct events *events, uint64_t handle, bool is_set, VkQueue queue)
+{
+    struct event *event = handle_table_find(&events->by_handle, handle);
+    if (!event)
+        return;
+    event->is_set = is_set;
+    event->queue = queue;
+}
+
+/* What a queue has been told to reset may be reset only after this. */
+static void note_by_host(struct events *events, VkEvent handle, bool is_set)
+{
+    pthread_mutex_lock(&events->lock);
+    const struct event *event = handle_table_find(&events->by_handle, key_of(handle));
+    if (event && (event->is_set || !event->queue))
+        note(events, key_of(handle), is_set, VK_NULL_HANDLE);
+    pthread_mutex_unlock(&events->lock);
+}
+
+void events_set(struct events *events, VkEvent handle)
+{
+    note_by_host(events, handle, true);
+}
+
+void events_reset(struct events *events, VkEvent handle)
+{
+    note_by_host(events, handle, false);
+}
+
+static void forget(void *record, void *context)
+{
+    struct event *event = record;
+    (void)context;
+    event->is_set = false;
+}
+
+void events_forget(struct events *events)
+{
+    pthread_mutex_lock(&events->lock);
+    handle_table_each(&events->by_handle, forget, NULL);
+    pthread_mutex_unlock(&events->lock);
+}
+
+/* ---- waits */
+
+/* YES where the journal leaves the event set, NO where it resets it, else `before`. */
+static enum tristate is_set_by(const struct journal *journal, uint64_t handle, enum tristate before)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    enum tristate is_set = before;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)
+            is_set = is_set_by(entry->secondary, handle, is_set);
+        else if (entry->kind == JOURNAL_SET_EVENT && entry->dst == handle)
+            is_set = YES;
+        else if (entry->kind == JOURNAL_RESET_EVENT && entry->dst == handle)
+            is_set = NO;
+    }
+    return is_set;
+}
+
+bool events_may_be_open(struct events *events, VkEvent handle, const struct journal *journal)
+{
+    if (journal->has_events && is_set_by(journal, key_of(handle), UNKNOWN) == YES)
+        return false;
+    pthread_mutex_lock(&events->lock);
+    const struct event *event = handle_table_find(&events->by_handle, key_of(handle));
+    bool device_only = event && event->device_only;
+    pthread_mutex_unlock(&events->lock);
+    return !device_only;
+}
+
+static bool is_open(const struct events *events, VkQueue queue, uint64_t handle)
+{
+    const struct event *event = handle_table_find(&events->by_handle, handle);
+    return !event || !event->is_set || (event->queue && event->queue != queue);
+}
+
+static bool submit(const struct events *events, VkQueue queue, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    bool open = false;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)
+            open |= submit(events, queue, entry->secondary);
+        else if (entry->kind == JOURNAL_SET_EVENT)
+            note(events, entry->dst, true, queue);
+        else if (entry->kind == JOURNAL_RESET_EVENT)
+            note(events, entry->dst, false, queue);
+        else if (entry->kind == JOURNAL_WAIT_EVENT)
+            open |= is_open(events, queue, entry->dst);
+    }
+    return open;
+}
+
+bool events_submit(struct events *events, VkQueue queue, const struct journal *journal)
+{
+    if (!journal->has_events)
+        return false;
+    pthread_mutex_lock(&events->lock);
+    bool open = submit(events, queue, journal);
+    pthread_mutex_unlock(&events->lock);
+    return open;
+}

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The table of query pools. */
+#include "src/state/commands/query_pools.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+#include "src/base/handle_table.h"
+#include "src/base/reader_lock.h"
+
+/* Ids of queries are apart from those of structures, which count from 1. */
+#define FIRST_QUERY_ID ((uint64_t)1 << 63)
+
+struct query_pools {
+    atomic_uint count; /* of pools; most applications have none */
+    struct reader_lock lock;
+    struct handle_table by_handle;
+    uint64_t next_id;
+};
+
+VkResult query_pools_create(struct query_pools **pools)
+{
+    *pools = calloc(1, sizeof(**pools));
+    if (!*pools)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    (*pools)->next_id = FIRST_QUERY_ID;
+    return VK_SUCCESS;
+}
+
+static void free_pool(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+void query_pools_destroy(struct query_pools *pools)
+{
+    if (!pools)
+        return;
+    handle_table_each(&pools->by_handle, free_pool, NULL);
+    handle_table_release(&pools->by_handle);
+    free(pools);
+}
+
+static struct query_pool *take_out(struct query_pools *pools, VkQueryPool handle)
+{
+    struct query_pool *record = handle_table_remove(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    if (record)
+        atomic_fetch_sub_explicit(&pools->count, 1, memory_order_relaxed);
+    return record;
+}
+
+void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count)
+{
+    struct query_pool *record = malloc(sizeof(*record));
+    reader_lock_write(&pools->lock);
+    free(take_out(pools, handle));
+    if (record) {
+        *record = (struct query_pool){.first_id = pools->next_id, .count = count};
+        pools->next_id += count;
+    }
+    if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record))
+        atomic_fetch_add_explicit(&pools->count, 1, memory_order_relaxed);
+    else
+        free(record);
+    reader_lock_write_done(&pools->lock);
+}
+
+static bool has_pools(struct query_pools *pools)
+{
+    return atomic_load_explicit(&pools->count, memory_order_relaxed) != 0;
+}
+
+bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool)
+{
+    if (!has_pools(pools))
+        return false;
+    reader_lock_write(&pools->lock);
+    struct query_pool *record = take_out(pools, handle);
+    reader_lock_write_done(&pools->lock);
+    if (record)
+        *pool = *record;
+    free(record);
+    return record != NULL;
+}
+
+bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool)
+{
+    if (!has_pools(pools))
+        return false;
+    unsigned stripe = reader_lock_enter(&pools->lock);
+    const struct query_pool *record =
+        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    if (record)
+        *pool = *record;
+    reader_lock_leave(&pools->lock, stripe);
+    return record != NULL;
+}
+
+uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_t count)
+{
+    uint32_t left = first < pool->count ? pool->count - first : 0;
+    return count < left ? count : left;
+}

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Vector clocks: when something executed, and what is certain to have executed before.
+ *
+ * Each queue counts its batches, the host its commands. A clock names, for every queue, how many of
+ * its batches certainly executed before; so does it for the host. What a clock doesn't name may
+ * still have executed before: nothing is known of it (Mattern, Virtual Time and Global States of
+ * Distributed Systems, 1988). */
+#ifndef ASSAY_STATE_ORDER_CLOCK_H
+#define ASSAY_STATE_ORDER_CLOCK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+enum {
+    EXECUTION_HOST = 0,    /* the host's index among the queues */
+    EXECUTION_QUEUES = 32, /* the host and the queues that may be submitted to */
+};
+
+/* When something executed: in the count-th batch of a queue, from 1. */
+struct moment {
+    uint32_t queue;
+    uint64_t count;
+};
+
+/* A moment that nothing follows: that of writes of undetermined order. */
+static inline struct moment moment_never(void)
+{
+    return (struct moment){.count = UINT64_MAX};
+}
+
+struct execution_clock {
+    uint32_t queues; /* that have a count; those of the others are 0, and not stored */
+    uint64_t counts[EXECUTION_QUEUES];
+};
+
+static inline bool execution_clock_has(const struct execution_clock *clock, struct moment moment)
+{
+    return moment.queue < clock->queues && moment.count <= clock->counts[moment.queue];
+}
+
+static inline void execution_clock_copy(struct execution_clock *clock,
+                                        const struct execution_clock *other)
+{
+    clock->queues = other->queues;
+    memcpy(clock->counts, other->counts, other->queues * sizeof(other->counts[0]));
+}
+
+static inline void execution_clock_extend(struct execution_clock *clock, uint32_t queues)
+{
+    while (clock->queues < queues)
+        clock->counts[clock->queues++] = 0;
+}
+
+static inline void execution_clock_join(struct execution_clock *clock,
+                                        const struct execution_clock *other)
+{
+    execution_clock_extend(clock, other->queues);
+    for (uint32_t i = 0; i < other->queues; i++)
+        if (clock->counts[i] < other->counts[i])
+            clock->counts[i] = other->counts[i];
+}
+
+static inline void execution_clock_add(struct execution_clock *clock, struct moment moment)
+{
+    execution_clock_extend(clock, moment.queue + 1);
+    if (clock->counts[moment.queue] < moment.count)
+        clock->counts[moment.queue] = moment.count;
+}
+
+/* Whether `clock` names all that `other` names. */
+static inline bool execution_clock_covers(const struct execution_clock *clock,
+                                          const struct execution_clock *other)
+{
+    for (uint32_t i = 0; i < other->queues; i++)
+        if (other->counts[i] && !execution_clock_has(clock, (struct moment){i, other->counts[i]}))
+            return false;
+    return true;
+}
+
+#endif

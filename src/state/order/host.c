@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The semaphores and fences of an order, and what the host has seen complete. */
+#include <stdlib.h>
+
+#include "src/state/order/records.h"
+
+static uint64_t key_of_semaphore(VkSemaphore handle)
+{
+    return (uint64_t)(uintptr_t)handle;
+}
+
+static uint64_t key_of_fence(VkFence handle)
+{
+    return (uint64_t)(uintptr_t)handle;
+}
+
+struct semaphore_clock *execution_order_semaphore(const struct execution_order *order,
+                                                  VkSemaphore handle)
+{
+    return handle_table_find(&order->semaphores, key_of_semaphore(handle));
+}
+
+struct order_fence *execution_order_fence(const struct execution_order *order, VkFence handle)
+{
+    return handle_table_find(&order->fences, key_of_fence(handle));
+}
+
+/* False where the order is lost or missing; the lock is held otherwise. */
+static bool enter(struct execution_order *order)
+{
+    if (!order)
+        return false;
+    pthread_mutex_lock(&order->lock);
+    if (!order->lost)
+        return true;
+    pthread_mutex_unlock(&order->lock);
+    return false;
+}
+
+static void leave(struct execution_order *order)
+{
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+}
+
+/* ---- semaphores */
+
+static void remove_semaphore(struct execution_order *order, VkSemaphore handle)
+{
+    struct semaphore_clock *semaphore =
+        handle_table_remove(&order->semaphores, key_of_semaphore(handle));
+    if (!semaphore)
+        return;
+    semaphore_clock_release(semaphore);
+    free(semaphore);
+}
+
+void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
+                                   VkSemaphoreType type, uint64_t initial_value, bool foreign)
+{
+    if (!enter(order))
+        return;
+    remove_semaphore(order, handle);
+    struct semaphore_clock *semaphore = calloc(1, sizeof(*semaphore));
+    if (semaphore && handle_table_set(&order->semaphores, key_of_semaphore(handle), semaphore)) {
+        semaphore->id = ++order->last_semaphore;
+        semaphore->timeline = type == VK_SEMAPHORE_TYPE_TIMELINE;
+        semaphore->reached = initial_value;
+        semaphore->foreign = foreign;
+    } else {
+        free(semaphore);
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+    }
+    leave(order);
+}
+
+void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle)
+{
+    if (!enter(order))
+        return;
+    remove_semaphore(order, handle);
+    execution_order_release_held(order);
+    leave(order);
+}
+
+void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle)
+{
+    if (!enter(order))
+        return;
+    struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
+    if (semaphore)
+        semaphore->foreign = true;
+    execution_order_release_held(order);
+    leave(order);
+}
+
+void execution_order_forget_signal(struct execution_order *order, VkSemaphore handle)
+{
+    if (!enter(order))
+        return;
+    struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
+    if (semaphore && !semaphore->timeline) {
+        semaphore_clock_forget(semaphore, semaphore->last_signal);
+        semaphore->last_wait = semaphore->last_signal;
+        execution_order_release_held(order);
+    }
+    leave(order);
+}
+
+/* ---- fences */
+
+void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign)
+{
+    if (!enter(order))
+        return;
+    free(handle_table_remove(&order->fences, key_of_fence(handle)));
+    struct order_fence *fence = calloc(1, sizeof(*fence));
+    if (fence && handle_table_set(&order->fences, key_of_fence(handle), fence)) {
+        fence->foreign = foreign;
+    } else {
+        free(fence);
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+    }
+    leave(order);
+}
+
+void execution_order_remove_fence(struct execution_order *order, VkFence handle)
+{
+    if (!enter(order))
+        return;
+    free(handle_table_remove(&order->fences, key_of_fence(handle)));
+    leave(order);
+}
+
+void execution_order_set_fence_foreign(struct execution_order *order, VkFence handle)
+{
+    if (!enter(order))
+        return;
+    struct order_fence *fence = execution_order_fence(order, handle);
+    if (fence)
+        fence->foreign = true;
+    leave(order);
+}
+
+void execution_order_reset_fence(struct execution_order *order, VkFence handle)
+{
+    if (!enter(order))
+        return;
+    struct order_fence *fence = execution_order_fence(order, handle);
+    if (fence) {
+        fence->serial = 0;
+        fence->seen = fence->has_clock = false;
+    }
+    leave(order);
+}
+
+/* ---- what the host has seen
+ *
+ * A batch that is held back and yet complete was released by something that the layer didn't see,
+ * unless a call that released it is still under way: then it counts when that call has returned. */
+
+void execution_order_see_fence(struct execution_order *order, VkFence handle)
+{
+    if (!enter(order))
+        return;
+    struct order_fence *fence = execution_order_fence(order, handle);
+    if (fence && !fence->foreign && fence->serial) {
+        if (fence->has_clock)
+            execution_clock_join(&order->host, &fence->clock);
+        else if (!order->in_flight)
+            execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
+        fence->seen = true;
+    }
+    leave(order);
+}
+
+void execution_order_see_semaphore(struct execution_order *order, VkSemaphore handle,
+                                   uint64_t value, bool exact)
+{
+    if (!enter(order))
+        return;
+    struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
+    if (semaphore && semaphore->timeline) {
+        semaphore_clock_see(semaphore, value, exact);
+        if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
+            execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
+        execution_order_prune(order, semaphore);
+        execution_order_release_held(order);
+    }
+    leave(order);
+}
+
+void execution_order_start_idle(struct execution_order *order, VkQueue handle,
+                                struct idle_wait *wait)
+{
+    *wait = (struct idle_wait){.queue = handle};
+    if (!enter(order))
+        return;
+    wait->serial = order->last_serial;
+    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
+        if (!handle || order->queues[i].handle == handle)
+            execution_order_join_all(&wait->clock, &order->queues[i]);
+    leave(order);
+}
+
+static void see_queue_idle(struct execution_order *order, struct order_queue *queue,
+                           uint64_t serial)
+{
+    if (queue->held && queue->held->submission->serial <= serial && !order->in_flight)
+        execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
+    else
+        queue->idle_serial = serial;
+}
+
+void execution_order_see_idle(struct execution_order *order, const struct idle_wait *wait)
+{
+    if (!enter(order))
+        return;
+    execution_clock_join(&order->host, &wait->clock);
+    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->lost; i++)
+        if (!wait->queue || order->queues[i].handle == wait->queue)
+            see_queue_idle(order, &order->queues[i], wait->serial);
+    leave(order);
+}
+
+void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock)
+{
+    clock->queues = 0;
+    if (!enter(order))
+        return;
+    execution_clock_copy(clock, &order->host);
+    leave(order);
+}
+
+bool execution_order_host_turn(struct execution_order *order, struct execution_clock *clock)
+{
+    clock->queues = 0;
+    if (!enter(order))
+        return false;
+    execution_clock_copy(clock, &order->host);
+    bool is_told = !order->run_list && !order->busy;
+    leave(order);
+    return is_told;
+}

@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The order of one device, and the course of a submission through it. */
+#include <stdlib.h>
+
+#include "src/state/order/records.h"
+
+VkResult execution_order_create(struct execution_order **order, const struct execution_hooks *hooks)
+{
+    *order = calloc(1, sizeof(**order));
+    if (!*order)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    (*order)->hooks = *hooks;
+    (*order)->queue_count = EXECUTION_HOST + 1;
+    (*order)->run_end = &(*order)->run_list;
+    pthread_mutex_init(&(*order)->lock, NULL);
+    return VK_SUCCESS;
+}
+
+static void free_semaphore(void *record, void *context)
+{
+    (void)context;
+    semaphore_clock_release(record);
+    free(record);
+}
+
+static void free_fence(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+void execution_order_destroy(struct execution_order *order)
+{
+    if (!order)
+        return;
+    pthread_mutex_lock(&order->lock);
+    order->lost_told = true;
+    execution_order_lose_locked(order, ORDER_LOST_TO_DEVICE);
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+
+    while (order->spare) {
+        struct submission *submission = order->spare;
+        order->spare = submission->next;
+        submission_free(submission);
+    }
+    handle_table_each(&order->semaphores, free_semaphore, NULL);
+    handle_table_release(&order->semaphores);
+    handle_table_each(&order->fences, free_fence, NULL);
+    handle_table_release(&order->fences);
+    pthread_mutex_destroy(&order->lock);
+    free(order);
+}
+
+void execution_order_lose(struct execution_order *order, enum order_loss why)
+{
+    if (!order)
+        return;
+    pthread_mutex_lock(&order->lock);
+    execution_order_lose_locked(order, why);
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+}
+
+/* ---- preparing */
+
+/* Queues get their indices when they are first submitted to. NULL: there are too many. */
+static struct order_queue *find_queue(struct execution_order *order, VkQueue handle)
+{
+    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
+        if (order->queues[i].handle == handle)
+            return &order->queues[i];
+    if (order->queue_count == EXECUTION_QUEUES)
+        return NULL;
+    struct order_queue *queue = &order->queues[order->queue_count];
+    queue->handle = handle;
+    queue->index = order->queue_count++;
+    queue->held_end = &queue->held;
+    return queue;
+}
+
+static bool has_queue(enum submission_kind kind)
+{
+    return kind == SUBMIT_COMMANDS || kind == SUBMIT_BINDINGS;
+}
+
+/* Two calls may submit to one queue at once (VK_KHR_internally_synchronized_queues); which of them
+ * comes first can't be known: then the order is lost. */
+static bool take_queue(struct submission *submission)
+{
+    struct order_queue *queue = find_queue(submission->order, submission->queue);
+    if (!queue || queue->in_flight) {
+        execution_order_lose_locked(submission->order,
+                                    queue ? ORDER_LOST_TO_THREADS : ORDER_LOST_TO_QUEUES);
+        return false;
+    }
+    queue->in_flight = true;
+    submission->queue_record = queue;
+    return true;
+}
+
+/* A held batch counts as not submitted until the call that releases it has returned. By then the
+ * application may have seen it complete, in ways that the layer doesn't see, and may have submitted
+ * something that builds on it: hence `uncertain`. */
+static void start(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    if (submission->out_of_memory)
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+    if (order->lost || (has_queue(submission->kind) && !take_queue(submission)))
+        return;
+    submission->state = SUBMISSION_PREPARED;
+    submission->uncertain = order->in_flight && order->held_count;
+    execution_clock_copy(&submission->host, &order->host);
+    if (submission->kind != SUBMIT_HOST_WORK)
+        order->in_flight++;
+
+    submission_announce(submission);
+    submission_resolve_ready(submission);
+    if (submission->ready_count < submission->batch_count)
+        order->waiting++;
+    if (submission->out_of_memory)
+        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+    if (has_queue(submission->kind))
+        for (uint32_t i = 0; i < submission->ready_count; i++)
+            if (submission->kind == SUBMIT_COMMANDS || submission->batches[i].command_count)
+                execution_order_append_run(order, &submission->batches[i]);
+}
+
+/* ---- finishing */
+
+static void stop(struct submission *submission, enum submission_state state)
+{
+    struct execution_order *order = submission->order;
+    submission->state = state;
+    if (submission->kind != SUBMIT_HOST_WORK)
+        order->in_flight--;
+    if (submission->ready_count < submission->batch_count)
+        order->waiting--;
+    if (submission->queue_record)
+        submission->queue_record->in_flight = false;
+}
+
+/* Its second batch is its end. */
+static void add_end_of_work(struct submission *submission)
+{
+    submission_add_batch(submission);
+    if (submission->out_of_memory)
+        return;
+    submission->batches[1].first_commands = submission->batches[0].first_commands;
+    submission->batches[1].command_count = submission->batches[0].command_count;
+}
+
+/* Whatever begins from now on follows it, on the host and, as the host submits it, elsewhere. */
+static void end_work(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    struct order_batch *batch = &submission->batches[1];
+    batch->moment = (struct moment){EXECUTION_HOST, ++order->host_count};
+    execution_clock_add(&order->host, batch->moment);
+    execution_order_append_run(order, batch);
+}
+
+static void succeed(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    stop(submission, SUBMISSION_MADE);
+    if (order->lost)
+        return;
+    submission->serial = ++order->last_serial;
+    submission_publish(submission);
+    if (submission->kind == SUBMIT_HOST_WORK)
+        end_work(submission);
+    execution_order_release_held(order);
+    if (order->held_count > EXECUTION_HELD_BATCHES)
+        execution_order_lose_locked(order, ORDER_LOST_TO_WAITS);
+}
+
+static void fail(struct submission *submission)
+{
+    submission_withdraw(submission);
+    submission_retract(submission);
+    stop(submission, SUBMISSION_FAILED);
+}
+
+bool submission_prepare(struct submission *submission)
+{
+    if (!submission)
+        return false;
+    struct execution_order *order = submission->order;
+    if (!submission->batch_count)
+        submission_add_batch(submission);
+    if (submission->kind == SUBMIT_HOST_WORK)
+        add_end_of_work(submission);
+    pthread_mutex_lock(&order->lock);
+    if (!order->lost)
+        start(submission);
+    bool is_prepared = submission->state == SUBMISSION_PREPARED;
+    bool skip = (is_prepared && submission_check(submission)) || submission->skip;
+    if (skip) {
+        if (is_prepared)
+            fail(submission);
+        submission_unreference(submission);
+    } else if (is_prepared && submission->kind == SUBMIT_HOST_WORK) {
+        execution_order_append_run(order, &submission->batches[0]);
+    }
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+    return skip;
+}
+
+static void fail_work(struct submission *submission)
+{
+    stop(submission, SUBMISSION_FAILED);
+    if (!submission->order->lost)
+        end_work(submission);
+}
+
+static void finish(struct submission *submission, VkResult result)
+{
+    struct execution_order *order = submission->order;
+    if (result == VK_ERROR_DEVICE_LOST)
+        execution_order_lose_locked(order, ORDER_LOST_TO_DEVICE);
+    if (submission->state == SUBMISSION_PREPARED && result >= VK_SUCCESS)
+        succeed(submission);
+    else if (submission->state == SUBMISSION_PREPARED && submission->kind == SUBMIT_HOST_WORK)
+        fail_work(submission);
+    else if (submission->state == SUBMISSION_PREPARED)
+        fail(submission);
+    submission_unreference(submission);
+}
+
+void submission_finish(struct submission *submission, VkResult result)
+{
+    if (!submission)
+        return;
+    struct execution_order *order = submission->order;
+    pthread_mutex_lock(&order->lock);
+    finish(submission, result);
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+}
+
+void submission_finish_silently(struct submission *submission, VkResult result)
+{
+    if (!submission)
+        return;
+    struct execution_order *order = submission->order;
+    pthread_mutex_lock(&order->lock);
+    finish(submission, result);
+    pthread_mutex_unlock(&order->lock);
+}
+
+void execution_order_run(struct execution_order *order)
+{
+    if (!order)
+        return;
+    pthread_mutex_lock(&order->lock);
+    execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
+}

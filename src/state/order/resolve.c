@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Moments and clocks of batches, from the semaphores that they wait for; and which batches are held
+ * back (Vulkan specification, Semaphore Signaling, Semaphore Waiting).
+ *
+ * A batch of commands follows all earlier ones of its queue. What a wait brings counts for the
+ * batch's work on acceleration structures only if the wait's stages include it, and for later
+ * signals in any case; what a signal carries depends on its stages in the same way. Sparse bindings
+ * are ordered by semaphores alone: their signals carry them, what they waited for, and what earlier
+ * signals of the queue carried. */
+#include "src/state/order/records.h"
+
+static struct semaphore_clock *find_semaphore(const struct execution_order *order,
+                                              const struct semaphore_operation *operation)
+{
+    struct semaphore_clock *semaphore =
+        operation->id ? execution_order_semaphore(order, operation->handle) : NULL;
+    return semaphore && semaphore->id == operation->id ? semaphore : NULL;
+}
+
+/* ---- before and after the call */
+
+static void number_operation(struct semaphore_clock *semaphore,
+                             struct semaphore_operation *operation)
+{
+    if (operation->is_signal) {
+        operation->value = ++semaphore->last_signal;
+        return;
+    }
+    bool outstanding = !semaphore->foreign && semaphore->last_signal > semaphore->last_wait;
+    operation->value = outstanding ? semaphore->last_signal : 0;
+    operation->last_wait = semaphore->last_wait;
+    semaphore->last_wait = semaphore->last_signal;
+}
+
+void submission_announce(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    for (uint32_t i = 0; i < submission->operation_count; i++) {
+        struct semaphore_operation *operation = &submission->operations[i];
+        struct semaphore_clock *semaphore = execution_order_semaphore(order, operation->handle);
+        operation->id = semaphore ? semaphore->id : 0;
+        if (!semaphore)
+            continue;
+        if (!semaphore->timeline)
+            number_operation(semaphore, operation);
+        if (operation->is_signal &&
+            !semaphore_clock_announce(semaphore, operation->value, submission))
+            submission->out_of_memory = true;
+    }
+}
+
+void submission_retract(struct submission *submission)
+{
+    for (uint32_t i = submission->operation_count; i-- > 0;) {
+        const struct semaphore_operation *operation = &submission->operations[i];
+        struct semaphore_clock *semaphore = find_semaphore(submission->order, operation);
+        if (!semaphore)
+            continue;
+        if (operation->is_signal)
+            semaphore_clock_retract(semaphore, operation->value, submission);
+        if (semaphore->timeline)
+            continue;
+        if (!operation->is_signal)
+            semaphore->last_wait = operation->last_wait;
+        else if (semaphore->last_signal == operation->value)
+            semaphore->last_signal--;
+    }
+}
+
+/* A batch that is held, or will be, doesn't follow what the host has seen since its call began. */
+void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore)
+{
+    if (!order->held_count && !order->waiting)
+        semaphore_clock_prune(semaphore, &order->host);
+}
+
+static void publish_operation(struct submission *submission,
+                              const struct semaphore_operation *operation)
+{
+    struct execution_order *order = submission->order;
+    struct semaphore_clock *semaphore = find_semaphore(order, operation);
+    if (!semaphore)
+        return;
+    if (operation->is_signal) {
+        semaphore_clock_publish(semaphore, operation->value, submission);
+        semaphore_clock_catch_up(semaphore, &order->host);
+        execution_order_prune(order, semaphore);
+    } else if (!semaphore->timeline) {
+        semaphore_clock_forget(semaphore, operation->value);
+    }
+}
+
+static void publish_batch(const struct order_batch *batch)
+{
+    struct submission *submission = batch->submission;
+    for (uint32_t i = 0; i < batch->operation_count; i++)
+        publish_operation(submission, &submission->operations[batch->first_operation + i]);
+}
+
+bool order_batch_is_last(const struct order_batch *batch)
+{
+    return batch == &batch->submission->batches[batch->submission->batch_count - 1];
+}
+
+/* The last batch is resolved; `clocks` are those of the queue after it. */
+static void give_fence_clock(const struct order_batch *last, const struct queue_clocks *clocks)
+{
+    struct submission *submission = last->submission;
+    struct order_fence *fence = execution_order_fence(submission->order, submission->fence);
+    if (!fence || fence->serial != submission->serial)
+        return;
+    fence->has_clock = true;
+    execution_clock_copy(&fence->clock,
+                         submission->kind == SUBMIT_BINDINGS ? &clocks->signalled : &clocks->all);
+    if (fence->seen)
+        execution_clock_join(&submission->order->host, &fence->clock);
+}
+
+static void hold(struct order_batch *batch)
+{
+    struct submission *submission = batch->submission;
+    struct order_queue *queue = submission->queue_record;
+    submission->references++;
+    batch->next = NULL;
+    *queue->held_end = batch;
+    queue->held_end = &batch->next;
+    submission->order->held_count++;
+    if (submission->kind == SUBMIT_BINDINGS)
+        queue->held_bindings++;
+}
+
+void submission_publish(struct submission *submission)
+{
+    struct order_queue *queue = submission->queue_record;
+    struct order_fence *fence = execution_order_fence(submission->order, submission->fence);
+    if (fence) {
+        fence->serial = submission->serial;
+        fence->seen = fence->has_clock = false;
+    }
+    if (queue && submission->ready_count)
+        queue->clocks = submission->clocks;
+    for (uint32_t i = submission->ready_count; i < submission->batch_count; i++)
+        hold(&submission->batches[i]);
+    for (uint32_t i = 0; i < submission->ready_count; i++)
+        publish_batch(&submission->batches[i]);
+    if (submission->ready_count == submission->batch_count)
+        give_fence_clock(&submission->batches[submission->batch_count - 1], &submission->clocks);
+}
+
+/* ---- waits */
+
+static enum semaphore_answer ask(const struct order_batch *batch,
+                                 const struct semaphore_operation *operation,
+                                 const struct execution_clock **clock)
+{
+    struct submission *submission = batch->submission;
+    struct semaphore_clock *semaphore = find_semaphore(submission->order, operation);
+    *clock = NULL;
+    if (semaphore)
+        return semaphore_clock_wait(semaphore, operation->value, submission, clock);
+    return operation->id ? SEMAPHORE_OPEN : SEMAPHORE_REACHED; /* destroyed, or never known */
+}
+
+static bool is_held_back(const struct order_batch *batch)
+{
+    const struct semaphore_operation *operations = order_batch_operations(batch);
+    const struct execution_clock *clock;
+    for (uint32_t i = 0; i < batch->operation_count; i++)
+        if (!operations[i].is_signal && ask(batch, &operations[i], &clock) == SEMAPHORE_NOT_YET)
+            return true;
+    return false;
+}
+
+bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
+                              struct execution_clock *all)
+{
+    const struct semaphore_operation *operations = order_batch_operations(batch);
+    bool open = false;
+    for (uint32_t i = 0; i < batch->operation_count; i++) {
+        const struct execution_clock *clock;
+        if (operations[i].is_signal)
+            continue;
+        if (ask(batch, &operations[i], &clock) == SEMAPHORE_OPEN)
+            open = true;
+        if (!clock)
+            continue;
+        execution_clock_join(all, clock);
+        if (operations[i].scope != SCOPE_NOTHING)
+            execution_clock_join(builds, clock);
+    }
+    return open;
+}
+
+/* ---- open batches */
+
+static void add_open(struct submission *submission, struct queue_clocks *clocks)
+{
+    uint32_t index = submission->queue_record->index;
+    struct moment last = {index, clocks->last_open};
+    if (!clocks->first_open || execution_clock_has(&submission->host, last))
+        clocks->first_open = clocks->count;
+    clocks->last_open = clocks->count;
+    submission->order->has_open = true;
+}
+
+/* Whether the batch follows an open one that the host had not seen complete. */
+static bool follows_open(const struct order_batch *batch, const struct queue_clocks *own)
+{
+    const struct submission *submission = batch->submission;
+    const struct execution_order *order = submission->order;
+    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++) {
+        const struct queue_clocks *clocks =
+            i == submission->queue_record->index ? own : &order->queues[i].clocks;
+        if (clocks->first_open &&
+            execution_clock_has(&own->all, (struct moment){i, clocks->first_open}) &&
+            !execution_clock_has(&submission->host, (struct moment){i, clocks->last_open}))
+            return true;
+    }
+    return false;
+}
+
+/* ---- resolving */
+
+void order_batch_set_signal(struct order_batch *batch, const struct semaphore_operation *operation,
+                            const struct execution_clock *carried)
+{
+    struct semaphore_clock *semaphore = find_semaphore(batch->submission->order, operation);
+    if (semaphore)
+        semaphore_clock_set(semaphore, operation->value, batch->submission, carried);
+}
+
+/* Signals of one batch have no order among themselves: `signalled` is what came before all. */
+static void signal_after_commands(struct order_batch *batch, struct queue_clocks *clocks)
+{
+    const struct submission *submission = batch->submission;
+    const struct semaphore_operation *operations = order_batch_operations(batch);
+    struct execution_clock builds;
+    bool signals_builds = false, signals_all = submission->fence && order_batch_is_last(batch);
+    execution_clock_copy(&builds, &clocks->builds);
+    execution_clock_join(&builds, &clocks->signalled);
+    for (uint32_t i = 0; i < batch->operation_count; i++) {
+        if (!operations[i].is_signal)
+            continue;
+        const struct execution_clock *const carried[] = {
+            [SCOPE_NOTHING] = &clocks->signalled,
+            [SCOPE_BUILDS] = &builds,
+            [SCOPE_ALL] = &clocks->all,
+        };
+        order_batch_set_signal(batch, &operations[i], carried[operations[i].scope]);
+        signals_builds |= operations[i].scope == SCOPE_BUILDS;
+        signals_all |= operations[i].scope == SCOPE_ALL;
+    }
+    if (signals_all || signals_builds)
+        execution_clock_join(&clocks->signalled, signals_all ? &clocks->all : &builds);
+}
+
+static void resolve_commands(struct order_batch *batch, struct queue_clocks *clocks)
+{
+    struct submission *submission = batch->submission;
+    execution_clock_join(&clocks->builds, &submission->host);
+    execution_clock_join(&clocks->all, &submission->host);
+    bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all) || batch->is_open;
+
+    batch->moment = (struct moment){submission->queue_record->index, ++clocks->count};
+    execution_clock_copy(&batch->clock, &clocks->builds);
+    execution_clock_add(&clocks->builds, batch->moment);
+    execution_clock_add(&clocks->all, batch->moment);
+    if (open)
+        add_open(submission, clocks);
+    batch->predecessors_known =
+        !submission->uncertain && !(submission->order->has_open && follows_open(batch, clocks));
+
+    signal_after_commands(batch, clocks);
+}
+
+static void resolve_host(struct order_batch *batch)
+{
+    struct submission *submission = batch->submission;
+    batch->moment = (struct moment){EXECUTION_HOST, 0}; /* work gets its own when it ends */
+    batch->predecessors_known = !submission->uncertain;
+    execution_clock_copy(&batch->clock, &submission->host);
+    for (uint32_t i = 0; i < batch->operation_count; i++)
+        order_batch_set_signal(batch, &submission->operations[batch->first_operation + i],
+                               &batch->clock);
+}
+
+static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
+{
+    if (!batch->submission->queue_record)
+        resolve_host(batch);
+    else if (batch->submission->kind == SUBMIT_BINDINGS)
+        order_batch_resolve_bindings(batch, clocks);
+    else
+        resolve_commands(batch, clocks);
+}
+
+void submission_resolve_ready(struct submission *submission)
+{
+    struct order_queue *queue = submission->queue_record;
+    if (queue && queue->held)
+        return;
+    if (queue)
+        submission->clocks = queue->clocks;
+    while (submission->ready_count < submission->batch_count) {
+        struct order_batch *batch = &submission->batches[submission->ready_count];
+        if (is_held_back(batch))
+            break;
+        resolve(batch, &submission->clocks);
+        submission->ready_count++;
+    }
+}
+
+/* ---- releasing */
+
+static bool signals(const struct order_batch *batch)
+{
+    const struct submission *submission = batch->submission;
+    bool found = submission->fence;
+    for (uint32_t i = 0; i < batch->operation_count && !found; i++)
+        found = submission->operations[batch->first_operation + i].is_signal;
+    return found;
+}
+
+/* The first held batch that nothing holds back: neither what it waits for, nor one held before it.
+ * Commands wait for all earlier commands of their queue, but commands and bindings don't wait for
+ * each other, nor bindings for bindings; only signals come in the order of submission. */
+static struct order_batch **find_releasable(struct order_queue *queue)
+{
+    bool behind_commands = false, behind_signals = false;
+    for (struct order_batch **link = &queue->held; *link; link = &(*link)->next) {
+        bool is_commands = (*link)->submission->kind == SUBMIT_COMMANDS;
+        bool has_signals = signals(*link);
+        bool is_behind = (is_commands && behind_commands) || (has_signals && behind_signals);
+        if (!is_behind && !is_held_back(*link))
+            return link;
+        behind_commands |= is_commands;
+        behind_signals |= has_signals;
+        if (behind_commands && !queue->held_bindings)
+            break;
+    }
+    return NULL;
+}
+
+static void release(struct order_queue *queue, struct order_batch **link)
+{
+    struct order_batch *batch = *link;
+    struct submission *submission = batch->submission;
+    struct execution_order *order = submission->order;
+    *link = batch->next;
+    if (!*link)
+        queue->held_end = link;
+    order->held_count--;
+    if (submission->kind == SUBMIT_BINDINGS)
+        queue->held_bindings--;
+
+    resolve(batch, &queue->clocks);
+    publish_batch(batch);
+    if (order_batch_is_last(batch))
+        give_fence_clock(batch, &queue->clocks);
+    if (submission->serial <= queue->idle_serial)
+        execution_order_join_all(&order->host, queue);
+    if (submission->kind == SUBMIT_COMMANDS || batch->command_count)
+        execution_order_append_run(order, batch);
+    submission_unreference(submission);
+}
+
+void execution_order_release_held(struct execution_order *order)
+{
+    bool released = order->held_count > 0;
+    while (released && !order->lost) {
+        released = false;
+        for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
+            for (struct order_batch **link; (link = find_releasable(&order->queues[i]));) {
+                release(&order->queues[i], link);
+                released = true;
+            }
+    }
+}

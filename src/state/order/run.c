@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The run list: hooks are called here, one thread at a time and never with the lock held. */
+#include "src/state/order/records.h"
+
+void execution_order_append_run(struct execution_order *order, struct order_batch *batch)
+{
+    batch->submission->references++;
+    batch->next = NULL;
+    *order->run_end = batch;
+    order->run_end = &batch->next;
+}
+
+/* Held batches go to the run list to be freed with the others. */
+void execution_order_lose_locked(struct execution_order *order, enum order_loss why)
+{
+    if (!order->lost)
+        order->loss = why;
+    order->lost = true;
+    for (uint32_t i = 0; i < order->queue_count; i++) {
+        struct order_queue *queue = &order->queues[i];
+        if (!queue->held)
+            continue;
+        *order->run_end = queue->held;
+        order->run_end = queue->held_end;
+        queue->held = NULL;
+        queue->held_end = &queue->held;
+    }
+    order->held_count = 0;
+}
+
+static void release_captured(const struct submission *submission)
+{
+    const struct execution_hooks *hooks = &submission->order->hooks;
+    for (uint32_t i = 0; i < submission->command_count; i++)
+        if (submission->commands[i].captured)
+            hooks->release(hooks->user, submission->commands[i].captured);
+}
+
+void submission_unreference(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    if (--submission->references)
+        return;
+    if (submission->command_count && order->hooks.release) {
+        pthread_mutex_unlock(&order->lock);
+        release_captured(submission);
+        pthread_mutex_lock(&order->lock);
+    }
+    submission->next = order->spare;
+    order->spare = submission;
+}
+
+static enum work_phase phase_of(const struct order_batch *batch)
+{
+    const struct submission *submission = batch->submission;
+    if (submission->kind != SUBMIT_HOST_WORK)
+        return WORK_OF_QUEUE;
+    if (batch == submission->batches)
+        return WORK_BEGINS;
+    return submission->state == SUBMISSION_FAILED ? WORK_FAILS : WORK_ENDS;
+}
+
+static struct batch_run describe(const struct order_batch *batch)
+{
+    const struct submission *submission = batch->submission;
+    return (struct batch_run){
+        .queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE,
+        .work = phase_of(batch),
+        .moment = batch->moment,
+        .clock = &batch->clock,
+        .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
+        .command_count = batch->command_count,
+        .checked = submission->checked && batch < &submission->batches[submission->ready_count],
+        .predecessors_known = batch->predecessors_known,
+    };
+}
+
+/* ---- running */
+
+static void tell_lost(struct execution_order *order)
+{
+    order->lost_told = true;
+    if (!order->hooks.lost)
+        return;
+    order->busy = true;
+    pthread_mutex_unlock(&order->lock);
+    order->hooks.lost(order->hooks.user, order->loss);
+    pthread_mutex_lock(&order->lock);
+    order->busy = false;
+}
+
+/* Whether the batch runs only when its call has returned. */
+static bool is_under_way(const struct order_batch *batch)
+{
+    return batch->submission->state == SUBMISSION_PREPARED &&
+           batch->submission->kind != SUBMIT_HOST_WORK;
+}
+
+/* The first batch, unless its call is under way. */
+static struct order_batch *take_first(struct execution_order *order)
+{
+    struct order_batch *batch = order->run_list;
+    if (!batch || is_under_way(batch))
+        return NULL;
+    order->run_list = batch->next;
+    if (!order->run_list)
+        order->run_end = &order->run_list;
+    return batch;
+}
+
+static void run(struct execution_order *order, const struct order_batch *batch)
+{
+    if (!order->lost && order->hooks.run) {
+        struct batch_run description = describe(batch);
+        order->busy = true;
+        pthread_mutex_unlock(&order->lock);
+        order->hooks.run(order->hooks.user, &description);
+        pthread_mutex_lock(&order->lock);
+        order->busy = false;
+    }
+    submission_unreference(batch->submission);
+}
+
+void execution_order_drain(struct execution_order *order)
+{
+    while (!order->busy) {
+        struct order_batch *batch = NULL;
+        if (order->lost && !order->lost_told)
+            tell_lost(order);
+        else if ((batch = take_first(order)))
+            run(order, batch);
+        else
+            break;
+    }
+}
+
+/* ---- around the call */
+
+bool submission_check(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    bool has_turn = submission->kind == SUBMIT_HOST_WORK
+                        ? !order->run_list
+                        : submission->ready_count && order->run_list == submission->batches;
+    if (!order->hooks.check || order->lost || order->busy || !has_turn ||
+        submission->kind == SUBMIT_BINDINGS)
+        return false;
+    bool skip = false;
+    submission->checked = true;
+    order->busy = true;
+    pthread_mutex_unlock(&order->lock);
+    uint32_t count = submission->kind == SUBMIT_HOST_WORK ? 1 : submission->ready_count;
+    for (uint32_t i = 0; i < count; i++) {
+        struct batch_run description = describe(&submission->batches[i]);
+        skip |= order->hooks.check(order->hooks.user, &description);
+    }
+    pthread_mutex_lock(&order->lock);
+    order->busy = false;
+    return skip;
+}
+
+/* Checked batches are at the head of the list, so nobody else is in a hook. */
+static void tell_drop(struct execution_order *order)
+{
+    order->busy = true;
+    pthread_mutex_unlock(&order->lock);
+    order->hooks.drop(order->hooks.user);
+    pthread_mutex_lock(&order->lock);
+    order->busy = false;
+}
+
+void submission_withdraw(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    if (submission->kind == SUBMIT_HOST_WORK)
+        return;
+    if (submission->checked && order->hooks.drop && !order->lost)
+        tell_drop(order);
+    for (struct order_batch **link = &order->run_list; *link;) {
+        if ((*link)->submission != submission) {
+            link = &(*link)->next;
+            continue;
+        }
+        *link = (*link)->next;
+        submission->references--; /* the caller still has one */
+    }
+    order->run_end = &order->run_list;
+    while (*order->run_end)
+        order->run_end = &(*order->run_end)->next;
+}

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The signals of one semaphore. */
+#include "src/state/order/semaphore_clock.h"
+
+#include <stdlib.h>
+
+enum { FIRST_SIGNALS = 4 };
+
+/* Index of the first signal of at least that value. */
+static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value)
+{
+    uint32_t i = 0;
+    while (i < semaphore->count && semaphore->signals[i].value < value)
+        i++;
+    return i;
+}
+
+enum semaphore_answer semaphore_clock_wait(const struct semaphore_clock *semaphore, uint64_t value,
+                                           const void *owner, const struct execution_clock **clock)
+{
+    *clock = NULL;
+    if (value <= semaphore->reached)
+        return SEMAPHORE_REACHED;
+    if (semaphore->foreign)
+        return value <= semaphore->seen ? SEMAPHORE_REACHED : SEMAPHORE_OPEN;
+    uint32_t i = first_at(semaphore, value);
+    if (i == semaphore->count)
+        return SEMAPHORE_NOT_YET;
+    const struct semaphore_signal *signal = &semaphore->signals[i];
+    if (signal->owner && !(signal->owner == owner && signal->has_clock))
+        return SEMAPHORE_NOT_YET;
+    *clock = &signal->clock;
+    return SEMAPHORE_REACHED;
+}
+
+static void drop_first(struct semaphore_clock *semaphore, uint32_t count)
+{
+    if (!count)
+        return;
+    if (semaphore->reached < semaphore->signals[count - 1].value)
+        semaphore->reached = semaphore->signals[count - 1].value;
+    semaphore->count -= count;
+    memmove(semaphore->signals, semaphore->signals + count,
+            semaphore->count * sizeof(semaphore->signals[0]));
+}
+
+/* An unpublished signal may yet be retracted, so it and what comes after it stay. */
+static void drop_old(struct semaphore_clock *semaphore)
+{
+    uint32_t i = 0;
+    while (i < semaphore->count && i < SEMAPHORE_SIGNALS / 2 && !semaphore->signals[i].owner)
+        i++;
+    drop_first(semaphore, i);
+}
+
+static bool reserve(struct semaphore_clock *semaphore)
+{
+    if (semaphore->count >= SEMAPHORE_SIGNALS)
+        drop_old(semaphore);
+    if (semaphore->count < semaphore->capacity)
+        return true;
+    uint32_t capacity = semaphore->capacity ? semaphore->capacity * 2 : FIRST_SIGNALS;
+    struct semaphore_signal *signals =
+        realloc(semaphore->signals, capacity * sizeof(semaphore->signals[0]));
+    if (!signals)
+        return false;
+    semaphore->signals = signals;
+    semaphore->capacity = capacity;
+    return true;
+}
+
+bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, const void *owner)
+{
+    if (semaphore->foreign || value <= semaphore->reached)
+        return true;
+    if (!reserve(semaphore))
+        return false;
+    uint32_t at = semaphore->count; /* nearly always the last */
+    while (at && semaphore->signals[at - 1].value > value)
+        at--;
+    struct semaphore_signal *signal = &semaphore->signals[at];
+    memmove(signal + 1, signal, (semaphore->count - at) * sizeof(*signal));
+    signal->value = value;
+    signal->owner = owner;
+    signal->has_clock = false;
+    semaphore->count++;
+    return true;
+}
+
+static struct semaphore_signal *find_own(struct semaphore_clock *semaphore, uint64_t value,
+                                         const void *owner)
+{
+    for (uint32_t i = first_at(semaphore, value);
+         i < semaphore->count && semaphore->signals[i].value == value; i++)
+        if (semaphore->signals[i].owner == owner)
+            return &semaphore->signals[i];
+    return NULL;
+}
+
+void semaphore_clock_set(struct semaphore_clock *semaphore, uint64_t value, const void *owner,
+                         const struct execution_clock *clock)
+{
+    struct semaphore_signal *signal = find_own(semaphore, value, owner);
+    if (!signal)
+        return;
+    execution_clock_copy(&signal->clock, clock);
+    signal->has_clock = true;
+}
+
+void semaphore_clock_publish(struct semaphore_clock *semaphore, uint64_t value, const void *owner)
+{
+    struct semaphore_signal *signal = find_own(semaphore, value, owner);
+    if (signal)
+        signal->owner = NULL;
+}
+
+void semaphore_clock_retract(struct semaphore_clock *semaphore, uint64_t value, const void *owner)
+{
+    struct semaphore_signal *signal = find_own(semaphore, value, owner);
+    if (!signal)
+        return;
+    semaphore->count--;
+    size_t at = (size_t)(signal - semaphore->signals);
+    memmove(signal, signal + 1, (semaphore->count - at) * sizeof(*signal));
+}
+
+void semaphore_clock_forget(struct semaphore_clock *semaphore, uint64_t value)
+{
+    uint32_t i = 0;
+    while (i < semaphore->count && semaphore->signals[i].value <= value)
+        i++;
+    drop_first(semaphore, i);
+    if (semaphore->reached < value)
+        semaphore->reached = value;
+}
+
+void semaphore_clock_see(struct semaphore_clock *semaphore, uint64_t value, bool exact)
+{
+    if (value > semaphore->reached) {
+        uint32_t i = first_at(semaphore, value);
+        if (i == semaphore->count || (exact && semaphore->signals[i].value != value))
+            semaphore->foreign = true;
+        else
+            value = semaphore->signals[i].value;
+    }
+    if (semaphore->seen < value)
+        semaphore->seen = value;
+}
+
+bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct execution_clock *host)
+{
+    bool all_published = true;
+    for (uint32_t i = 0; i < semaphore->count && semaphore->signals[i].value <= semaphore->seen;
+         i++)
+        if (semaphore->signals[i].owner)
+            all_published = false;
+        else
+            execution_clock_join(host, &semaphore->signals[i].clock);
+    return all_published;
+}
+
+void semaphore_clock_prune(struct semaphore_clock *semaphore, const struct execution_clock *host)
+{
+    uint32_t i = 0;
+    while (i < semaphore->count && !semaphore->signals[i].owner &&
+           execution_clock_covers(host, &semaphore->signals[i].clock))
+        i++;
+    drop_first(semaphore, i);
+}
+
+void semaphore_clock_release(struct semaphore_clock *semaphore)
+{
+    free(semaphore->signals);
+    semaphore->signals = NULL;
+    semaphore->count = semaphore->capacity = 0;
+}

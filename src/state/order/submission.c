@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Collecting what one call submits. A submission keeps its arrays when it is used again, so nothing
+ * is allocated once the application has submitted the like before. */
+#include <stdlib.h>
+
+#include "src/state/order/records.h"
+
+enum { FIRST_ELEMENTS = 4 };
+
+static void start_over(struct submission *submission)
+{
+    submission->next = NULL;
+    submission->state = SUBMISSION_COLLECTING;
+    submission->fence = VK_NULL_HANDLE;
+    submission->queue_record = NULL;
+    submission->references = 1;
+    submission->out_of_memory = submission->checked = submission->uncertain = false;
+    submission->skip = false;
+    submission->ready_count = 0;
+    submission->batch_count = submission->operation_count = submission->command_count = 0;
+}
+
+struct submission *submission_begin(struct execution_order *order, enum submission_kind kind,
+                                    VkQueue queue)
+{
+    if (!order)
+        return NULL;
+    pthread_mutex_lock(&order->lock);
+    bool lost = order->lost;
+    struct submission *submission = lost ? NULL : order->spare;
+    if (submission)
+        order->spare = submission->next;
+    pthread_mutex_unlock(&order->lock);
+    if (lost)
+        return NULL;
+    if (!submission)
+        submission = calloc(1, sizeof(*submission));
+    if (!submission) {
+        execution_order_lose(order, ORDER_LOST_TO_MEMORY);
+        return NULL;
+    }
+    submission->order = order;
+    submission->kind = kind;
+    submission->queue = queue;
+    start_over(submission);
+    return submission;
+}
+
+void submission_free(struct submission *submission)
+{
+    free(submission->batches);
+    free(submission->operations);
+    free(submission->commands);
+    free(submission);
+}
+
+/* Room for one more element. */
+static bool reserve(struct submission *submission, void **elements, uint32_t count,
+                    uint32_t *capacity, size_t size)
+{
+    if (count < *capacity)
+        return true;
+    uint32_t larger = *capacity ? *capacity * 2 : FIRST_ELEMENTS;
+    void *moved = realloc(*elements, larger * size);
+    if (!moved) {
+        submission->out_of_memory = true;
+        return false;
+    }
+    *elements = moved;
+    *capacity = larger;
+    return true;
+}
+
+void submission_add_batch(struct submission *submission)
+{
+    if (!submission || !reserve(submission, (void **)&submission->batches, submission->batch_count,
+                                &submission->batch_capacity, sizeof(submission->batches[0])))
+        return;
+    struct order_batch *batch = &submission->batches[submission->batch_count++];
+    batch->submission = submission;
+    batch->next = NULL;
+    batch->first_operation = submission->operation_count;
+    batch->first_commands = submission->command_count;
+    batch->operation_count = batch->command_count = 0;
+    batch->is_open = false;
+}
+
+/* NULL where something was lost for lack of memory before. */
+static struct order_batch *last_batch(struct submission *submission)
+{
+    return submission && !submission->out_of_memory && submission->batch_count
+               ? &submission->batches[submission->batch_count - 1]
+               : NULL;
+}
+
+static void add_operation(struct submission *submission,
+                          const struct semaphore_operation *operation)
+{
+    struct order_batch *batch = last_batch(submission);
+    if (!batch || !operation->handle ||
+        !reserve(submission, (void **)&submission->operations, submission->operation_count,
+                 &submission->operation_capacity, sizeof(*operation)))
+        return;
+    submission->operations[submission->operation_count++] = *operation;
+    batch->operation_count++;
+}
+
+void submission_add_wait(struct submission *submission, VkSemaphore semaphore, uint64_t value,
+                         enum semaphore_scope scope)
+{
+    add_operation(submission, &(struct semaphore_operation){
+                                  .handle = semaphore, .value = value, .scope = scope});
+}
+
+void submission_add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
+                           enum semaphore_scope scope)
+{
+    add_operation(submission,
+                  &(struct semaphore_operation){
+                      .handle = semaphore, .value = value, .scope = scope, .is_signal = true});
+}
+
+static void add_commands(struct submission *submission, VkCommandBuffer handle, void *captured)
+{
+    struct order_batch *batch = last_batch(submission);
+    if (!batch || !reserve(submission, (void **)&submission->commands, submission->command_count,
+                           &submission->command_capacity, sizeof(submission->commands[0]))) {
+        const struct execution_hooks *hooks = &submission->order->hooks;
+        if (captured && hooks->release)
+            hooks->release(hooks->user, captured);
+        return;
+    }
+    submission->commands[submission->command_count++] =
+        (struct submitted_commands){.handle = handle, .captured = captured};
+    batch->command_count++;
+}
+
+void submission_add_commands(struct submission *submission, VkCommandBuffer command_buffer)
+{
+    if (!submission)
+        return;
+    const struct execution_hooks *hooks = &submission->order->hooks;
+    struct order_batch *batch = last_batch(submission);
+    void *captured = hooks->capture ? hooks->capture(hooks->user, command_buffer) : NULL;
+    if (batch && captured && hooks->is_open &&
+        hooks->is_open(hooks->user, submission->queue, captured))
+        batch->is_open = true;
+    add_commands(submission, command_buffer, captured);
+}
+
+void submission_add_work(struct submission *submission, void *captured)
+{
+    if (submission)
+        add_commands(submission, VK_NULL_HANDLE, captured);
+}
+
+void submission_set_skip(struct submission *submission)
+{
+    if (submission)
+        submission->skip = true;
+}
+
+void submission_set_fence(struct submission *submission, VkFence fence)
+{
+    if (submission)
+        submission->fence = fence;
+}

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How the records of buffers come and go, and what they are bound to. */
+#include <stdlib.h>
+
+#include "src/base/chain.h"
+#include "src/state/resources/records.h"
+
+static void unbind(struct buffer_record *buffer)
+{
+    if (buffer->memory) {
+        if (buffer->previous)
+            buffer->previous->next = buffer->next;
+        else
+            buffer->memory->buffers = buffer->next;
+        if (buffer->next)
+            buffer->next->previous = buffer->previous;
+        buffer->previous = buffer->next = NULL;
+    }
+    memory_record_release(buffer->memory);
+    buffer->memory = NULL;
+    for (uint32_t i = 0; i < buffer->sparse_count; i++)
+        memory_record_release(buffer->sparse[i].memory);
+    buffer->sparse_count = 0;
+}
+
+void buffer_record_release(struct buffer_record *buffer)
+{
+    if (!buffer || --buffer->references)
+        return;
+    unbind(buffer);
+    free(buffer->sparse);
+    free(buffer);
+}
+
+static void remove_address(struct resources *resources, struct buffer_record *buffer)
+{
+    address_map_remove(&resources->addresses, &buffer->where);
+    buffer->where.address = 0;
+    resources_note_change(resources);
+}
+
+static void remove_buffer(struct resources *resources, VkBuffer handle)
+{
+    struct buffer_record *buffer =
+        handle_table_remove(&resources->buffers, (uint64_t)(uintptr_t)handle);
+    if (!buffer)
+        return;
+    if (buffer->where.address) /* who still refers to the record has nothing to update there */
+        remove_address(resources, buffer);
+    resources_note_death(resources);
+    buffer->alive = false;
+    resources_refresh(resources, buffer);
+    buffer_record_release(buffer);
+}
+
+static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *create_info)
+{
+    const VkBufferUsageFlags2CreateInfo *flags2 =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO);
+    return flags2 ? flags2->usage : create_info->usage;
+}
+
+/* Whether the application asked for an address that it knows from elsewhere, and need not retrieve.
+ */
+static bool replays_address(const VkBufferCreateInfo *create_info)
+{
+    const VkBufferOpaqueCaptureAddressCreateInfo *opaque =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO);
+    const VkBufferDeviceAddressCreateInfoEXT *ext =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_CREATE_INFO_EXT);
+    return (opaque && opaque->opaqueCaptureAddress) || (ext && ext->deviceAddress);
+}
+
+void resources_add_buffer(struct resources *resources, VkBuffer handle,
+                          const VkBufferCreateInfo *create_info)
+{
+    struct buffer_record *buffer = calloc(1, sizeof(*buffer));
+    if (buffer) {
+        buffer->references = 1;
+        buffer->alive = true;
+        buffer->where.buffer = handle;
+        buffer->where.bytes_left = create_info->size;
+        buffer->where.usage = usage_of(create_info);
+        buffer->where.is_protected = create_info->flags & VK_BUFFER_CREATE_PROTECTED_BIT;
+        buffer->flags = create_info->flags;
+        buffer->bound = NO;
+        resources_refresh(resources, buffer);
+    }
+    reader_lock_write(&resources->lock);
+    remove_buffer(resources, handle);
+    if (replays_address(create_info))
+        resources->replays_addresses = true;
+    if (buffer)
+        buffer->where.buffer_id = ++resources->last_id;
+    resources_publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_remove_buffer(struct resources *resources, VkBuffer handle)
+{
+    reader_lock_write(&resources->lock);
+    remove_buffer(resources, handle);
+    reader_lock_write_done(&resources->lock);
+}
+
+struct buffer_record *resources_buffer(const struct resources *resources, VkBuffer handle)
+{
+    return handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
+}
+
+struct memory_record *resources_memory(const struct resources *resources, VkDeviceMemory handle)
+{
+    return handle_table_find(&resources->memories, (uint64_t)(uintptr_t)handle);
+}
+
+static void find_shared(const struct address_facts *place, void *is_shared)
+{
+    *(bool *)is_shared |= place->is_shared;
+}
+
+/* Gives a buffer an address; where others share it more is known of that than before. */
+static void add_address(struct resources *resources, struct buffer_record *buffer,
+                        VkDeviceAddress address)
+{
+    bool is_shared = false;
+    buffer->where.address = address;
+    if (!address_map_add(&resources->addresses, &buffer->where)) {
+        buffer->where.address = 0;
+        resources_become_incomplete(resources);
+        return;
+    }
+    address_map_find(&resources->addresses, address, find_shared, &is_shared);
+    if (is_shared)
+        resources_note_change(resources);
+}
+
+/* Applications ask for the same address often, so look before taking the write lock. */
+void resources_set_address(struct resources *resources, VkBuffer handle, VkDeviceAddress address)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct buffer_record *known = resources_buffer(resources, handle);
+    bool is_news = known && known->where.address != address;
+    resources_end_reading(resources, token);
+    if (!is_news)
+        return;
+
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = resources_buffer(resources, handle);
+    if (buffer && buffer->where.address != address) {
+        if (buffer->where.address)
+            remove_address(resources, buffer);
+        if (address)
+            add_address(resources, buffer, address);
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+static void bind_to_memory(struct buffer_record *buffer)
+{
+    buffer->memory->references++;
+    buffer->next = buffer->memory->buffers;
+    if (buffer->next)
+        buffer->next->previous = buffer;
+    buffer->memory->buffers = buffer;
+}
+
+void resources_bind_buffer(struct resources *resources, VkBuffer handle, VkDeviceMemory memory,
+                           VkDeviceSize offset, bool instances_differ)
+{
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = resources_buffer(resources, handle);
+    if (buffer) {
+        unbind(buffer);
+        buffer->memory = resources_memory(resources, memory);
+        buffer->memory_offset = offset;
+        buffer->instances_differ = instances_differ;
+        buffer->bound = buffer->memory ? YES : UNKNOWN;
+        if (buffer->memory)
+            bind_to_memory(buffer);
+        resources_refresh(resources, buffer);
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_forget_binding(struct resources *resources, VkBuffer handle)
+{
+    reader_lock_write(&resources->lock);
+    struct buffer_record *buffer = resources_buffer(resources, handle);
+    if (buffer) {
+        unbind(buffer);
+        buffer->bound = UNKNOWN;
+        resources_refresh(resources, buffer);
+    }
+    reader_lock_write_done(&resources->lock);
+}

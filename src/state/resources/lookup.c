@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the records say: facts about structures and addresses. */
+#include <string.h>
+
+#include "src/base/recording_path.h"
+#include "src/state/resources/records.h"
+
+unsigned resources_begin_reading(struct resources *resources)
+{
+    return reader_lock_enter(&resources->lock);
+}
+
+void resources_end_reading(struct resources *resources, unsigned token)
+{
+    reader_lock_leave(&resources->lock, token);
+}
+
+static enum tristate backing(const struct buffer_record *buffer)
+{
+    if (!buffer->alive)
+        return NO;
+    if (buffer->bound != YES)
+        return buffer->bound;
+    return buffer->memory->alive ? YES : NO;
+}
+
+static enum address_status status_of(const struct buffer_record *buffer)
+{
+    if (buffer->where.in_pieces)
+        return ADDRESS_IN_BUFFER;
+    switch (buffer->backed) {
+    case YES:
+        return ADDRESS_IN_BUFFER;
+    case NO:
+        return ADDRESS_UNBOUND;
+    case UNKNOWN:
+        break;
+    }
+    return ADDRESS_UNKNOWN;
+}
+
+/* enum tristate of what is asked of something, if that is known. */
+static enum tristate is_true(const void *something, bool answer)
+{
+    return !something ? UNKNOWN : answer ? YES : NO;
+}
+
+void resources_refresh_accel(struct accel_record *accel)
+{
+    const struct buffer_record *buffer = accel->buffer;
+    struct accel_facts *facts = &accel->facts;
+    facts->buffer = buffer->where.buffer;
+    facts->buffer_id = buffer->where.buffer_id;
+    facts->memory = buffer->where.memory;
+    facts->begin = buffer->where.begin + accel->offset;
+    facts->in_pieces = buffer->where.in_pieces && buffer->alive;
+    /* Of a sparse one it depends on who asks: see resources_sparse_backing. */
+    facts->backed = facts->in_pieces ? UNKNOWN : buffer->backed;
+    const struct memory_record *memory = facts->backed == YES ? buffer->memory : NULL;
+    facts->host_visible =
+        is_true(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    facts->multi_instance = is_true(memory, memory && memory->multi_instance);
+}
+
+void resources_refresh(struct resources *resources, struct buffer_record *buffer)
+{
+    if (buffer->backed == YES)
+        resources_note_change(resources);
+    buffer->where.in_pieces = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
+    buffer->backed = backing(buffer);
+    buffer->where.status = status_of(buffer);
+    bool has_place = buffer->backed == YES && !buffer->where.in_pieces && !buffer->instances_differ;
+    buffer->where.memory = has_place ? buffer->memory->handle : VK_NULL_HANDLE;
+    buffer->where.begin = has_place ? buffer->memory_offset : 0;
+    if (buffer->where.address)
+        address_map_update(&resources->addresses, &buffer->where);
+    for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
+        resources_refresh_accel(accel);
+}
+
+static void describe_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
+                           const struct accel_record *accel, struct accel_facts *facts)
+{
+    if (__builtin_expect(accel != NULL, true)) {
+        memcpy(facts, &accel->facts, offsetof(struct accel_facts, handle));
+        facts->handle = handle;
+    } else {
+        *facts = (struct accel_facts){.handle = handle};
+        if (handle)
+            facts->alive = resources->incomplete ? UNKNOWN : NO;
+    }
+}
+
+void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
+                          struct accel_facts *facts)
+{
+    describe_accel(resources, handle,
+                   handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle), facts);
+}
+
+void resources_find_buffer(const struct resources *resources, VkBuffer handle,
+                           struct buffer_facts *facts)
+{
+    const struct buffer_record *buffer =
+        handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
+    *facts = (struct buffer_facts){.handle = handle};
+    if (!handle)
+        return;
+    if (!buffer) {
+        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        return;
+    }
+    facts->alive = YES;
+    facts->id = buffer->where.buffer_id;
+    facts->size = buffer->where.bytes_left;
+    facts->usage = buffer->where.usage;
+    facts->status = buffer->where.status;
+}
+
+uint64_t resources_deaths(struct resources *resources)
+{
+    return atomic_load_explicit(&resources->deaths, memory_order_relaxed);
+}
+
+uint64_t resources_changes(struct resources *resources)
+{
+    return atomic_load_explicit(&resources->changes, memory_order_relaxed);
+}
+
+size_t resources_accel_count(struct resources *resources)
+{
+    unsigned token = resources_begin_reading(resources);
+    size_t count = resources->accels.count;
+    resources_end_reading(resources, token);
+    return count;
+}
+
+static uint64_t find_id(const struct resources *resources, enum resource_kind kind, uint64_t handle)
+{
+    switch (kind) {
+    case RESOURCE_ACCEL: {
+        const struct accel_record *accel = handle_table_find(&resources->accels, handle);
+        return accel ? accel->facts.id : 0;
+    }
+    case RESOURCE_ACCEL_NV: {
+        const struct nv_accel_record *accel = handle_table_find(&resources->nv_accels, handle);
+        return accel ? accel->id : 0;
+    }
+    case RESOURCE_BUFFER: {
+        const struct buffer_record *buffer = handle_table_find(&resources->buffers, handle);
+        return buffer ? buffer->where.buffer_id : 0;
+    }
+    case RESOURCE_MICROMAP: {
+        const struct micromap_record *micromap = handle_table_find(&resources->micromaps, handle);
+        return micromap ? micromap->id : 0;
+    }
+    }
+    return 0;
+}
+
+uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle)
+{
+    unsigned token = resources_begin_reading(resources);
+    uint64_t id = find_id(resources, kind, handle);
+    resources_end_reading(resources, token);
+    return id;
+}
+
+/* Where buffers share an address a bound one outweighs an unbound one. One whose binding isn't
+ * known outweighs both: its usage and its size may be what makes the address good. */
+static int weight(enum address_status status)
+{
+    switch (status) {
+    case ADDRESS_UNKNOWN:
+        return 3;
+    case ADDRESS_IN_BUFFER:
+        return 2;
+    case ADDRESS_UNBOUND:
+        return 1;
+    case ADDRESS_NULL:
+    case ADDRESS_NOWHERE:
+        break;
+    }
+    return 0;
+}
+
+/* What a place says of an address that it holds. */
+static inline void read_place(const struct address_facts *place, VkDeviceAddress address,
+                              struct address_facts *facts)
+{
+    VkDeviceSize offset = address - place->address;
+    *facts = *place;
+    facts->address = address;
+    facts->bytes_left -= offset;
+    facts->begin += offset;
+}
+
+static void add_place(const struct address_facts *place, void *context)
+{
+    struct address_facts *facts = context;
+    int heavier = weight(place->status) - weight(facts->status);
+    if (heavier < 0)
+        return;
+    VkBufferUsageFlags2 usage = place->usage | (heavier > 0 ? 0 : facts->usage);
+    bool is_protected = place->is_protected || facts->is_protected;
+    if (heavier > 0 || place->bytes_left - (facts->address - place->address) > facts->bytes_left)
+        read_place(place, facts->address, facts);
+    facts->usage = usage;
+    facts->is_protected = is_protected;
+}
+
+__attribute__((noinline, cold)) static void search_address(const struct resources *resources,
+                                                           VkDeviceAddress address,
+                                                           struct address_facts *facts)
+{
+    *facts = (struct address_facts){.address = address, .status = ADDRESS_NULL};
+    if (!address)
+        return;
+    facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
+    if (!resources->incomplete)
+        address_map_find(&resources->addresses, address, add_place, facts);
+    if (facts->status == ADDRESS_NOWHERE && resources->replays_addresses)
+        facts->status = ADDRESS_UNKNOWN;
+}
+
+/* Where the state is incomplete nothing is certain of any address. */
+static struct address_guesses guesses_of(const struct resources *resources)
+{
+    return address_map_guesses(resources->incomplete ? NULL : &resources->addresses);
+}
+
+static inline void describe_address(const struct resources *resources, VkDeviceAddress address,
+                                    const struct address_facts *guess, struct address_facts *facts)
+{
+    if (place_holds(guess, address) && !guess->is_shared)
+        read_place(guess, address, facts);
+    else
+        search_address(resources, address, facts);
+}
+
+void resources_find_address(const struct resources *resources, VkDeviceAddress address,
+                            struct address_facts *facts)
+{
+    const struct address_guesses guesses = guesses_of(resources);
+    describe_address(resources, address, address_guesses_find(&guesses, address), facts);
+}
+
+/* What queries have found before they are answered. */
+struct found {
+    const struct accel_record *accels[RESOURCE_ACCEL_QUERIES];
+    const struct address_facts *places[RESOURCE_ADDRESS_QUERIES]; /* guessed first */
+};
+
+/* And fetches it into the processor's cache, all together. */
+static inline void locate_all(const struct resources *resources,
+                              const struct address_guesses *guesses,
+                              const struct resource_queries *queries, struct found *found)
+{
+    for (unsigned i = 0; i < queries->accel_count; i++) {
+        found->accels[i] =
+            handle_table_find(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
+        __builtin_prefetch(found->accels[i]);
+    }
+    for (unsigned i = 0; i < queries->address_count; i++) {
+        found->places[i] = address_guesses_first(guesses, queries->addresses[i].address);
+        __builtin_prefetch(found->places[i]);
+    }
+}
+
+ON_RECORDING_PATH void resources_find_all(struct resources *resources,
+                                          const struct resource_queries *queries)
+{
+    struct found found;
+    unsigned token = resources_begin_reading(resources);
+    const struct address_guesses guesses = guesses_of(resources);
+    locate_all(resources, &guesses, queries, &found);
+    for (unsigned i = 0; i < queries->address_count; i++)
+        describe_address(
+            resources, queries->addresses[i].address,
+            address_guesses_go_on(&guesses, found.places[i], queries->addresses[i].address),
+            queries->addresses[i].facts);
+    for (unsigned i = 0; i < queries->accel_count; i++)
+        describe_accel(resources, queries->accels[i].handle, found.accels[i],
+                       queries->accels[i].facts);
+    resources_end_reading(resources, token);
+}
+
+void resources_ask_accel(struct resources *resources, VkAccelerationStructureKHR handle,
+                         struct accel_facts *facts)
+{
+    unsigned token = resources_begin_reading(resources);
+    resources_find_accel(resources, handle, facts);
+    resources_end_reading(resources, token);
+}
+
+void resources_ask_address(struct resources *resources, VkDeviceAddress address,
+                           struct address_facts *facts)
+{
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, facts);
+    resources_end_reading(resources, token);
+}
+
+/* ---- all addresses */
+
+struct range_union {
+    void (*visit)(void *user, uint64_t begin, uint64_t end);
+    void *user;
+    uint64_t begin, end; /* of what was joined so far; equal: nothing */
+};
+
+static void end_range(const struct range_union *joined)
+{
+    if (joined->end > joined->begin)
+        joined->visit(joined->user, joined->begin, joined->end);
+}
+
+static void join_range(const struct address_facts *place, void *context)
+{
+    struct range_union *joined = context;
+    uint64_t begin = place->address, end = begin + place->bytes_left;
+    if (place->status != ADDRESS_IN_BUFFER || place->in_pieces || place->is_protected)
+        return;
+    if (begin > joined->end) {
+        end_range(joined);
+        joined->begin = begin;
+    }
+    if (end > joined->end)
+        joined->end = end;
+}
+
+void resources_find_ranges(struct resources *resources,
+                           void (*visit)(void *user, uint64_t begin, uint64_t end), void *user)
+{
+    struct range_union joined = {.visit = visit, .user = user};
+    unsigned token = resources_begin_reading(resources);
+    address_map_each(&resources->addresses, join_range, &joined);
+    end_range(&joined);
+    resources_end_reading(resources, token);
+}
+
+/* ---- what a command can read */
+
+uint64_t resources_find_readable(struct resources *resources, VkDeviceAddress address,
+                                 uint64_t size, const struct execution_clock *clock)
+{
+    struct address_facts facts;
+    struct sparse_bytes missing;
+    resources_ask_address(resources, address, &facts);
+    if (facts.status != ADDRESS_IN_BUFFER || facts.is_protected)
+        return 0;
+    uint64_t there = size < facts.bytes_left ? size : facts.bytes_left;
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + there};
+    if (facts.in_pieces && resources_sparse_backing(resources, &bytes, clock, &missing) != YES)
+        return 0;
+    return there;
+}

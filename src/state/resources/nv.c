@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Structures of VK_NV_ray_tracing: each is bound to memory by itself, without a buffer between. */
+#include <stdlib.h>
+
+#include "src/state/resources/records.h"
+
+static void unbind(struct nv_accel_record *accel)
+{
+    memory_record_release(accel->memory);
+    accel->memory = NULL;
+}
+
+static void free_record(void *record, void *context)
+{
+    struct nv_accel_record *accel = record;
+    (void)context;
+    unbind(accel);
+    nv_shape_release(accel->created);
+    free(accel);
+}
+
+static void free_reference(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+void resources_release_nv(struct resources *resources)
+{
+    handle_table_each(&resources->nv_accels, free_record, NULL);
+    handle_table_each(&resources->nv_references, free_reference, NULL);
+    handle_table_release(&resources->nv_accels);
+    handle_table_release(&resources->nv_references);
+}
+
+/* Returns the id of what was removed, or 0. */
+static uint64_t remove_record(struct resources *resources, uint64_t handle)
+{
+    struct nv_accel_record *accel = handle_table_remove(&resources->nv_accels, handle);
+    if (!accel)
+        return 0;
+    uint64_t id = accel->id;
+    resources_note_death(resources);
+    if (accel->reference && --accel->reference->alive == 0)
+        accel->reference->died = resources_deaths(resources);
+    free_record(accel, NULL);
+    return id;
+}
+
+void resources_add_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                            struct nv_shape *created, const struct nv_size_facts *sizes)
+{
+    struct nv_accel_record *accel = malloc(sizeof(*accel));
+    if (accel)
+        *accel = (struct nv_accel_record){.bound = NO, .sizes = *sizes, .created = created};
+    reader_lock_write(&resources->lock);
+    remove_record(resources, (uint64_t)(uintptr_t)handle);
+    if (accel)
+        accel->id = ++resources->last_id;
+    bool kept =
+        resources_publish(resources, &resources->nv_accels, (uint64_t)(uintptr_t)handle, accel);
+    reader_lock_write_done(&resources->lock);
+    if (!kept)
+        nv_shape_release(created);
+}
+
+uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationStructureNV handle)
+{
+    reader_lock_write(&resources->lock);
+    uint64_t id = remove_record(resources, (uint64_t)(uintptr_t)handle);
+    reader_lock_write_done(&resources->lock);
+    return id;
+}
+
+static struct nv_accel_record *find(const struct resources *resources,
+                                    VkAccelerationStructureNV handle)
+{
+    return handle_table_find(&resources->nv_accels, (uint64_t)(uintptr_t)handle);
+}
+
+void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                             VkDeviceMemory memory, VkDeviceSize offset, bool instances_differ)
+{
+    reader_lock_write(&resources->lock);
+    struct nv_accel_record *accel = find(resources, handle);
+    if (accel) {
+        unbind(accel);
+        accel->memory = handle_table_find(&resources->memories, (uint64_t)(uintptr_t)memory);
+        accel->memory_offset = offset;
+        accel->instances_differ = instances_differ;
+        accel->bound = accel->memory ? YES : UNKNOWN;
+        if (accel->memory)
+            accel->memory->references++;
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle)
+{
+    reader_lock_write(&resources->lock);
+    struct nv_accel_record *accel = find(resources, handle);
+    if (accel) {
+        unbind(accel);
+        accel->bound = UNKNOWN;
+    }
+    reader_lock_write_done(&resources->lock);
+}
+
+/* Whether the structure goes beyond the end of its memory; a size of 0 is that of an import, whose
+ * own size isn't known. */
+static bool is_cut_short(const struct nv_accel_record *accel)
+{
+    VkDeviceSize size = accel->memory->size, offset = accel->memory_offset;
+    return accel->sizes.known && size && (offset > size || size - offset < accel->sizes.object);
+}
+
+static enum nv_binding binding_of(const struct nv_accel_record *accel)
+{
+    if (accel->bound != YES)
+        return accel->bound == NO ? NV_UNBOUND : NV_BINDING_UNKNOWN;
+    if (!accel->memory->alive)
+        return NV_MEMORY_FREED;
+    return is_cut_short(accel) ? NV_MEMORY_TOO_SMALL : NV_BOUND;
+}
+
+static struct memory_span span_of(const struct nv_accel_record *accel)
+{
+    if (binding_of(accel) != NV_BOUND || accel->instances_differ || !accel->sizes.known)
+        return (struct memory_span){0};
+    return (struct memory_span){accel->memory->handle, accel->memory_offset,
+                                accel->memory_offset + accel->sizes.object};
+}
+
+void resources_find_nv_accel(const struct resources *resources, VkAccelerationStructureNV handle,
+                             struct nv_accel_facts *facts)
+{
+    const struct nv_accel_record *accel = find(resources, handle);
+    *facts = (struct nv_accel_facts){.handle = handle};
+    if (!handle)
+        return;
+    if (!accel) {
+        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        return;
+    }
+    facts->alive = YES;
+    facts->id = accel->id;
+    facts->binding = binding_of(accel);
+    facts->memory = accel->memory ? accel->memory->handle : VK_NULL_HANDLE;
+    facts->span = span_of(accel);
+    facts->sizes = accel->sizes;
+    facts->created = nv_shape_share(accel->created);
+}
+
+/* ---- what instances refer to */
+
+static enum nv_reference level_of(const struct nv_accel_record *accel)
+{
+    if (!accel || !accel->created)
+        return NV_REFERENCE_UNKNOWN;
+    return accel->created->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV
+               ? NV_REFERENCE_TOP_LEVEL
+               : NV_REFERENCE_BOTTOM_LEVEL;
+}
+
+/* Without memory for it the state is incomplete from now on. */
+static struct nv_reference_record *find_or_add(struct resources *resources, uint64_t reference,
+                                               enum nv_reference level)
+{
+    struct nv_reference_record *record = handle_table_find(&resources->nv_references, reference);
+    if (record) {
+        if (record->level != level)
+            record->level = NV_REFERENCE_UNKNOWN;
+        return record;
+    }
+    record = malloc(sizeof(*record));
+    if (record)
+        *record = (struct nv_reference_record){.level = level};
+    if (record && handle_table_set(&resources->nv_references, reference, record))
+        return record;
+    free(record);
+    resources_become_incomplete(resources);
+    return NULL;
+}
+
+/* A reference that was of structures of both levels tells nothing. */
+void resources_add_nv_reference(struct resources *resources, VkAccelerationStructureNV handle,
+                                uint64_t reference)
+{
+    if (!reference)
+        return;
+    reader_lock_write(&resources->lock);
+    struct nv_accel_record *accel = find(resources, handle);
+    struct nv_reference_record *record = find_or_add(resources, reference, level_of(accel));
+    if (record && (!accel || accel->reference != record))
+        record->alive++;
+    if (accel)
+        accel->reference = record;
+    reader_lock_write_done(&resources->lock);
+}
+
+static enum nv_reference judge(const struct nv_reference_record *record, uint64_t deaths)
+{
+    bool is_destroyed = !record->alive && record->died <= deaths;
+    return is_destroyed && record->level != NV_REFERENCE_TOP_LEVEL ? NV_REFERENCE_DESTROYED
+                                                                   : record->level;
+}
+
+enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference,
+                                              uint64_t deaths)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct nv_reference_record *record =
+        handle_table_find(&resources->nv_references, reference);
+    enum nv_reference found = resources->incomplete ? NV_REFERENCE_UNKNOWN : NV_REFERENCE_OF_NOBODY;
+    if (record)
+        found = judge(record, deaths);
+    resources_end_reading(resources, token);
+    return found;
+}

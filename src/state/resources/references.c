@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Device addresses of acceleration structures, by which instances refer to them. */
+#include <stdlib.h>
+
+#include "src/state/resources/records.h"
+
+/* Aliasing structures may share an address. */
+struct accel_address {
+    struct accel_record *first; /* of those that are alive; linked by same_address */
+    uint64_t died;              /* resources_deaths when the last one died */
+};
+
+static struct accel_address *find_or_add(struct resources *resources, VkDeviceAddress address)
+{
+    struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
+    if (at)
+        return at;
+    at = calloc(1, sizeof(*at));
+    if (!at || !handle_table_set(&resources->accel_addresses, address, at)) {
+        free(at);
+        return NULL;
+    }
+    return at;
+}
+
+static void set_unknown(struct resources *resources, struct accel_record *accel, bool is_unknown)
+{
+    resources->unknown_references += is_unknown;
+    resources->unknown_references -= accel->address_is_unknown;
+    accel->address_is_unknown = is_unknown;
+}
+
+void accel_record_forget_address(struct resources *resources, struct accel_record *accel)
+{
+    struct accel_address *at =
+        accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
+    set_unknown(resources, accel, false);
+    accel->address = 0;
+    if (!at)
+        return;
+    struct accel_record **link = &at->first;
+    while (*link && *link != accel)
+        link = &(*link)->same_address;
+    if (*link)
+        *link = accel->same_address;
+    at->died = resources_deaths(resources);
+}
+
+/* With the lock held. Without memory it counts as unknown. */
+static void add_address(struct resources *resources, struct accel_record *accel,
+                        VkDeviceAddress address)
+{
+    struct accel_address *at = address ? find_or_add(resources, address) : NULL;
+    set_unknown(resources, accel, !at);
+    if (!at)
+        return;
+    accel->address = address;
+    accel->same_address = at->first;
+    at->first = accel;
+}
+
+void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,
+                                 VkDeviceAddress address)
+{
+    reader_lock_write(&resources->lock);
+    struct accel_record *accel = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    if (accel && accel->address != address)
+        accel_record_forget_address(resources, accel);
+    if (accel && !accel->address)
+        add_address(resources, accel, address);
+    reader_lock_write_done(&resources->lock);
+}
+
+/* Where it isn't known which structure it is. */
+static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
+                              uint64_t deaths)
+{
+    if (resources->incomplete || resources->unknown_references)
+        return UNKNOWN;
+    return at && (at->first || at->died > deaths) ? UNKNOWN : NO;
+}
+
+static bool is_one(const struct accel_address *at, uint64_t deaths)
+{
+    return at && at->first && !at->first->same_address && at->died <= deaths;
+}
+
+void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
+                               uint64_t deaths, struct accel_facts *facts)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
+    if (is_one(at, deaths))
+        resources_find_accel(resources, at->first->facts.handle, facts);
+    else
+        *facts = (struct accel_facts){.alive = is_alive(resources, at, deaths)};
+    if (facts->backed == NO && resources_deaths(resources) > deaths)
+        facts->backed = UNKNOWN;
+    resources_end_reading(resources, token);
+}
+
+static void free_address(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+void resources_release_references(struct resources *resources)
+{
+    handle_table_each(&resources->accel_addresses, free_address, NULL);
+    handle_table_release(&resources->accel_addresses);
+}

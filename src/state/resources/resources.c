@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The records of a device as a whole, and those of memory. */
+#include "src/state/resources/resources.h"
+
+#include <stdlib.h>
+
+#include "src/state/resources/records.h"
+
+VkResult resources_create(struct resources **resources)
+{
+    *resources = calloc(1, sizeof(**resources));
+    if (!*resources)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    return VK_SUCCESS;
+}
+
+void memory_record_release(struct memory_record *memory)
+{
+    if (memory && --memory->references == 0)
+        free(memory);
+}
+
+static void free_accel(void *record, void *context)
+{
+    (void)context;
+    accel_record_free(record);
+}
+
+static void free_buffer(void *record, void *context)
+{
+    (void)context;
+    buffer_record_release(record);
+}
+
+static void free_micromap(void *record, void *context)
+{
+    (void)context;
+    free(record);
+}
+
+static void free_memory(void *record, void *context)
+{
+    (void)context;
+    memory_record_release(record);
+}
+
+void resources_destroy(struct resources *resources)
+{
+    if (!resources)
+        return;
+    resources_release_nv(resources);
+    resources_release_references(resources);
+    handle_table_each(&resources->accels, free_accel, NULL);
+    handle_table_each(&resources->micromaps, free_micromap, NULL);
+    handle_table_each(&resources->buffers, free_buffer, NULL);
+    handle_table_each(&resources->memories, free_memory, NULL);
+    handle_table_release(&resources->accels);
+    handle_table_release(&resources->micromaps);
+    handle_table_release(&resources->buffers);
+    handle_table_release(&resources->memories);
+    address_map_release(&resources->addresses);
+    free(resources);
+}
+
+bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
+                       void *record)
+{
+    bool kept = record && handle_table_set(table, handle, record);
+    if (!kept) {
+        resources_become_incomplete(resources);
+        free(record);
+    }
+    return kept;
+}
+
+void resources_note_change(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->changes, 1, memory_order_relaxed);
+}
+
+void resources_note_death(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
+    resources_note_change(resources);
+}
+
+void resources_become_incomplete(struct resources *resources)
+{
+    resources->incomplete = true;
+    resources_note_change(resources);
+}
+
+/* Memory. */
+
+static void remove_memory(struct resources *resources, VkDeviceMemory handle)
+{
+    struct memory_record *memory =
+        handle_table_remove(&resources->memories, (uint64_t)(uintptr_t)handle);
+    if (!memory)
+        return;
+    resources_note_death(resources);
+    memory_record_unmap(resources, memory);
+    memory->alive = false;
+    for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
+        resources_refresh(resources, buffer);
+    memory_record_release(memory);
+}
+
+void resources_add_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize size,
+                          VkMemoryPropertyFlags properties, bool multi_instance)
+{
+    struct memory_record *memory = malloc(sizeof(*memory));
+    if (memory)
+        *memory = (struct memory_record){.references = 1,
+                                         .alive = true,
+                                         .handle = handle,
+                                         .size = size,
+                                         .properties = properties,
+                                         .multi_instance = multi_instance};
+    reader_lock_write(&resources->lock);
+    remove_memory(resources, handle);
+    if (memory)
+        memory->id = ++resources->last_id;
+    resources_publish(resources, &resources->memories, (uint64_t)(uintptr_t)handle, memory);
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_remove_memory(struct resources *resources, VkDeviceMemory handle)
+{
+    reader_lock_write(&resources->lock);
+    remove_memory(resources, handle);
+    reader_lock_write_done(&resources->lock);
+}

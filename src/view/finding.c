@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Filling findings. */
+#include "src/view/finding.h"
+
+bool finding_fill(struct finding *finding, const char *field, const char *says,
+                  const struct value *values, uint32_t value_count)
+{
+    finding->field = field;
+    finding->says = says;
+    finding->value_count = value_count < FINDING_VALUES ? value_count : FINDING_VALUES;
+    for (uint32_t i = 0; i < finding->value_count; i++)
+        finding->values[i] = values[i];
+    return false;
+}

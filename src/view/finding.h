@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a predicate says when its statement does not hold: which field, what was found, what bounds
+ * it. A finding is plain data of fixed size: predicates neither allocate nor print. */
+#ifndef ASSAY_VIEW_FINDING_H
+#define ASSAY_VIEW_FINDING_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+enum value_kind {
+    VALUE_HEX,    /* an address or a bit pattern: 0x1010 */
+    VALUE_NUMBER, /* a count or a size: 256 */
+    VALUE_REAL,   /* a number with a fraction: 0.5 */
+    VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
+    VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
+    VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
+    VALUE_BUILT,  /* where something was built: see built_at */
+};
+
+struct value {
+    enum value_kind kind;
+    uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
+    VkObjectType object_type; /* VALUE_OBJECT */
+    uint64_t number;          /* VALUE_HEX, VALUE_NUMBER, VALUE_OBJECT, VALUE_BUILT */
+    union {
+        const char *text; /* VALUE_TEXT, VALUE_FIELD */
+        double real;      /* VALUE_REAL */
+    };
+};
+
+enum { FINDING_VALUES = 6 };
+
+struct finding {
+    /* The field, relative to the subject: "scratchData.deviceAddress"; "" is the subject itself. */
+    const char *field;
+    /* What is wrong with it; each {} stands for the next value. */
+    const char *says;
+    uint32_t value_count;
+    struct value values[FINDING_VALUES];
+};
+
+static inline struct value hex(uint64_t number)
+{
+    return (struct value){.kind = VALUE_HEX, .number = number};
+}
+
+static inline struct value number(uint64_t number)
+{
+    return (struct value){.kind = VALUE_NUMBER, .number = number};
+}
+
+static inline struct value real(double real)
+{
+    return (struct value){.kind = VALUE_REAL, .real = real};
+}
+
+static inline struct value text(const char *text)
+{
+    return (struct value){.kind = VALUE_TEXT, .text = text};
+}
+
+static inline struct value object(VkObjectType type, uint64_t handle)
+{
+    return (struct value){.kind = VALUE_OBJECT, .object_type = type, .number = handle};
+}
+
+static inline struct value field_of(uint32_t build, const char *field)
+{
+    return (struct value){.kind = VALUE_FIELD, .build = build, .text = field};
+}
+
+/* By the build of that number in a command buffer, or in a call of the host. */
+static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t build)
+{
+    return (struct value){
+        .kind = VALUE_BUILT, .number = (uint64_t)(uintptr_t)command_buffer, .build = build};
+}
+
+__attribute__((cold)) bool finding_fill(struct finding *finding, const char *field,
+                                        const char *says, const struct value *values,
+                                        uint32_t value_count);
+
+/* Fills a finding; false. */
+#define finding_says(finding, field, says, ...)                                                    \
+    finding_fill((finding), (field), (says), (const struct value[]){__VA_ARGS__},                  \
+                 sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value))
+
+/* Predicates that are only asked whether they hold get no finding to fill. */
+static inline bool finding_is_wanted(const struct finding *finding)
+{
+    return finding != NULL;
+}
+
+/* Fills a finding, if it is wanted. It is false, so that a predicate can end with `return
+ * violated(...)`. */
+#define violated(finding, field, says, ...)                                                        \
+    (finding_is_wanted(finding) && finding_says(finding, field, says, __VA_ARGS__))
+
+/* The same without values. */
+static inline bool violated_plainly(struct finding *finding, const char *field, const char *says)
+{
+    return finding_is_wanted(finding) && finding_fill(finding, field, says, NULL, 0);
+}
+
+/* The finding of a handle that no object of its kind has; `kind` as in "a buffer of this device".
+ */
+static inline bool violated_by_handle(struct finding *finding, const char *field,
+                                      struct value handle, const char *kind)
+{
+    if (!finding_is_wanted(finding))
+        return false;
+    if (!handle.number)
+        return finding_fill(finding, field, "is VK_NULL_HANDLE", NULL, 0);
+    return finding_says(finding, field, "{} is not {}: it was destroyed, or never created", handle,
+                        text(kind));
+}
+
+#endif

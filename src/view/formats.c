@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Questions about formats. The only file that includes vk_format_utils.h, whose tables are big. */
+#include "src/view/formats.h"
+
+#include <stdatomic.h>
+#include <vulkan/utility/vk_format_utils.h>
+
+#include "src/base/recording_path.h"
+
+/* The formats of Vulkan 1.0, of which nearly all vertices are, are looked up once: the functions of
+ * vk_format_utils.h copy a table row each time. */
+enum { REMEMBERED_FORMATS = VK_FORMAT_ASTC_12x12_SRGB_BLOCK + 1 };
+
+/* Small enough to be loaded and stored as a whole. */
+union format_facts {
+    struct {
+        bool looked_up, known;
+        uint8_t smallest_component, alignment;
+    };
+    uint32_t number;
+};
+
+static bool has_whole_byte_components(const struct VKU_FORMAT_INFO *info)
+{
+    for (uint32_t i = 0; i < info->component_count; i++)
+        if (info->components[i].size == 0 || info->components[i].size % 8)
+            return false;
+    return info->component_count > 0;
+}
+
+static uint32_t smallest_component(const struct VKU_FORMAT_INFO *info)
+{
+    uint32_t smallest = 0;
+    if (!has_whole_byte_components(info))
+        return 0;
+    for (uint32_t i = 0; i < info->component_count; i++)
+        if (!smallest || info->components[i].size < smallest)
+            smallest = info->components[i].size;
+    return smallest / 8;
+}
+
+static union format_facts look_up(VkFormat format)
+{
+    const struct VKU_FORMAT_INFO info = vkuGetFormatInfo(format);
+    union format_facts facts = {{.looked_up = true}};
+    facts.known = format == VK_FORMAT_UNDEFINED || info.texel_block_size != 0;
+    facts.smallest_component = (uint8_t)smallest_component(&info);
+    facts.alignment =
+        vkuFormatIsPacked(format) ? (uint8_t)info.texel_block_size : facts.smallest_component;
+    return facts;
+}
+
+/* Several threads may look up the same. Nobody sees what is remembered: rules that follow each
+ * other share one call, and its number, which the compiler knows to be the same. */
+ON_RECORDING_PATH __attribute__((const, noinline)) static uint32_t number_of_facts(VkFormat format)
+{
+    static atomic_uint_least32_t remembered[REMEMBERED_FORMATS];
+    if ((uint32_t)format >= REMEMBERED_FORMATS)
+        return look_up(format).number;
+    union format_facts facts = {
+        .number = atomic_load_explicit(&remembered[format], memory_order_relaxed)};
+    if (!facts.looked_up) {
+        facts = look_up(format);
+        atomic_store_explicit(&remembered[format], facts.number, memory_order_relaxed);
+    }
+    return facts.number;
+}
+
+static union format_facts facts_of(VkFormat format)
+{
+    return (union format_facts){.number = number_of_facts(format)};
+}
+
+bool format_is_known(VkFormat format)
+{
+    return facts_of(format).known;
+}
+
+uint32_t format_smallest_component(VkFormat format)
+{
+    return facts_of(format).smallest_component;
+}
+
+uint32_t format_alignment(VkFormat format)
+{
+    return facts_of(format).alignment;
+}
+
+uint32_t format_size(VkFormat format)
+{
+    return vkuGetFormatInfo(format).texel_block_size;
+}

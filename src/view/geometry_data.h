@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The members of a geometry's union, where geometryType and sType agree that they are there. */
+#ifndef ASSAY_VIEW_GEOMETRY_DATA_H
+#define ASSAY_VIEW_GEOMETRY_DATA_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "src/view/view.h"
+
+static inline const VkAccelerationStructureGeometryTrianglesDataKHR *
+triangles_in(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &geometry->geometry.triangles;
+    return geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+                   triangles->sType ==
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR
+               ? triangles
+               : NULL;
+}
+
+static inline const VkAccelerationStructureGeometryAabbsDataKHR *
+aabbs_in(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = &geometry->geometry.aabbs;
+    return geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR &&
+                   aabbs->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR
+               ? aabbs
+               : NULL;
+}
+
+static inline const VkAccelerationStructureGeometryInstancesDataKHR *
+instances_in(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        &geometry->geometry.instances;
+    return geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
+                   instances->sType ==
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR
+               ? instances
+               : NULL;
+}
+
+/* The size of an index in bytes; 0 for no indices and for values that are no index type. */
+static inline uint32_t index_type_size(VkIndexType type)
+{
+    switch ((int)type) {
+    case VK_INDEX_TYPE_UINT8:
+        return 1;
+    case VK_INDEX_TYPE_UINT16:
+        return 2;
+    case VK_INDEX_TYPE_UINT32:
+        return 4;
+    default:
+        return 0;
+    }
+}
+
+#endif

@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Spellings of enumerants, from the string helpers of Vulkan-Utility-Libraries. */
+#ifndef ASSAY_VIEW_NAMES_H
+#define ASSAY_VIEW_NAMES_H
+
+#include <vulkan/vulkan_core.h>
+
+#include "src/view/finding.h"
+
+/* The enumerant's spelling, or its number where it has none. */
+struct value structure_type(VkStructureType type);
+struct value geometry_type(VkGeometryTypeKHR type);
+struct value accel_type(VkAccelerationStructureTypeKHR type);
+struct value index_type(VkIndexType type);
+struct value format(VkFormat format);
+
+#endif

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Statements that rules of several subjects make of a member. */
+#ifndef ASSAY_VIEW_PHRASES_H
+#define ASSAY_VIEW_PHRASES_H
+
+#include "src/view/finding.h"
+#include "src/view/view.h"
+
+/* Of the data of a geometry; see geometry_is_empty. */
+static inline bool input_is_given(const struct geometry_view *geometry, struct finding *finding,
+                                  const char *field, VkDeviceAddress address)
+{
+    return address || geometry_is_empty(geometry) || violated_plainly(finding, field, "is 0");
+}
+
+static inline bool host_input_is_given(const struct geometry_view *geometry,
+                                       struct finding *finding, const char *field,
+                                       const void *address)
+{
+    return address || geometry_is_empty(geometry) || violated_plainly(finding, field, "is NULL");
+}
+
+static inline bool address_is_given(struct finding *finding, const char *field,
+                                    VkDeviceAddress address)
+{
+    return address || violated_plainly(finding, field, "is 0");
+}
+
+/* Alignment 0: none is known. */
+static inline bool address_is_aligned(struct finding *finding, const char *field,
+                                      VkDeviceAddress address, uint32_t alignment)
+{
+    return !alignment || address % alignment == 0 ||
+           violated(finding, field, "{} is not aligned to {} bytes", hex(address),
+                    number(alignment));
+}
+
+static inline bool stride_fits_32_bits(struct finding *finding, const char *field,
+                                       VkDeviceSize stride)
+{
+    return stride <= UINT32_MAX || violated(finding, field, "{} exceeds 2^32 - 1", number(stride));
+}
+
+#endif
