@@ -115,7 +115,7 @@ struct layer_device *layer_blamed_device(const void *dispatchable)
 
 /* ---- devices of command buffers */
 
-/* Spread as in state/handle_table.c. */
+/* Spread as in src/base/handle_table.c. */
 static uintptr_t _Atomic *recent_owner(VkCommandBuffer handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;

@@ -96,6 +96,24 @@ void comparer_destroy(struct comparer *comparer)
     free(comparer);
 }
 
+/* ---- copies */
+
+enum { COPIES_MAX = 65536 };
+
+void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry)
+{
+    struct kept_copy *copy = entry->dst_id && entry->src_id ? calloc(1, sizeof(*copy)) : NULL;
+    if (!copy)
+        return;
+    *copy = (struct kept_copy){entry->dst_id, entry->dst, entry->src_id};
+    pthread_mutex_lock(&comparer->copies_lock);
+    free(handle_table_remove(&comparer->copies, copy->id));
+    if (comparer->copies.count >= COPIES_MAX ||
+        !handle_table_set(&comparer->copies, copy->id, copy))
+        free(copy);
+    pthread_mutex_unlock(&comparer->copies_lock);
+}
+
 /* ---- keeping */
 
 /* The parameters of an indirect build have its ranges only now. */

@@ -40,21 +40,7 @@ void kept_set_structure(struct comparer *comparer, uint64_t id, uint64_t handle,
         free(structure);
 }
 
-enum { COPIES_MAX = 65536, CHAIN_MAX = 16 /* copies of copies */ };
-
-void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry)
-{
-    struct kept_copy *copy = entry->dst_id && entry->src_id ? calloc(1, sizeof(*copy)) : NULL;
-    if (!copy)
-        return;
-    *copy = (struct kept_copy){entry->dst_id, entry->dst, entry->src_id};
-    pthread_mutex_lock(&comparer->copies_lock);
-    free(handle_table_remove(&comparer->copies, copy->id));
-    if (comparer->copies.count >= COPIES_MAX ||
-        !handle_table_set(&comparer->copies, copy->id, copy))
-        free(copy);
-    pthread_mutex_unlock(&comparer->copies_lock);
-}
+enum { CHAIN_MAX = 16 /* copies of copies */ };
 
 /* 0: it isn't one. */
 static uint64_t source_of(struct comparer *comparer, uint64_t id)

@@ -4,8 +4,9 @@
 #ifndef ASSAY_LAYER_COMPARE_KEPT_H
 #define ASSAY_LAYER_COMPARE_KEPT_H
 
-#include "layer/compare/comparer.h"
 #include "layer/compare/tracer.h"
+#include "layer/layer.h"
+#include "src/snapshots/recording.h"
 
 #define KEPT_MAX ((uint64_t)256 << 20) /* bytes of inputs */
 

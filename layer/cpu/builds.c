@@ -4,6 +4,7 @@
 #include "layer/cpu/overlay.h"
 #include "src/cpu/host.h"
 #include "src/snapshots/build_parameters.h"
+#include "src/snapshots/build_sizes.h"
 
 #include <string.h>
 

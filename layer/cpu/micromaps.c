@@ -8,6 +8,7 @@
 #include "layer/snapshots/recorder.h"
 #include "src/base/readable.h"
 #include "src/cpu/host.h"
+#include "src/snapshots/build_sizes.h"
 #include "src/snapshots/micromap_info.h"
 
 static struct cpu_device *device_of(VkDevice device)

@@ -5,6 +5,7 @@
 
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
+#include "src/snapshots/build_sizes.h"
 #include "src/snapshots/memory.h"
 #include "src/snapshots/nv_info.h"
 

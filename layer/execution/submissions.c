@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Replaying journals as batches execute.
  *
- * The hooks are called by one thread at a time (state/execution_order.h), so the live states need
+ * The hooks are called by one thread at a time (src/state/order/order.h), so the live states need
  * no lock, and none is held while a message goes out. Structures may be destroyed, or written by
  * the host, on any thread: news of that waits on a list of its own until the next batch. */
 #include "layer/execution/submissions.h"

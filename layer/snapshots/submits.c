@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "layer/snapshots/commands.h"
-#include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/copies/renew.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tell.h"
 #include "layer/snapshots/tickets.h"

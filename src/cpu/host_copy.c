@@ -8,6 +8,7 @@
 #include "src/cpu/deferred.h"
 #include "src/cpu/trees/bytes.h"
 #include "src/cpu/trees/make.h"
+#include "src/cpu/trees/property.h"
 
 /* A copy is work of one part. */
 struct copy_call {

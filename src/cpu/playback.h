@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Executed command buffers, and what structures hold after them.
  *
- * Executions take their turns in execution order (the layer asks state/execution_order.h); then
+ * Executions take their turns in execution order (the layer asks src/state/order/order.h); then
  * their items set the trees of structures, without making any.
  * Results that commands write to buffers wait here for the end of their submission. */
 #ifndef ASSAY_CPU_PLAYBACK_H

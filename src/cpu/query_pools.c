@@ -8,7 +8,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/cpu/structures.h"
-#include "src/cpu/trees/make.h"
+#include "src/cpu/trees/property.h"
 
 struct query {
     struct ticket *ticket; /* NULL: reset, or never written */

@@ -2,22 +2,16 @@
 /* Composing messages. */
 #include "src/report/message.h"
 
-#define XXH_INLINE_ALL
 #include <inttypes.h>
 #include <string.h>
-#include <xxhash.h>
 
 #include "src/base/text_buffer.h"
+#include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
 enum { LAST_NOTICE_SIZE = 160 };
 
 #define SPECIFICATION "https://docs.vulkan.org/spec/latest/"
-
-int32_t message_id_number(const char *id)
-{
-    return (int32_t)XXH32(id, strlen(id), 8);
-}
 
 /* ---- objects and labels */
 

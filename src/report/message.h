@@ -8,7 +8,10 @@
 #include <stdio.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/report/reporter.h"
+#include "src/report/origin.h"
+#include "src/report/settings.h"
+#include "src/view/finding.h"
+#include "src/view/location.h"
 
 enum {
     MESSAGE_SIZE = 8192,                  /* bytes of text, and of its heading */
@@ -31,9 +34,6 @@ struct message {
     char buffer[MESSAGE_SIZE];
     char names[MESSAGE_OBJECTS][MESSAGE_NAME_SIZE];
 };
-
-/* The number of a message, of which its id is a hash: the same as in the Khronos layer. */
-int32_t message_id_number(const char *id);
 
 /* `last_of`: if not 0, tells that so many messages of this id have gone out and no more will. */
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,

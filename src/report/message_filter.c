@@ -8,7 +8,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "src/report/message.h"
+#include "src/report/message_id.h"
 
 struct pattern {
     const char *text;

@@ -9,14 +9,13 @@
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
 
+#include "src/report/origin.h"
 #include "src/report/settings.h"
 #include "src/view/finding.h"
 #include "src/view/location.h"
 #include "vuid-tables/rules.h"
 
 struct reporter;
-struct object_names;
-struct label_stack;
 
 /* One per instance. Reads the settings and the messengers in the chain of `create_info`, which
  * serve while the instance is created and destroyed. */
@@ -36,16 +35,6 @@ void reporter_remove_messenger(struct reporter *reporter, VkDebugUtilsMessengerE
 VkResult reporter_add_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle,
                                       const VkDebugReportCallbackCreateInfoEXT *create_info);
 void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle);
-
-/* Who made the call: what a message names beside the finding. Members may be null or 0. */
-struct call_origin {
-    VkDevice device;
-    VkCommandBuffer command_buffer;
-    uint32_t build_index; /* builds recorded in the command buffer before this call */
-    const struct object_names *names;
-    const struct label_stack *labels; /* of the command buffer */
-    VkQueue queue; /* that the command buffer was submitted to, if that told the finding */
-};
 
 /* False if a message of this id would not go out: filtered, or over its limit. */
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid);

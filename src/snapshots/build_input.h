@@ -3,9 +3,7 @@
 #ifndef ASSAY_SNAPSHOTS_BUILD_INPUT_H
 #define ASSAY_SNAPSHOTS_BUILD_INPUT_H
 
-#include "src/bvh/micromap.h"
-#include "src/snapshots/build_parameters.h"
-#include "src/snapshots/memory.h"
+#include "src/snapshots/input.h"
 
 /* Which kind of tree the flags ask for. VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR is kept
  * among the tree's flags and changes nothing else: trees have one form. */
@@ -15,17 +13,6 @@ enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR fl
 void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
                           const struct chained_input *chained, struct builder_geometry *described);
 
-/* The input with its data, as far as that can be read now; what can't be is left out of the sizes,
- * so that the builder finds it out of range. Resolvers and threads are the caller's to fill in. */
-struct build_input {
-    struct builder_input input;
-    struct builder_geometry *geometries;        /* owned */
-    struct builder_opacity *opacities;          /* owned; NULL: no geometry has any */
-    struct builder_displacement *displacements; /* likewise */
-    struct input_memory memory;                 /* of arrays of pointers */
-    bool is_micromap;                           /* then all that is built is: */
-    struct micromap_input micromap;
-};
 VkResult build_input_open(const struct build_parameters *build, const struct input_memory *memory,
                           struct build_input *input);
 void build_input_close(struct build_input *input);

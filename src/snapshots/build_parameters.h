@@ -38,13 +38,4 @@ void build_parameters_release(struct build_parameters *copy);
 /* Room for that many geometries and their ranges, in parameters that have none. */
 VkResult build_parameters_allocate(struct build_parameters *build, uint32_t count);
 
-/* `counts`: NULL: those of the ranges. Zeros for geometries that the builder doesn't take. */
-VkResult build_parameters_sizes(const struct build_parameters *build, const uint32_t *counts,
-                                struct builder_sizes *sizes);
-
-/* vkGetAccelerationStructureBuildSizesKHR: zeros also where a parameter can't be read, or without
- * memory. */
-void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                     const uint32_t *counts, struct builder_sizes *sizes);
-
 #endif

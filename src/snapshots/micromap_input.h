@@ -3,7 +3,7 @@
 #ifndef ASSAY_SNAPSHOTS_MICROMAP_INPUT_H
 #define ASSAY_SNAPSHOTS_MICROMAP_INPUT_H
 
-#include "src/snapshots/build_input.h"
+#include "src/snapshots/input.h"
 
 /* Of a build of a micromap. */
 void build_input_find_micromap(const struct build_parameters *build,

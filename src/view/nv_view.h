@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of vkCmdBuildAccelerationStructureNV that rules get, as check/view.h says of those of
- * the other commands. */
+/* The views of vkCmdBuildAccelerationStructureNV that rules get, as src/view/view.h says of those
+ * of the other commands. */
 #ifndef ASSAY_VIEW_NV_VIEW_H
 #define ASSAY_VIEW_NV_VIEW_H
 

@@ -148,7 +148,7 @@ static void copy_bytes(VkDeviceAddress source, VkDeviceAddress target, VkDeviceS
     }
 }
 
-/* ---- layer/snapshots/copy.comp */
+/* ---- layer/snapshots/copies/copy.comp */
 
 struct copy_order {
     uint64_t source, target, left;
@@ -182,7 +182,7 @@ static void copy(const struct dispatch *dispatch)
     }
 }
 
-/* ---- layer/snapshots/gather.comp */
+/* ---- layer/snapshots/copies/gather.comp */
 
 struct gathering {
     uint64_t gate, addresses, ranges, target;

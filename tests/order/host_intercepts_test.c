@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the intercepts of layer/sync.c, and those of presentation, tell the order of others' signals
- * and of what the host sees. */
+/* What the intercepts of layer/intercepts/sync.c, and those of presentation, tell the order of
+ * others' signals and of what the host sees. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the intercepts of layer/queues.c tell the order of submissions, and that they forward. */
+/* What the intercepts of layer/intercepts/queues.c tell the order of submissions, and that they
+ * forward. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -12,6 +12,7 @@
 
 #include "hearing.h"
 #include "src/report/message.h"
+#include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
 #define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)

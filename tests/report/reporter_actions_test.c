@@ -15,6 +15,7 @@
 #include "hearing.h"
 #include "scarce_memory.h"
 #include "src/report/message.h"
+#include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
 static int clear(void **state)

@@ -74,7 +74,7 @@ uint words_of(uint type)
 void main()
 {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= count || Gate(gate).is_open == 0) // layer/snapshots/gates.h
+    if (i >= count || Gate(gate).is_open == 0) // layer/snapshots/copies/gates.h
         return;
     uvec2 address = Addresses(addresses).at[i];
     uint there = words;

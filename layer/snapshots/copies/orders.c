@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copy orders: taken when a build is recorded, renewed at each submission. */
+/* Taking copy orders when a build is recorded. */
 #include "layer/snapshots/copies/orders.h"
 
 #include <string.h>
 
 #include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/copies/staging.h"
 
 enum {
@@ -18,12 +17,6 @@ enum {
 struct constants {
     uint64_t gate, orders;
 };
-
-static struct copy_order *orders_at(const struct recording *recording,
-                                    const struct copy_orders *orders)
-{
-    return (struct copy_order *)(recording->chunks[orders->chunk]->bytes + orders->offset);
-}
 
 static struct copy_block *last_block(const struct recorder *recorder)
 {
@@ -81,7 +74,7 @@ static bool reserve(struct recorder *recorder, uint32_t count, uint64_t size,
 /* Nothing can be read until copy_orders_renew() has been called. */
 static void write_orders(const struct recorder *recorder, const struct snapshot *snapshot)
 {
-    struct copy_order *orders = orders_at(recorder->recording, &snapshot->orders);
+    struct copy_order *orders = copy_orders_at(recorder->recording, &snapshot->orders);
     uint64_t target = chunk_of(recorder, snapshot->chunk)->buffer.address + snapshot->offset;
     for (uint32_t i = 0; i < snapshot->orders.count; i++) {
         uint64_t done = (uint64_t)i * COPY_SIZE_MAX, rest = snapshot->size - done;
@@ -149,7 +142,7 @@ static bool copy_buffer(struct recorder *recorder, const struct buffer_target *s
         return false;
     if (!mark->count) {
         *mark = marked.orders;
-        *orders_at(recorder->recording, mark) = (struct copy_order){0};
+        *copy_orders_at(recorder->recording, mark) = (struct copy_order){0};
     }
     if (!recorder_reserve(recorder, size, snapshot))
         return false;
@@ -205,52 +198,4 @@ bool recorder_copy(struct recorder *recorder, uint64_t address, uint64_t size,
     atomic_fetch_add_explicit(&recorder->device->snapshots->bytes_copied, size,
                               memory_order_relaxed);
     return true;
-}
-
-/* ---- submissions */
-
-struct renewal {
-    const struct layer_device *device;
-    const struct ticket *next;
-    struct execution_clock seen; /* what the host knows to be complete */
-};
-
-static void renew_order(const struct renewal *renewal, struct copy_order *order)
-{
-    struct resources *resources = renewal->device->resources;
-    struct address_facts facts;
-    order->is_done = 0;
-    if (!order->source)
-        return;
-    if (order->size) {
-        order->left =
-            resources_find_readable(resources, order->source, order->size, &renewal->seen);
-        return;
-    }
-    resources_ask_address(resources, order->source, &facts);
-    order->left = facts.status == ADDRESS_IN_BUFFER ? facts.bytes_left : 0;
-}
-
-static void renew(const struct renewal *renewal, struct recording *recording)
-{
-    bool is_renewed =
-        recording_open_gate(recording) && !recording_is_pending(recording, renewal->next);
-    for (uint32_t i = 0; i < recording->copy_block_count && is_renewed; i++) {
-        const struct copy_block *block = &recording->copy_blocks[i];
-        for (uint32_t j = 0; block->orders.chunk < recording->chunk_count && j < block->used; j++)
-            renew_order(renewal, &orders_at(recording, &block->orders)[j]);
-    }
-    if (is_renewed)
-        gather_renew_ranges(renewal->device, recording);
-    for (const struct recorded_item *item = recording->first; item; item = item->next)
-        if (item->kind == ITEM_EXECUTE)
-            renew(renewal, item->secondary);
-}
-
-void copy_orders_renew(const struct layer_device *device, struct recording *recording,
-                       const struct ticket *next)
-{
-    struct renewal renewal = {.device = device, .next = next};
-    execution_order_host_clock(device->order, &renewal.seen);
-    renew(&renewal, recording);
 }

@@ -12,9 +12,11 @@ void copy_orders_flush(struct recorder *recorder);
 /* Records that the device sets the mark of the copies by vkCmdCopyBuffer. */
 void copy_orders_mark(const struct recorder *recorder);
 
-/* Before a recording is submitted with the ticket `next`: buffers have come and gone since it was
- * recorded. What the device still executes stays as it is. Likewise for secondaries. */
-void copy_orders_renew(const struct layer_device *device, struct recording *recording,
-                       const struct ticket *next);
+/* In the memory that the device reads. */
+static inline struct copy_order *copy_orders_at(const struct recording *recording,
+                                                const struct copy_orders *orders)
+{
+    return (struct copy_order *)(recording->chunks[orders->chunk]->bytes + orders->offset);
+}
 
 #endif

@@ -25,7 +25,7 @@ static bool make_set(struct sweep *sweep, const struct range_list *list, struct 
     return set->slots != NULL;
 }
 
-/* The slot that a structure has or would have. Handles are spread as in state/handle_table.c. */
+/* The slot that a structure has or would have. Handles are spread as in src/base/handle_table.c. */
 static uint32_t *slot_of(const struct structure_set *set, VkAccelerationStructureKHR handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;

@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "src/check/replay/states.h"
+#include "src/check/replay/judge.h"
 
 void content_notes_release(struct content_notes *notes)
 {

@@ -4,7 +4,7 @@
 #ifndef ASSAY_CHECK_REPLAY_CONTENTS_H
 #define ASSAY_CHECK_REPLAY_CONTENTS_H
 
-#include "src/check/replay/replay.h"
+#include "src/check/replay/states.h"
 #include "src/state/builds/built_flags.h"
 
 struct content_note {

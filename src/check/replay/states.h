@@ -1,10 +1,36 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How a replay reads and writes the live states of a device, for the replay's own files. */
+/* A replay, and how it reads and writes the live states of a device. */
 #ifndef ASSAY_CHECK_REPLAY_STATES_H
 #define ASSAY_CHECK_REPLAY_STATES_H
 
-#include "src/check/replay/replay.h"
-#include "src/check/walk/walk.h"
+#include "src/check/call/check.h"
+#include "src/state/commands/command_buffers.h"
+
+struct built_flags;
+struct content_notes;
+
+struct replay {
+    const bool (*active)[RULE_COUNT]; /* by command */
+    struct resources *resources;
+
+    /* At submission only. */
+    struct build_states *states;           /* live */
+    struct build_undo *undo;               /* notes what they were before, if not NULL */
+    struct moment now;                     /* when the batch executes, */
+    const struct execution_clock *follows; /* what it certainly follows, */
+    bool predecessors_known;     /* and whether all that executes before it has been replayed */
+    bool never_is_certain;       /* nothing but journalled commands builds on this device */
+    bool unordered;              /* what the batch does has no order in itself */
+    struct built_flags *flags;   /* told of all writes; NULL: nobody asks */
+    struct content_notes *notes; /* of builds that are read later; NULL: none is */
+    bool out_of_memory;          /* set where a write could not be noted */
+
+    /* Told before findings: which build of which command buffer they are about. */
+    void (*locate)(void *user, const struct journal *journal, uint32_t position, uint32_t info);
+    bool (*found)(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding);
+    void *user;
+};
 
 extern const struct built built_unknown, built_filled;
 
@@ -17,21 +43,6 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 
 /* As if nothing had ever been written. */
 void replay_erase(struct replay *replay, uint64_t id);
-
-/* An update on its way through the rules, whose findings are located and go to the replay's
- * `found`. */
-struct update_judgement {
-    struct replay *replay;
-    const struct journal *journal;
-    const struct journal_entry *entry;
-    struct check_context context;
-    struct walk walk; /* wants all rules that are active */
-    struct location location;
-};
-void update_judgement_begin(struct update_judgement *judgement, struct replay *replay,
-                            const struct journal *journal, const struct journal_entry *entry);
-void judge_geometries(struct walk *walk, const struct update_view *update,
-                      const struct location *build);
 
 /* Sparse buffers: what an entry binds, whether the structures of a build are backed by memory, and
  * which ranges of a call share it. */

@@ -2,6 +2,7 @@
 /* Trees made by the reference builder. */
 #include "src/cpu/trees/make.h"
 
+#include "src/cpu/device.h"
 #include "src/cpu/scratch.h"
 #include "src/cpu/trees/bytes.h"
 #include "src/snapshots/build_input.h"
@@ -154,27 +155,4 @@ VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input
                       ? micromap_deserialize(bytes, header.size, &device->uuids, to, size)
                       : builder_deserialize(bytes, header.size, &device->uuids, to, size),
                   size);
-}
-
-bool cpu_property(const void *tree, VkQueryType type, uint64_t *value)
-{
-    switch (type) {
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
-    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
-        *value = bytes_compacted_size(tree);
-        return true;
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
-    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
-        *value = bytes_serialized_size(tree);
-        return true;
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
-        *value = bytes_reference_count(tree);
-        return true;
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
-        *value = bytes_size(tree);
-        return true;
-    default:
-        return false;
-    }
 }

@@ -5,7 +5,6 @@
 #define ASSAY_CPU_TREES_MAKE_H
 
 #include "src/bvh/bvh.h"
-#include "src/cpu/device.h"
 #include "src/cpu/trees/tree.h"
 #include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
@@ -14,6 +13,8 @@
  * parameters or the data allow no tree: data that can't be read, unknown formats, another shape
  * than the source of an update has, a structure too small. */
 VkResult cpu_result(enum builder_result result);
+
+struct cpu_device;
 
 struct cpu_making {
     struct cpu_device *device; /* counts, and keeps the claims of scratch */
@@ -35,8 +36,5 @@ VkResult cpu_make_by_copy(struct cpu_device *device, VkCopyAccelerationStructure
                           const void *source, uint64_t size_max, struct cpu_tree *tree);
 VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input_memory *memory,
                                    uint64_t address, uint64_t size_max, struct cpu_tree *tree);
-
-/* What a query of the type reads from a tree; false for another type. */
-bool cpu_property(const void *tree, VkQueryType type, uint64_t *value);
 
 #endif

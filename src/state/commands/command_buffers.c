@@ -215,7 +215,7 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
     reader_lock_write_done(&command_buffers->lock);
 }
 
-/* Spread as in state/handle_table.c. */
+/* Spread as in src/base/handle_table.c. */
 static struct command_buffer *_Atomic *recent_slot(struct command_buffers *command_buffers,
                                                    VkCommandBuffer handle)
 {

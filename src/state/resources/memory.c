@@ -14,12 +14,6 @@ VkResult resources_create(struct resources **resources)
     return VK_SUCCESS;
 }
 
-void memory_record_release(struct memory_record *memory)
-{
-    if (memory && --memory->references == 0)
-        free(memory);
-}
-
 static void free_accel(void *record, void *context)
 {
     (void)context;
@@ -60,34 +54,6 @@ void resources_destroy(struct resources *resources)
     handle_table_release(&resources->memories);
     address_map_release(&resources->addresses);
     free(resources);
-}
-
-bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
-                       void *record)
-{
-    bool kept = record && handle_table_set(table, handle, record);
-    if (!kept) {
-        resources_become_incomplete(resources);
-        free(record);
-    }
-    return kept;
-}
-
-void resources_note_change(struct resources *resources)
-{
-    atomic_fetch_add_explicit(&resources->changes, 1, memory_order_relaxed);
-}
-
-void resources_note_death(struct resources *resources)
-{
-    atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
-    resources_note_change(resources);
-}
-
-void resources_become_incomplete(struct resources *resources)
-{
-    resources->incomplete = true;
-    resources_note_change(resources);
 }
 
 /* Memory. */

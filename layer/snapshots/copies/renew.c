@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Copy orders at a submission. */
+#include "layer/snapshots/copies/renew.h"
+
+#include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/copies/orders.h"
+
+struct renewal {
+    const struct layer_device *device;
+    const struct ticket *next;
+    struct execution_clock seen; /* what the host knows to be complete */
+};
+
+static void renew_order(const struct renewal *renewal, struct copy_order *order)
+{
+    struct resources *resources = renewal->device->resources;
+    struct address_facts facts;
+    order->is_done = 0;
+    if (!order->source)
+        return;
+    if (order->size) {
+        order->left =
+            resources_find_readable(resources, order->source, order->size, &renewal->seen);
+        return;
+    }
+    resources_ask_address(resources, order->source, &facts);
+    order->left = facts.status == ADDRESS_IN_BUFFER ? facts.bytes_left : 0;
+}
+
+static void renew(const struct renewal *renewal, struct recording *recording)
+{
+    bool is_renewed =
+        recording_open_gate(recording) && !recording_is_pending(recording, renewal->next);
+    for (uint32_t i = 0; i < recording->copy_block_count && is_renewed; i++) {
+        const struct copy_block *block = &recording->copy_blocks[i];
+        for (uint32_t j = 0; block->orders.chunk < recording->chunk_count && j < block->used; j++)
+            renew_order(renewal, &copy_orders_at(recording, &block->orders)[j]);
+    }
+    if (is_renewed)
+        gather_renew_ranges(renewal->device, recording);
+    for (const struct recorded_item *item = recording->first; item; item = item->next)
+        if (item->kind == ITEM_EXECUTE)
+            renew(renewal, item->secondary);
+}
+
+void copy_orders_renew(const struct layer_device *device, struct recording *recording,
+                       const struct ticket *next)
+{
+    struct renewal renewal = {.device = device, .next = next};
+    execution_order_host_clock(device->order, &renewal.seen);
+    renew(&renewal, recording);
+}

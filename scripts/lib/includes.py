@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Checks the #include lines of layer/, src/ and vuid-tables/: a file may include files of its own
+folder and of folders below it in FOLDERS; no files include each other in a circle (a source and its
+header count as one file); a folder holds at most FILES_MAX files; a file's name doesn't repeat its
+folder's. Prints each offender, and fails if there is one."""
+
+import argparse
+import collections
+import os
+import pathlib
+import re
+import sys
+
+# From the ground up. A folder that isn't listed stands where the folder that holds it does.
+FOLDERS = (
+    "vuid-tables",
+    "src/base",
+    "src/bvh",
+    "src/state",
+    "src/view",
+    "src/rules",
+    "src/snapshots",
+    "src/check",
+    "src/report",
+    "src/cpu",
+    "src/compare",
+    "layer",
+)
+FILES_MAX = 25
+SOURCES = (".c", ".cpp", ".h")
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
+
+
+def sources(root):
+    """Every source below FOLDERS, as a path from the root."""
+    tops = sorted({folder.split("/")[0] for folder in FOLDERS})
+    return sorted(str(path.relative_to(root)) for top in tops
+                  for path in (root / top).rglob("*") if path.suffix in SOURCES)
+
+
+def includes(root, files):
+    """(file, included file, whether by its path from the root) for each include of a source of the
+    project. What is generated at build time is none."""
+    known = set(files)
+    for file in files:
+        for name in INCLUDE.findall((root / file).read_text(encoding="utf-8")):
+            beside = os.path.normpath(os.path.join(os.path.dirname(file), name))
+            if name in known:
+                yield file, name, True
+            elif beside in known:
+                yield file, beside, False
+
+
+def rank(file):
+    """The height of a file's folder in FOLDERS, or None."""
+    folder = os.path.dirname(file)
+    while folder and folder not in FOLDERS:
+        folder = os.path.dirname(folder)
+    return FOLDERS.index(folder) if folder else None
+
+
+def circles(edges):
+    """The groups of modules that include each other (Tarjan's strongly connected components)."""
+    graph = collections.defaultdict(set)
+    for file, included in edges:
+        a, b = os.path.splitext(file)[0], os.path.splitext(included)[0]
+        if a != b:
+            graph[a].add(b)
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for after in sorted(graph.get(node, ())):
+            if after not in index:
+                visit(after)
+                low[node] = min(low[node], low[after])
+            elif after in stack:
+                low[node] = min(low[node], index[after])
+        if low[node] == index[node]:
+            group = stack[stack.index(node):]
+            del stack[stack.index(node):]
+            if len(group) > 1:
+                found.append(sorted(group))
+
+    sys.setrecursionlimit(10000)
+    for node in sorted(graph):
+        if node not in index:
+            visit(node)
+    return sorted(found)
+
+
+def offenders(root):
+    files = sources(root)
+    counts = collections.Counter(os.path.dirname(file) for file in files)
+    for folder, count in sorted(counts.items()):
+        if count > FILES_MAX:
+            yield f"{folder}: {count} files; at most {FILES_MAX}"
+    for file in files:
+        folder, name = os.path.split(file)
+        if name.startswith(os.path.basename(folder) + "_"):
+            yield f"{file}: the name repeats the folder's"
+    edges = []
+    for file, included, is_from_root in includes(root, files):
+        edges.append((file, included))
+        if not is_from_root:
+            yield f"{file}: include {included} by its path from the repository's root"
+        above, below = rank(file), rank(included)
+        if above is None or below is None:
+            yield f"{file}: includes {included}, and one of the two is in no folder of FOLDERS"
+        elif below > above:
+            yield f"{file}: includes {included}, which is above it"
+    for group in circles(edges):
+        yield "circle: " + ", ".join(group)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("root", nargs="?", type=pathlib.Path, default=pathlib.Path.cwd(),
+                        help="of the repository (default: the working directory)")
+    found = list(offenders(parser.parse_args().root.resolve()))
+    print("\n".join(found) or "includes: all point down, none in a circle")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

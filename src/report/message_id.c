@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Hashing ids. */
+#include "src/report/message_id.h"
+
+#include <string.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+int32_t message_id_number(const char *id)
+{
+    return (int32_t)XXH32(id, strlen(id), 8);
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What each change of the tables comes with. */
+#include <stdlib.h>
+
+#include "src/state/resources/records.h"
+
+void memory_record_release(struct memory_record *memory)
+{
+    if (memory && --memory->references == 0)
+        free(memory);
+}
+
+bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
+                       void *record)
+{
+    bool kept = record && handle_table_set(table, handle, record);
+    if (!kept) {
+        resources_become_incomplete(resources);
+        free(record);
+    }
+    return kept;
+}
+
+void resources_note_change(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->changes, 1, memory_order_relaxed);
+}
+
+void resources_note_death(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
+    resources_note_change(resources);
+}
+
+void resources_become_incomplete(struct resources *resources)
+{
+    resources->incomplete = true;
+    resources_note_change(resources);
+}
