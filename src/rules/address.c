@@ -5,48 +5,6 @@
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
-/* ---- the addresses ---- */
-
-static void check_input(struct walk *walk, const struct geometry_view *geometry,
-                        enum input_role role, const struct address_facts *facts)
-{
-    const struct address_view address = {
-        .build = geometry->build, .geometry = geometry, .role = role, .facts = facts};
-    walk_address(walk, &address, LEVEL_STATE);
-}
-
-void check_geometry_addresses(struct walk *walk, const struct geometry_view *geometry)
-{
-    const struct chained_inputs *chained = geometry->chained;
-    bool is_aabbs = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
-    check_input(walk, geometry, INPUT_VERTEX, &geometry->vertex);
-    check_input(walk, geometry, INPUT_INDEX, &geometry->index_data);
-    check_input(walk, geometry, INPUT_TRANSFORM, &geometry->transform);
-    check_input(walk, geometry, is_aabbs ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data);
-    for (uint32_t i = 0; chained && i < chained->count; i++)
-        check_input(walk, geometry, chained->items[i].role, &chained->items[i].facts);
-}
-
-/* Scratch of which a build needs no bytes may be anywhere. */
-void check_scratch_address(struct walk *walk, const struct build_view *build)
-{
-    const struct address_view address = {
-        .build = build, .role = INPUT_SCRATCH, .facts = &build->scratch};
-    if (build->sizes.known && build_scratch_size(build))
-        walk_address(walk, &address, LEVEL_STATE);
-}
-
-/* Of a build without geometries no build range is read. */
-void check_indirect_address(struct walk *walk, const struct indirect_view *indirect)
-{
-    const struct address_view address = {
-        .build = indirect->build, .role = INPUT_INDIRECT, .facts = &indirect->facts};
-    if (indirect->build->info->geometryCount)
-        walk_address(walk, &address, LEVEL_STATE);
-}
-
-/* ---- the rules ---- */
-
 static struct value buffer(const struct address_view *address)
 {
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)address->facts->buffer);

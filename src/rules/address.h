@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checking what the addresses of a build lead to. */
+/* Addresses of which no rule says anything, for those who need not ask all rows. */
 #ifndef ASSAY_RULES_ADDRESS_H
 #define ASSAY_RULES_ADDRESS_H
 
-#include "src/check/walk/walk.h"
-
-/* The addresses of a geometry, with those that extensions chain to it. */
-void check_geometry_addresses(struct walk *walk, const struct geometry_view *geometry);
-/* The scratch of a build, if its size is known. */
-void check_scratch_address(struct walk *walk, const struct build_view *build);
-void check_indirect_address(struct walk *walk, const struct indirect_view *indirect);
+#include "src/view/view.h"
 
 /* Whether no rule is broken by a plain input; false if that has to be asked. */
 static inline bool address_is_plain(const struct address_facts *facts)

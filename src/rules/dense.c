@@ -1,85 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules of VK_AMDX_dense_geometry_format: builds of compressed triangles, and their updates. */
-#include "src/base/chain.h"
-#include "src/check/assemble/chains.h"
-#include "src/check/call/extensions.h"
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/rules/update.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"
-
-static const VkStructureType dense_type =
-    VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX;
-
-static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
-}
-
-/* Views. */
-
-void check_dense_build(struct walk *walk, struct build_view *build)
-{
-    struct dense_build_view view = {.build = build};
-    bool any = false, readable = true;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
-        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
-        if (!is_dense(geometry))
-            continue;
-        any = true;
-        readable = readable && chain_is_readable(walk->context, geometry->pNext);
-    }
-    build->dense_readable = any && readable;
-    if (any)
-        walk_dense_build(walk, &view, LEVEL_PARAMETERS);
-}
-
-/* Whether a build reads none of the data: as geometry_is_empty, of geometries that have their count
- * here. */
-static bool is_empty(const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
-{
-    return !data->numTriangles || !data->dataSize;
-}
-
-void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
-{
-    if (!is_dense(geometry->geometry))
-        return;
-    struct dense_view view = {
-        .geometry = geometry,
-        .missing = extended_data_is_missing(geometry),
-        .data = chain_member(geometry->geometry->pNext, &geometry->chain, dense_type)};
-    walk_dense(walk, &view, LEVEL_PARAMETERS);
-    if (!with_state)
-        return;
-    if (view.data && geometry->build->call->command != COMMAND_HOST && !is_empty(view.data))
-        view.address = chained_input(walk->context, geometry, INPUT_DENSE_DATA,
-                                     view.data->compressedData.deviceAddress);
-    walk_dense(walk, &view, LEVEL_STATE);
-}
-
-static bool is_known(VkCompressedTriangleFormatAMDX format)
-{
-    return format == VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX;
-}
-
-bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
-        chain_find(geometry->pNext, dense_type);
-    return data && is_known(data->format);
-}
-
-bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count)
-{
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
-        is_dense(geometry) ? chain_find(geometry->pNext, dense_type) : NULL;
-    if (data)
-        *count = data->numTriangles;
-    return data != NULL;
-}
 
 /* Builds. */
 
@@ -140,7 +66,8 @@ bool dense_triangles_have_their_stype(const struct dense_view *dense, struct fin
 
 bool dense_format_is_valid(const struct dense_view *dense, struct finding *finding)
 {
-    return !dense->data || is_known(dense->data->format) || device_of(dense)->newer_than_registry ||
+    return !dense->data || dense_format_is_known(dense->data->format) ||
+           device_of(dense)->newer_than_registry ||
            violated(finding, DENSE_DATA "format", "{} is not a VkCompressedTriangleFormatAMDX",
                     number((uint32_t)dense->data->format));
 }
@@ -155,13 +82,13 @@ static const char *data_field(const struct dense_view *dense)
 /* Of addresses that are not 0 the rules about all inputs speak. */
 bool dense_data_is_valid(const struct dense_view *dense, struct finding *finding)
 {
-    return !dense->data || is_empty(dense->data) ||
+    return !dense->data || dense_is_empty(dense->data) ||
            address_is_given(finding, data_field(dense), dense->data->compressedData.deviceAddress);
 }
 
 bool dense_data_is_aligned(const struct dense_view *dense, struct finding *finding)
 {
-    return !dense->data || !is_known(dense->data->format) ||
+    return !dense->data || !dense_format_is_known(dense->data->format) ||
            address_is_aligned(finding, data_field(dense), dense->data->compressedData.deviceAddress,
                               VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_BYTE_ALIGNMENT_AMDX);
 }
@@ -169,7 +96,8 @@ bool dense_data_is_aligned(const struct dense_view *dense, struct finding *findi
 bool dense_data_size_is_aligned(const struct dense_view *dense, struct finding *finding)
 {
     const uint32_t stride = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_BYTE_STRIDE_AMDX;
-    return !dense->data || !is_known(dense->data->format) || dense->data->dataSize % stride == 0 ||
+    return !dense->data || !dense_format_is_known(dense->data->format) ||
+           dense->data->dataSize % stride == 0 ||
            violated(finding, DENSE_DATA "dataSize", "{} is not a multiple of {}",
                     number(dense->data->dataSize), number(stride));
 }

@@ -1,32 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about where the indirect command reads its build ranges. */
-#include "src/rules/indirect.h"
-
-#include "src/rules/address.h"
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
 #define STRIDES "pIndirectStrides"
-
-void check_indirect(struct walk *walk, const struct build_view *build, bool with_state)
-{
-    struct check_context *context = walk->context;
-    const struct call_view *call = build->call;
-    struct indirect_view indirect = {
-        .build = build,
-        .address =
-            call->indirect_addresses_readable ? &call->indirect_addresses[build->index] : NULL,
-        .stride = call->indirect_strides_readable ? &call->indirect_strides[build->index] : NULL,
-    };
-    walk_indirect(walk, &indirect, LEVEL_PARAMETERS);
-    if (!with_state || !indirect.address)
-        return;
-    resources_ask_address(context->resources, *indirect.address, &indirect.facts);
-    walk_indirect(walk, &indirect, LEVEL_STATE);
-    check_indirect_address(walk, &indirect);
-    if (context->witness)
-        context->witness->see_indirect(context->user, &indirect);
-}
 
 bool indirect_address_is_aligned(const struct indirect_view *indirect, struct finding *finding)
 {

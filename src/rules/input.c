@@ -178,3 +178,8 @@ bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct 
            address_is_aligned(finding, "geometry.instances.data.deviceAddress",
                               instances->data.deviceAddress, 8);
 }
+
+const char *content_field(const struct geometry_view *geometry, enum input_role role)
+{
+    return input_data_field(geometry->build->call->command, role);
+}

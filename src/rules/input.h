@@ -6,6 +6,8 @@
 #include "src/state/commands/journal.h"
 #include "vuid-tables/rules.h"
 
+struct geometry_view;
+
 /* Paths of structures that extensions chain, relative to their geometry. */
 #define MOTION_DATA                                                                                \
     "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>."
@@ -23,5 +25,8 @@
 const char *input_field(enum input_role role);
 /* The same for the data that a command reads, which host builds have at host addresses. */
 const char *input_data_field(enum build_command command, enum input_role role);
+
+/* The member that leads to that data, by the geometry's command. */
+const char *content_field(const struct geometry_view *geometry, enum input_role role);
 
 #endif

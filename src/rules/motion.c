@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules of VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of moving
  * triangles. */
-#include "src/check/assemble/chains.h"
-#include "src/check/call/extensions.h"
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"
@@ -12,32 +10,6 @@
 static bool has_motion_flag(const struct build_view *build)
 {
     return build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
-}
-
-void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state)
-{
-    struct motion_build_view view = {.build = build};
-    walk_motion_build(walk, &view, LEVEL_PARAMETERS);
-    if (with_state)
-        walk_motion_build(walk, &view, LEVEL_STATE);
-}
-
-void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state)
-{
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    bool is_host = geometry->build->call->command == COMMAND_HOST;
-    if (!triangles)
-        return;
-    struct motion_triangles_view view = {
-        .geometry = geometry,
-        .data = chain_member(
-            triangles->pNext, &geometry->triangles_chain,
-            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)};
-    if (with_state && view.data && !is_host)
-        chained_input(walk->context, geometry, INPUT_MOTION_VERTEX,
-                      view.data->vertexData.deviceAddress);
-    walk_motion_triangles(walk, &view, LEVEL_PARAMETERS);
 }
 
 /* Builds. */

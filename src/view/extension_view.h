@@ -71,4 +71,17 @@ struct updated_dense_view {
     const struct dense_shape *asked, *source;
 };
 
+/* Whether a build reads none of the data: as geometry_is_empty, of geometries that have their count
+ * here. */
+static inline bool
+dense_is_empty(const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
+{
+    return !data->numTriangles || !data->dataSize;
+}
+
+static inline bool dense_format_is_known(VkCompressedTriangleFormatAMDX format)
+{
+    return format == VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX;
+}
+
 #endif

@@ -4,7 +4,7 @@
 #ifndef ASSAY_CHECK_ASSEMBLE_ALIGN_H
 #define ASSAY_CHECK_ASSEMBLE_ALIGN_H
 
-#include "src/check/call/check.h"
+#include "src/check/walk/context.h"
 
 /* Whether the arrays of a call are aligned: those of nearly all calls are. */
 static inline bool call_is_aligned(const struct call_view *call)

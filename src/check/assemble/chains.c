@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Walking the chains of geometries. */
 #include "src/check/assemble/chains.h"
-#include "src/check/assemble/micromap_views.h"
 
 #include <vulkan/vulkan.h>
 
@@ -94,6 +93,65 @@ void chain_view(struct check_context *context, const struct device_facts *device
             facts->has_duplicate = true;
             facts->duplicate = s->sType;
         }
+    }
+}
+
+/* ---- usages of micromaps */
+
+static bool are_readable_pointers(struct readable_cache *cache, const void *const *pointers,
+                                  uint32_t count)
+{
+    if (!readable(cache, pointers, count * sizeof(*pointers)))
+        return false;
+    for (uint32_t i = 0; i < count; i++)
+        if (!readable(cache, pointers[i], sizeof(VkMicromapUsageEXT)))
+            return false;
+    return true;
+}
+
+void chain_view_usages(struct readable_cache *cache, uint32_t count, const void *array,
+                       const void *const *pointers, struct micromap_usages *usages)
+{
+    usages->both_given = array && pointers;
+    if (!count)
+        return;
+    usages->array_unreadable = array && !readable(cache, array, count * sizeof(VkMicromapUsageEXT));
+    usages->pointers_unreadable = pointers && !are_readable_pointers(cache, pointers, count);
+    if (!array == !pointers || usages->array_unreadable || usages->pointers_unreadable)
+        return;
+    usages->array = array;
+    usages->pointers = pointers;
+    usages->count = count;
+}
+
+static bool are_readable(struct readable_cache *cache, uint32_t count, const void *array,
+                         const void *pointers)
+{
+    struct micromap_usages usages = {0};
+    chain_view_usages(cache, count, array, pointers, &usages);
+    return usages.count == count;
+}
+
+/* Whether what a structure, itself readable, points to is readable, as far as drivers read it to
+ * tell the sizes of a build. */
+static bool usages_are_readable(struct check_context *context, const VkBaseInStructure *structure)
+{
+    const VkAccelerationStructureGeometryMicromapDataKHR *data = (const void *)structure;
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = (const void *)structure;
+    const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
+        (const void *)structure;
+    switch ((int)structure->sType) {
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
+        return are_readable(context->readable, data->usageCountsCount, data->pUsageCounts,
+                            data->ppUsageCounts);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
+        return are_readable(context->readable, opacity->usageCountsCount, opacity->pUsageCounts,
+                            opacity->ppUsageCounts);
+    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
+        return are_readable(context->readable, displacement->usageCountsCount,
+                            displacement->pUsageCounts, displacement->ppUsageCounts);
+    default:
+        return true;
     }
 }
 

@@ -3,7 +3,8 @@
 #ifndef ASSAY_CHECK_ASSEMBLE_CHAINS_H
 #define ASSAY_CHECK_ASSEMBLE_CHAINS_H
 
-#include "src/check/call/check.h"
+#include "src/check/walk/context.h"
+#include "src/view/micromap_view.h"
 
 /* Chains longer than this are cyclic, or nobody's. */
 enum { CHAIN_MAX = 64 };
@@ -27,5 +28,9 @@ static inline bool chain_is_readable(struct check_context *context, const void *
 /* The structure of that type in a chain that was viewed; NULL where there is none, or where the
  * chain leaves open which is meant. */
 const void *chain_member(const void *chain, const struct chain_facts *facts, VkStructureType type);
+
+/* The usages of a micromap: an array, or an array of pointers. */
+void chain_view_usages(struct readable_cache *cache, uint32_t count, const void *array,
+                       const void *const *pointers, struct micromap_usages *usages);
 
 #endif

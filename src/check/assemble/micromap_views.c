@@ -4,70 +4,11 @@
 
 #include "src/base/chain.h"
 #include "src/check/assemble/chains.h"
-#include "src/check/call/extensions.h"
+#include "src/check/assemble/extended.h"
 #include "src/rules/input.h"
 #include "src/rules/micromap/usages.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
-
-/* Usages. */
-
-static bool are_readable_pointers(struct readable_cache *cache, const void *const *pointers,
-                                  uint32_t count)
-{
-    if (!readable(cache, pointers, count * sizeof(*pointers)))
-        return false;
-    for (uint32_t i = 0; i < count; i++)
-        if (!readable(cache, pointers[i], sizeof(VkMicromapUsageEXT)))
-            return false;
-    return true;
-}
-
-static void view_usages(struct readable_cache *cache, uint32_t count, const void *array,
-                        const void *const *pointers, struct micromap_usages *usages)
-{
-    usages->both_given = array && pointers;
-    if (!count)
-        return;
-    usages->array_unreadable = array && !readable(cache, array, count * sizeof(VkMicromapUsageEXT));
-    usages->pointers_unreadable = pointers && !are_readable_pointers(cache, pointers, count);
-    if (!array == !pointers || usages->array_unreadable || usages->pointers_unreadable)
-        return;
-    usages->array = array;
-    usages->pointers = pointers;
-    usages->count = count;
-}
-
-static bool are_readable(struct readable_cache *cache, uint32_t count, const void *array,
-                         const void *pointers)
-{
-    struct micromap_usages usages = {0};
-    view_usages(cache, count, array, pointers, &usages);
-    return usages.count == count;
-}
-
-bool usages_are_readable(struct check_context *context, const VkBaseInStructure *structure)
-{
-    const VkAccelerationStructureGeometryMicromapDataKHR *data = (const void *)structure;
-    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = (const void *)structure;
-    const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
-        (const void *)structure;
-    switch ((int)structure->sType) {
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
-        return are_readable(context->readable, data->usageCountsCount, data->pUsageCounts,
-                            data->ppUsageCounts);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
-        return are_readable(context->readable, opacity->usageCountsCount, opacity->pUsageCounts,
-                            opacity->ppUsageCounts);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
-        return are_readable(context->readable, displacement->usageCountsCount,
-                            displacement->pUsageCounts, displacement->ppUsageCounts);
-    default:
-        return true;
-    }
-}
-
-/* Structures. */
 
 static const void *find_behind_triangles(const struct geometry_view *geometry, VkStructureType type)
 {
@@ -89,8 +30,8 @@ bool view_micromap_data(struct check_context *context, const struct geometry_vie
                                     .data = data,
                                     .usages = {.array_field = MICROMAP_DATA "pUsageCounts",
                                                .pointers_field = MICROMAP_DATA "ppUsageCounts"}};
-    view_usages(context->readable, data->usageCountsCount, data->pUsageCounts,
-                (const void *const *)data->ppUsageCounts, &view->usages);
+    chain_view_usages(context->readable, data->usageCountsCount, data->pUsageCounts,
+                      (const void *const *)data->ppUsageCounts, &view->usages);
     return true;
 }
 
@@ -121,8 +62,8 @@ bool view_opacity_ext(struct check_context *context, const struct geometry_view 
                                   .opacity = opacity,
                                   .usages = {.array_field = OPACITY_EXT_DATA "pUsageCounts",
                                              .pointers_field = OPACITY_EXT_DATA "ppUsageCounts"}};
-    view_usages(context->readable, opacity->usageCountsCount, opacity->pUsageCounts,
-                (const void *const *)opacity->ppUsageCounts, &view->usages);
+    chain_view_usages(context->readable, opacity->usageCountsCount, opacity->pUsageCounts,
+                      (const void *const *)opacity->ppUsageCounts, &view->usages);
     return true;
 }
 
@@ -139,8 +80,8 @@ bool view_displacement(struct check_context *context, const struct geometry_view
                                    .displacement = displacement,
                                    .usages = {.array_field = DISPLACEMENT_DATA "pUsageCounts",
                                               .pointers_field = DISPLACEMENT_DATA "ppUsageCounts"}};
-    view_usages(context->readable, displacement->usageCountsCount, displacement->pUsageCounts,
-                (const void *const *)displacement->ppUsageCounts, &view->usages);
+    chain_view_usages(context->readable, displacement->usageCountsCount, displacement->pUsageCounts,
+                      (const void *const *)displacement->ppUsageCounts, &view->usages);
     return true;
 }
 

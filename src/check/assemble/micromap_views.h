@@ -4,12 +4,8 @@
 #ifndef ASSAY_CHECK_ASSEMBLE_MICROMAP_VIEWS_H
 #define ASSAY_CHECK_ASSEMBLE_MICROMAP_VIEWS_H
 
-#include "src/check/call/check.h"
+#include "src/check/walk/context.h"
 #include "src/view/micromap_view.h"
-
-/* Whether what a structure of a chain, itself readable, points to is readable, as far as drivers
- * read it to tell the sizes of a build. */
-bool usages_are_readable(struct check_context *context, const VkBaseInStructure *structure);
 
 /* Each fills a view from parameters alone; false where the geometry lacks the structure. */
 bool view_micromap_data(struct check_context *context, const struct geometry_view *geometry,

@@ -2,8 +2,8 @@
 /* The views of spheres and linear swept spheres. */
 #include "src/base/chain.h"
 #include "src/check/assemble/chains.h"
+#include "src/check/assemble/extended.h"
 #include "src/check/assemble/views.h"
-#include "src/check/call/extensions.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
@@ -32,7 +32,7 @@ static bool has_indices(const struct sphere_data *data)
     return index_type_size(data->index_type) != 0;
 }
 
-static void view_addresses(struct check_context *context, struct geometry_view *geometry,
+void view_sphere_addresses(struct check_context *context, struct geometry_view *geometry,
                            bool is_swept, struct sphere_data *data)
 {
     if (geometry->build->call->command == COMMAND_HOST) {
@@ -51,7 +51,7 @@ static void view_addresses(struct check_context *context, struct geometry_view *
     }
 }
 
-static void view_formats(struct check_context *context, struct sphere_data *data)
+void view_sphere_formats(struct check_context *context, struct sphere_data *data)
 {
     data->vertex_format_supported =
         context->hooks->vertex_format_supported(context->user, data->vertex_format);
@@ -89,43 +89,6 @@ void view_chained_spheres(const struct geometry_view *geometry,
                                             .indexing_mode = chained->indexingMode,
                                             .end_caps_mode = chained->endCapsMode};
     view->data.geometry = geometry;
-}
-
-static void check_plain_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
-{
-    struct swept_spheres_view all;
-    view_spheres(geometry, &all);
-    if (all.data.given)
-        view_addresses(walk->context, geometry, false, &all.data);
-    struct spheres_view view = {all.data};
-    walk_spheres(walk, &view, LEVEL_PARAMETERS);
-    if (!with_state)
-        return;
-    if (view.data.given)
-        view_formats(walk->context, &view.data);
-    walk_spheres(walk, &view, LEVEL_STATE);
-}
-
-static void check_swept_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
-{
-    struct swept_spheres_view view;
-    view_spheres(geometry, &view);
-    if (view.data.given)
-        view_addresses(walk->context, geometry, true, &view.data);
-    walk_swept_spheres(walk, &view, LEVEL_PARAMETERS);
-    if (!with_state)
-        return;
-    if (view.data.given)
-        view_formats(walk->context, &view.data);
-    walk_swept_spheres(walk, &view, LEVEL_STATE);
-}
-
-void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
-{
-    if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV)
-        check_plain_spheres(walk, geometry, with_state);
-    else if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)
-        check_swept_spheres(walk, geometry, with_state);
 }
 
 static bool members_are_sound(const struct sphere_data *data)

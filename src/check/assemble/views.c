@@ -9,7 +9,7 @@
 #include "src/base/recording_path.h"
 #include "src/check/assemble/align.h"
 #include "src/check/assemble/chains.h"
-#include "src/check/call/extensions.h"
+#include "src/check/assemble/extended.h"
 #include "src/state/builds/build_info.h"
 #include "src/state/builds/recent_build.h"
 #include "src/state/builds/size_cache.h"

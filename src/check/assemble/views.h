@@ -4,7 +4,7 @@
 #ifndef ASSAY_CHECK_ASSEMBLE_VIEWS_H
 #define ASSAY_CHECK_ASSEMBLE_VIEWS_H
 
-#include "src/check/call/check.h"
+#include "src/check/walk/context.h"
 
 struct known_build;
 

@@ -10,25 +10,14 @@
 #include "src/base/recording_path.h"
 #include "src/check/assemble/align.h"
 #include "src/check/assemble/views.h"
+#include "src/check/call/addresses.h"
 #include "src/check/call/extensions.h"
-#include "src/check/content/read.h"
+#include "src/check/call/host_checks.h"
+#include "src/check/content/content.h"
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/hold.h"
 #include "src/check/walk/walk.h"
-#include "src/rules/address.h"
-#include "src/rules/host.h"
-#include "src/rules/indirect.h"
 #include "src/state/builds/recent_build.h"
-
-void check_select(enum build_command command, enum level level, const bool muted[MESSAGE_ID_COUNT],
-                  bool active[RULE_COUNT])
-{
-    for (int rule = 0; rule < RULE_COUNT; rule++) {
-        const struct rule_info *info = &rule_infos[rule];
-        enum vuid vuid = info->vuid[command];
-        active[rule] = info->subject && info->level <= level && vuid != VUID_NONE && !muted[vuid];
-    }
-}
 
 /* The rows of a geometry and, where its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,

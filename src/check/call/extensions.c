@@ -2,29 +2,8 @@
 /* Which extensions have something to check. */
 #include "src/check/call/extensions.h"
 
+#include "src/check/assemble/extended.h"
 #include "src/view/geometry_data.h"
-
-bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    switch ((int)geometry->geometryType) {
-    case VK_GEOMETRY_TYPE_SPHERES_NV:
-    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
-        return spheres_are_sound(geometry);
-    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
-        return micromap_is_sound(geometry);
-    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
-        return dense_is_sound(geometry);
-    default:
-        return false;
-    }
-}
-
-bool extended_data_is_missing(const struct geometry_view *geometry)
-{
-    const struct chain_facts *chain = &geometry->chain;
-    return !chain->unreadable && !chain->has_duplicate && !chain->has_stray &&
-           !geometry->build->call->device->newer_than_registry;
-}
 
 /* The rows of extensions don't say which of them are about what the sizes depend on: all count. */
 static void note_findings(struct walk *walk, uint32_t findings_before)
@@ -75,17 +54,4 @@ void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
     if (device->extension.dense_geometry_format_amdx)
         check_dense(walk, geometry, with_state);
     note_findings(walk, findings_before);
-}
-
-const struct address_facts *chained_input(struct check_context *context,
-                                          struct geometry_view *geometry, enum input_role role,
-                                          VkDeviceAddress address)
-{
-    struct chained_inputs *chained = geometry->chained;
-    uint32_t i = chained->count++;
-    chained->items[i].role = role;
-    chained->items[i].facts = (struct address_facts){.status = ADDRESS_UNKNOWN};
-    if (!geometry_is_empty(geometry))
-        resources_ask_address(context->resources, address, &chained->items[i].facts);
-    return &chained->items[i].facts;
 }

@@ -3,7 +3,7 @@
 #include "src/view/host_view.h"
 
 #include "rows_by_subject.h"
-#include "src/rules/host.h"
+#include "src/check/call/host_checks.h"
 #include "src/rules/predicates.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"

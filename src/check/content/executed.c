@@ -9,7 +9,6 @@
 #include "src/check/assemble/views.h"
 #include "src/check/content/micromap.h"
 #include "src/check/overlap/pairs.h"
-#include "src/rules/indirect.h"
 #include "src/rules/predicates.h"
 #include "src/view/micromap_view.h"
 

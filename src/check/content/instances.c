@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "src/bvh/input/source.h"
-#include "src/check/content/read.h"
+#include "src/check/content/content.h"
 #include "src/state/builds/built_flags.h"
 
 /* Bytes from one instance with motion to the next

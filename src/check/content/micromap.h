@@ -3,7 +3,7 @@
 #ifndef ASSAY_CHECK_CONTENT_MICROMAP_H
 #define ASSAY_CHECK_CONTENT_MICROMAP_H
 
-#include "src/check/content/read.h"
+#include "src/check/content/content.h"
 
 /* Of a geometry, by what was chained to it. `used`: what the micromap that it uses was built with
  * by then; NULL where that isn't known. */

@@ -2,8 +2,8 @@
 /* The radii of spheres and linear swept spheres: read by the reference builder's own reader, and
  * their rules. What is inactive has none that counts. */
 #include "src/bvh/input/source.h"
-#include "src/check/call/extensions.h"
-#include "src/check/content/read.h"
+#include "src/check/assemble/extended.h"
+#include "src/check/content/content.h"
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading input data: once from its begin to its end, in place. */
-#include "src/check/content/read.h"
+#include "src/check/content/content.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -10,11 +10,6 @@
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"
-
-const char *content_field(const struct geometry_view *geometry, enum input_role role)
-{
-    return input_data_field(geometry->build->call->command, role);
-}
 
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)

@@ -3,7 +3,7 @@
 #ifndef ASSAY_CHECK_OVERLAP_PAIRS_H
 #define ASSAY_CHECK_OVERLAP_PAIRS_H
 
-#include "src/check/content/read.h"
+#include "src/check/content/content.h"
 #include "src/check/overlap/sweep.h"
 #include "src/check/walk/walk.h"
 

@@ -3,7 +3,7 @@
 #ifndef ASSAY_CHECK_REPLAY_STATES_H
 #define ASSAY_CHECK_REPLAY_STATES_H
 
-#include "src/check/call/check.h"
+#include "src/check/walk/context.h"
 #include "src/state/commands/command_buffers.h"
 
 struct built_flags;

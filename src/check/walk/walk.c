@@ -7,6 +7,16 @@
 #include "rows_by_subject.h"
 #include "src/rules/predicates.h"
 
+void check_select(enum build_command command, enum level level, const bool muted[MESSAGE_ID_COUNT],
+                  bool active[RULE_COUNT])
+{
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *info = &rule_infos[rule];
+        enum vuid vuid = info->vuid[command];
+        active[rule] = info->subject && info->level <= level && vuid != VUID_NONE && !muted[vuid];
+    }
+}
+
 void walk_start(struct walk *walk, struct check_context *context)
 {
     walk->context = context;

@@ -3,7 +3,7 @@
 #ifndef ASSAY_CHECK_WALK_WALK_H
 #define ASSAY_CHECK_WALK_WALK_H
 
-#include "src/check/call/check.h"
+#include "src/check/walk/context.h"
 #include "src/view/extension_view.h"
 #include "src/view/micromap_view.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about plain instances, and about what instances of any kind refer to. */
-#include "src/check/content/read.h"
+#include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
 

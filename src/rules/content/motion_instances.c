@@ -2,79 +2,14 @@
 /* Rules about the instances of builds with motion. */
 #include <string.h>
 
-#include "src/bvh/input/source.h"
-#include "src/check/content/read.h"
+#include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
-
-/* What the kinds of instances have in common. */
-struct common {
-    VkGeometryInstanceFlagsKHR flags;
-    uint64_t reference;
-};
-
-#define COMMON(member) ((struct common){(member).flags, (member).accelerationStructureReference})
+#include "src/view/motion_instance.h"
 
 static bool is_of_type(const struct motion_instance_view *view, int type)
 {
     return (int)view->instance.type == type;
-}
-
-/* False for instances of no known type. */
-static bool find_common(const VkAccelerationStructureMotionInstanceNV *instance,
-                        struct common *common)
-{
-    switch ((int)instance->type) {
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
-        *common = COMMON(instance->data.staticInstance);
-        return true;
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
-        *common = COMMON(instance->data.matrixMotionInstance);
-        return true;
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
-        *common = COMMON(instance->data.srtMotionInstance);
-        return true;
-    default:
-        return false;
-    }
-}
-
-static void check_instance(struct content *content, struct motion_instance_view *view)
-{
-    const uint32_t index = view->index;
-    struct common common = {0};
-    bool is_known = find_common(&view->instance, &common);
-    content_find_reference(content, common.reference, &view->referenced);
-    content_walk_motion_instance(content, view);
-    if (is_of_type(view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
-        content_check_instance(content, index, !view->is_packed,
-                               &view->instance.data.staticInstance);
-    } else if (is_known) {
-        content_check_reference(content, index, &view->referenced);
-    }
-    if (is_of_type(view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {
-        const VkAccelerationStructureMatrixMotionInstanceNV *moving =
-            &view->instance.data.matrixMotionInstance;
-        content_check_transform(content, index, common.reference, &moving->transformT0);
-        content_check_transform(content, index, common.reference, &moving->transformT1);
-    }
-}
-
-void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes)
-{
-    struct motion_instance_view view = {.geometry = content->range->geometry, .index = index};
-    memcpy(&view.instance, bytes, sizeof(view.instance));
-    check_instance(content, &view);
-}
-
-void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,
-                              const void *bytes)
-{
-    struct motion_instance_view view = {
-        .geometry = content->range->geometry, .index = index, .is_packed = true};
-    view.instance.type = (VkAccelerationStructureMotionInstanceTypeNV)type;
-    memcpy(&view.instance.data, bytes, source_motion_size(type));
-    check_instance(content, &view);
 }
 
 static const struct device_facts *device_of(const struct motion_instance_view *view)
@@ -85,8 +20,8 @@ static const struct device_facts *device_of(const struct motion_instance_view *v
 bool motion_instance_type_is_valid(const struct motion_instance_view *motion_instance,
                                    struct finding *finding)
 {
-    struct common common;
-    return find_common(&motion_instance->instance, &common) ||
+    struct motion_instance_common common;
+    return motion_instance_common(&motion_instance->instance, &common) ||
            device_of(motion_instance)->newer_than_registry ||
            violated(finding, content_field(motion_instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose type {} is not a "
@@ -118,8 +53,8 @@ static bool flags_are_valid(const struct motion_instance_view *view, int type,
                             struct finding *finding, const char *says)
 {
     const struct device_facts *device = device_of(view);
-    struct common common;
-    if (!is_of_type(view, type) || !find_common(&view->instance, &common))
+    struct motion_instance_common common;
+    if (!is_of_type(view, type) || !motion_instance_common(&view->instance, &common))
         return true;
     VkGeometryInstanceFlagsKHR unknown = common.flags & ~allowed_flags(device, type);
     return !unknown || device->newer_than_registry ||

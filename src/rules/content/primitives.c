@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "src/bvh/bvh.h"
-#include "src/check/content/read.h"
+#include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
 /* Vertices. */

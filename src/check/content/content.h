@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading the input data of builds for the rules about it, from wherever that can be read. */
-#ifndef ASSAY_CHECK_CONTENT_READ_H
-#define ASSAY_CHECK_CONTENT_READ_H
+#ifndef ASSAY_CHECK_CONTENT_CONTENT_H
+#define ASSAY_CHECK_CONTENT_CONTENT_H
 
 #include "src/base/handle_table.h"
 #include "src/check/walk/walk.h"
@@ -32,9 +32,6 @@ struct content {
  * can't be read, or where there are none. */
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size);
-
-/* The member that leads to that data, by the geometry's command. */
-const char *content_field(const struct geometry_view *geometry, enum input_role role);
 
 /* All that can be read of them. */
 uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Checking what only vkBuildAccelerationStructuresKHR has. */
-#ifndef ASSAY_RULES_HOST_H
-#define ASSAY_RULES_HOST_H
+#ifndef ASSAY_CHECK_CALL_HOST_CHECKS_H
+#define ASSAY_CHECK_CALL_HOST_CHECKS_H
 
 #include "src/check/walk/walk.h"
 

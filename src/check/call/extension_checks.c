@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Checks of one extension each: motion, dense geometry, spheres. */
+#include "src/check/assemble/chains.h"
+#include "src/check/assemble/extended.h"
+#include "src/check/call/extensions.h"
+#include "src/state/builds/build_info.h"
+#include "src/view/geometry_data.h"
+
+/* ---- motion */
+
+void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state)
+{
+    struct motion_build_view view = {.build = build};
+    walk_motion_build(walk, &view, LEVEL_PARAMETERS);
+    if (with_state)
+        walk_motion_build(walk, &view, LEVEL_STATE);
+}
+
+void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    bool is_host = geometry->build->call->command == COMMAND_HOST;
+    if (!triangles)
+        return;
+    struct motion_triangles_view view = {
+        .geometry = geometry,
+        .data = chain_member(
+            triangles->pNext, &geometry->triangles_chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)};
+    if (with_state && view.data && !is_host)
+        chained_input(walk->context, geometry, INPUT_MOTION_VERTEX,
+                      view.data->vertexData.deviceAddress);
+    walk_motion_triangles(walk, &view, LEVEL_PARAMETERS);
+}
+
+/* ---- dense geometry */
+
+static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+}
+
+void check_dense_build(struct walk *walk, struct build_view *build)
+{
+    struct dense_build_view view = {.build = build};
+    bool any = false, readable = true;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
+        if (!is_dense(geometry))
+            continue;
+        any = true;
+        readable = readable && chain_is_readable(walk->context, geometry->pNext);
+    }
+    build->dense_readable = any && readable;
+    if (any)
+        walk_dense_build(walk, &view, LEVEL_PARAMETERS);
+}
+
+void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    if (!is_dense(geometry->geometry))
+        return;
+    struct dense_view view = {
+        .geometry = geometry,
+        .missing = extended_data_is_missing(geometry),
+        .data = chain_member(
+            geometry->geometry->pNext, &geometry->chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX)};
+    walk_dense(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data && geometry->build->call->command != COMMAND_HOST && !dense_is_empty(view.data))
+        view.address = chained_input(walk->context, geometry, INPUT_DENSE_DATA,
+                                     view.data->compressedData.deviceAddress);
+    walk_dense(walk, &view, LEVEL_STATE);
+}
+
+/* ---- spheres */
+
+static void check_plain_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct swept_spheres_view all;
+    view_spheres(geometry, &all);
+    if (all.data.given)
+        view_sphere_addresses(walk->context, geometry, false, &all.data);
+    struct spheres_view view = {all.data};
+    walk_spheres(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data.given)
+        view_sphere_formats(walk->context, &view.data);
+    walk_spheres(walk, &view, LEVEL_STATE);
+}
+
+static void check_swept_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct swept_spheres_view view;
+    view_spheres(geometry, &view);
+    if (view.data.given)
+        view_sphere_addresses(walk->context, geometry, true, &view.data);
+    walk_swept_spheres(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data.given)
+        view_sphere_formats(walk->context, &view.data);
+    walk_swept_spheres(walk, &view, LEVEL_STATE);
+}
+
+void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV)
+        check_plain_spheres(walk, geometry, with_state);
+    else if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)
+        check_swept_spheres(walk, geometry, with_state);
+}
