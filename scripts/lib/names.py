@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Checks that the files and functions that docs/architecture.md names in backticks exist. Prints
+each that doesn't, and fails if there is one."""
+
+import argparse
+import pathlib
+import re
+import sys
+
+FOLDERS = ("layer", "src", "vuid-tables")
+SUFFIXES = (".c", ".h", ".cpp", ".comp", ".def", ".py")
+
+
+def missing(root, page):
+    text = page.read_text(encoding="utf-8")
+    names = re.findall(r"`([^`\n]+)`", text)
+    for path in sorted({name for name in names if re.fullmatch(r"[\w-]+(/[\w.-]*)+", name)}):
+        if not (root / path).exists():
+            yield f"{page.name}: there is no {path}"
+    sources = "\n".join(file.read_text(encoding="utf-8") for folder in FOLDERS
+                        for file in (root / folder).rglob("*") if file.suffix in SUFFIXES)
+    for function in sorted({name[:-2] for name in names if re.fullmatch(r"\w+\(\)", name)}):
+        if not re.search(rf"^(?![ \t*/]).*\b{function}\(|^{function}\(", sources, re.M):
+            yield f"{page.name}: there is no function {function}()"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("root", nargs="?", type=pathlib.Path, default=pathlib.Path.cwd(),
+                        help="of the repository (default: the working directory)")
+    root = parser.parse_args().root.resolve()
+    found = list(missing(root, root / "docs/architecture.md"))
+    print("\n".join(found) or "names: all that docs/architecture.md names exist")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
