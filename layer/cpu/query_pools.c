@@ -168,7 +168,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
         .count = queryCount,
         .stride = stride,
         .flags = flags,
-        .target = {dstBuffer, dstOffset, UINT64_MAX - dstOffset},
+        .target = {.buffer = dstBuffer, .offset = dstOffset, .size = UINT64_MAX - dstOffset},
     };
     struct recorder recorder;
     if (recorder_begin(&recorder, commandBuffer))
