@@ -5,11 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
-}
-
 bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry)
 {
     return !geometry_is_dense(geometry) &&

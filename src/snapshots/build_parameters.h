@@ -8,6 +8,7 @@
 #include "src/base/readable.h"
 #include "src/bvh/bvh.h"
 #include "src/snapshots/chained_input.h"
+#include "src/state/builds/build_info.h"
 
 /* pNext of info, geometries and their data is NULL, for what chains say is in members of its own;
  * ppGeometries is resolved to pGeometries. */
@@ -22,8 +23,6 @@ struct build_parameters {
 /* Whether any geometry takes a range, and sizes a count. */
 bool build_parameters_take_ranges(const struct build_parameters *build);
 
-/* Such a geometry takes no range: its primitiveCount is what its chain says. */
-bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry);
 /* Those that don't say themselves how much they have. */
 bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry);
 

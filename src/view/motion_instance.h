@@ -7,6 +7,12 @@
 #include <stdint.h>
 #include <vulkan/vulkan.h>
 
+static inline bool motion_instance_is(const VkAccelerationStructureMotionInstanceNV *instance,
+                                      VkAccelerationStructureMotionInstanceTypeNV type)
+{
+    return instance->type == type;
+}
+
 struct motion_instance_common {
     VkGeometryInstanceFlagsKHR flags;
     uint64_t reference;

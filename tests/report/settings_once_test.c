@@ -53,7 +53,7 @@ static void test_unknown_key(void **state)
     assert_int_equal(count_warnings("unknown-key"), 1);
 }
 
-/* A warning that reached nobody comes again. */
+/* If no messenger and no log got a warning, the next instance repeats it. */
 static void test_unheard(void **state)
 {
     (void)state;

@@ -217,7 +217,7 @@ static const struct test_case cases[] = {
      .commands = ON_HOST,
      .count = 1,
      .path = LEADS_TO(0)},
-    /* The flag of micromaps and another that nobody has: two mistakes. */
+    /* A micromap flag without the feature, and an undefined flag: two mistakes. */
     {.name = "instance_with_flags_of_micromaps_and_of_nobody",
      RULES(RULE_instance_flags_are_valid, RULE_instance_micromap_flags_have_their_feature),
      .setup = &with_content,

@@ -210,14 +210,14 @@ static void test_references_of_what_was_destroyed(void **state)
     resources_add_nv_reference(resources, nv(2), REFERENCE);
     assert_reference(resources, REFERENCE, resources_deaths(resources), NV_REFERENCE_BOTTOM_LEVEL);
 
-    /* Of two structures with one value, one lives on. */
+    /* Two structures had this value, and one is alive. */
     have_nv(resources, 3);
     resources_add_nv_reference(resources, nv(2), SHARED);
     resources_add_nv_reference(resources, nv(3), SHARED);
     resources_remove_nv_accel(resources, nv(2));
     assert_reference(resources, SHARED, resources_deaths(resources), NV_REFERENCE_BOTTOM_LEVEL);
 
-    /* Of a structure that isn't known nothing is known to be destroyed. */
+    /* The device has no such structure, so nothing is known to be destroyed. */
     resources_add_nv_reference(resources, nv(9), NOBODYS);
     resources_remove_nv_accel(resources, nv(9));
     assert_reference(resources, NOBODYS, resources_deaths(resources), NV_REFERENCE_UNKNOWN);

@@ -3,6 +3,7 @@
 #include "src/check/assemble/extended.h"
 
 #include "src/base/chain.h"
+#include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
 bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
@@ -55,9 +56,7 @@ bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count)
 {
     const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
-        (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX
-            ? chain_find(geometry->pNext, dense_type)
-            : NULL;
+        geometry_is_dense(geometry) ? chain_find(geometry->pNext, dense_type) : NULL;
     if (data)
         *count = data->numTriangles;
     return data != NULL;

@@ -36,18 +36,13 @@ void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_s
 
 /* ---- dense geometry */
 
-static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
-}
-
 void check_dense_build(struct walk *walk, struct build_view *build)
 {
     struct dense_build_view view = {.build = build};
     bool any = false, readable = true;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
         const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
-        if (!is_dense(geometry))
+        if (!geometry_is_dense(geometry))
             continue;
         any = true;
         readable = readable && chain_is_readable(walk->context, geometry->pNext);
@@ -59,7 +54,7 @@ void check_dense_build(struct walk *walk, struct build_view *build)
 
 void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    if (!is_dense(geometry->geometry))
+    if (!geometry_is_dense(geometry->geometry))
         return;
     struct dense_view view = {
         .geometry = geometry,

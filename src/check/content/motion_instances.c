@@ -6,11 +6,6 @@
 #include "src/check/content/content.h"
 #include "src/view/motion_instance.h"
 
-static bool is_of_type(const struct motion_instance_view *view, int type)
-{
-    return (int)view->instance.type == type;
-}
-
 static void check_instance(struct content *content, struct motion_instance_view *view)
 {
     const uint32_t index = view->index;
@@ -18,13 +13,15 @@ static void check_instance(struct content *content, struct motion_instance_view 
     bool is_known = motion_instance_common(&view->instance, &common);
     content_find_reference(content, common.reference, &view->referenced);
     content_walk_motion_instance(content, view);
-    if (is_of_type(view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
+    if (motion_instance_is(&view->instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
         content_check_instance(content, index, !view->is_packed,
                                &view->instance.data.staticInstance);
     } else if (is_known) {
         content_check_reference(content, index, &view->referenced);
     }
-    if (is_of_type(view, VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {
+    if (motion_instance_is(&view->instance,
+                           VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {
         const VkAccelerationStructureMatrixMotionInstanceNV *moving =
             &view->instance.data.matrixMotionInstance;
         content_check_transform(content, index, common.reference, &moving->transformT0);

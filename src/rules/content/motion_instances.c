@@ -7,11 +7,6 @@
 #include "src/view/enabled.h"
 #include "src/view/motion_instance.h"
 
-static bool is_of_type(const struct motion_instance_view *view, int type)
-{
-    return (int)view->instance.type == type;
-}
-
 static const struct device_facts *device_of(const struct motion_instance_view *view)
 {
     return view->geometry->build->call->device;
@@ -54,7 +49,8 @@ static bool flags_are_valid(const struct motion_instance_view *view, int type,
 {
     const struct device_facts *device = device_of(view);
     struct motion_instance_common common;
-    if (!is_of_type(view, type) || !motion_instance_common(&view->instance, &common))
+    if (!motion_instance_is(&view->instance, type) ||
+        !motion_instance_common(&view->instance, &common))
         return true;
     VkGeometryInstanceFlagsKHR unknown = common.flags & ~allowed_flags(device, type);
     return !unknown || device->newer_than_registry ||

@@ -74,11 +74,6 @@ describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
     return shape;
 }
 
-static bool is_dense(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    return (int)geometry->geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
-}
-
 /* The offset of the dense shapes behind `count` items. */
 static size_t dense_offset(uint32_t count)
 {
@@ -112,7 +107,7 @@ static bool describe_all_dense(const struct build_description *description,
     struct dense_shape *next = (void *)((char *)shapes + dense_offset(shapes->count));
     for (uint32_t i = 0; i < shapes->count; i++) {
         const VkAccelerationStructureGeometryKHR *geometry = build_geometry(description->info, i);
-        if (!is_dense(geometry))
+        if (!geometry_is_dense(geometry))
             continue;
         const void *data = chain_find(
             geometry->pNext,
@@ -128,7 +123,7 @@ static uint32_t count_dense(const struct build_description *description)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < description->info->geometryCount; i++)
-        if (is_dense(build_geometry(description->info, i)))
+        if (geometry_is_dense(build_geometry(description->info, i)))
             count++;
     return count;
 }
