@@ -6,7 +6,7 @@
 #include "layer/compare/comparer.h"
 #include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
-#include "layer/execution/contents.h"
+#include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
@@ -38,7 +38,7 @@ static void free_device(struct layer_device *device)
     deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
-    contents_destroy(device->contents);
+    input_checks_destroy(device->input_checks);
     command_buffers_destroy(device->command_buffers); /* and their work for the backend */
     comparer_destroy(device->comparer);
     cpu_overlay_destroy(device->cpu);
@@ -119,7 +119,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result == VK_SUCCESS)
         result = snapshots_create(device, create_info);
     if (result == VK_SUCCESS)
-        result = contents_create(device);
+        result = input_checks_create(device);
     if (result == VK_SUCCESS)
         result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
@@ -183,9 +183,9 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     struct layer_device *state = device ? layer_find_device(device) : NULL;
     if (!state)
         return;
-    while (contents_wait(state->contents))
+    while (input_checks_wait(state->input_checks))
         continue;
-    contents_deliver(state->contents);
+    input_checks_deliver(state->input_checks);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
     free_device(state); /* first: it may have objects of the device */

@@ -7,7 +7,7 @@
 #include "layer/physical_device.h"
 #include "src/view/formats.h"
 
-static enum tristate ask_for_vertices(const struct layer_device *device, VkFormat format)
+static enum tristate query_vertices(const struct layer_device *device, VkFormat format)
 {
     VkFormatProperties properties;
     device->instance->vk.GetPhysicalDeviceFormatProperties(device->physical_device, format,
@@ -19,7 +19,7 @@ static enum tristate ask_for_vertices(const struct layer_device *device, VkForma
 }
 
 /* A driver that doesn't know the structure leaves all bits on. */
-static enum tristate ask_for_radii(const struct layer_device *device, VkFormat format)
+static enum tristate query_radii(const struct layer_device *device, VkFormat format)
 {
     PFN_vkGetPhysicalDeviceFormatProperties2 get_properties = physical_device_format_properties2(
         device->instance, &device->instance->vk, device->physical_device);
@@ -56,10 +56,10 @@ static enum tristate find(const struct layer_device *device, VkFormat format,
 
 enum tristate layer_takes_vertices(struct layer_device *device, VkFormat format)
 {
-    return find(device, format, device->vertex_formats, ask_for_vertices);
+    return find(device, format, device->vertex_formats, query_vertices);
 }
 
 enum tristate layer_takes_radii(struct layer_device *device, VkFormat format)
 {
-    return find(device, format, device->radius_formats, ask_for_radii);
+    return find(device, format, device->radius_formats, query_radii);
 }

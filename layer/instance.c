@@ -94,7 +94,7 @@ VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *creat
     return NULL;
 }
 
-static uint32_t asked_api_version(const VkInstanceCreateInfo *create_info)
+static uint32_t requested_api_version(const VkInstanceCreateInfo *create_info)
 {
     const VkApplicationInfo *application = create_info->pApplicationInfo;
     return application && application->apiVersion ? application->apiVersion : VK_API_VERSION_1_0;
@@ -135,7 +135,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
         goto fail_create;
 
     state->handle = *pInstance;
-    state->api_version = asked_api_version(pCreateInfo);
+    state->api_version = requested_api_version(pCreateInfo);
     state->has_properties2 =
         is_enabled(pCreateInfo, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME);
     vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);

@@ -63,8 +63,8 @@ struct layer_device {
     VkuDeviceDispatchTable vk;
     struct cpu_overlay *cpu;     /* backend cpu (layer/cpu/overlay.h); NULL on backend driver */
     struct snapshots *snapshots; /* of what builds read (layer/snapshots/snapshots.h), or NULL */
-    struct contents *contents;   /* what of them waits to be judged (contents.h), or NULL */
-    struct comparer *comparer;   /* setting compare_rays (layer/compare/comparer.h), or NULL */
+    struct input_checks *input_checks; /* what of them waits to be judged (contents.h), or NULL */
+    struct comparer *comparer; /* setting compare_rays (layer/compare/comparer.h), or NULL */
 
     /* Never change after creation. */
     struct device_facts facts;

@@ -7,8 +7,9 @@
  *     PENDING(name, LEVEL, "waits for", ids)   not decided yet
  *
  * SHAPE as a level is PARAMETERS of a rule that reads nothing but the shape of its build
- * (src/state/builds/recent_build.h): what holds of one build holds of all of its shape. LIMIT as a
- * level is STATE of a rule about that shape, or the primitive counts, and what the device supports.
+ * (src/state/builds/previous_shape.h): what holds of one build holds of all of its shape. LIMIT as
+ * a level is STATE of a rule about that shape, or the primitive counts, and what the device
+ * supports.
  *
  * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
  * command whose statement it is, or IN(structure, tail) for a structure's own, which every command

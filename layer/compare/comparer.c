@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "layer/compare/enable.h"
-#include "layer/compare/kept.h"
+#include "layer/compare/retained_inputs.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/compare/summary.h"
@@ -86,11 +86,11 @@ void comparer_destroy(struct comparer *comparer)
         return;
     warn_of_failures(comparer);
     while (comparer->builds) {
-        struct kept_build *build = comparer->builds;
+        struct retained_build *build = comparer->builds;
         comparer->builds = build->next;
-        kept_free_build(comparer, build);
+        retained_free_build(comparer, build);
     }
-    kept_free_structures(comparer);
+    retained_free_structures(comparer);
     pthread_mutex_destroy(&comparer->copies_lock);
     tracer_destroy(comparer->tracer);
     free(comparer);
@@ -102,10 +102,10 @@ enum { COPIES_MAX = 65536 };
 
 void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry)
 {
-    struct kept_copy *copy = entry->dst_id && entry->src_id ? calloc(1, sizeof(*copy)) : NULL;
+    struct retained_copy *copy = entry->dst_id && entry->src_id ? calloc(1, sizeof(*copy)) : NULL;
     if (!copy)
         return;
-    *copy = (struct kept_copy){entry->dst_id, entry->dst, entry->src_id};
+    *copy = (struct retained_copy){entry->dst_id, entry->dst, entry->src_id};
     pthread_mutex_lock(&comparer->copies_lock);
     free(handle_table_remove(&comparer->copies, copy->id));
     if (comparer->copies.count >= COPIES_MAX ||
@@ -142,25 +142,25 @@ static bool has_same_shape(const struct input_copy *a, const struct input_copy *
     return true;
 }
 
-static void keep_bottom(struct comparer *comparer, const struct kept_build *build,
+static void keep_bottom(struct comparer *comparer, const struct retained_build *build,
                         const struct executed_input *executed, const struct compare_input *input)
 {
     const struct journal_entry *entry = executed->entry;
     bool is_update = executed->item->kind == ITEM_UPDATE;
-    struct kept_build own = *build;
-    struct kept_input *source =
-        is_update && entry ? kept_find_structure(comparer, entry->src_id) : NULL;
-    own.input = kept_input_create(comparer, input);
-    own.source = source ? kept_share(source) : NULL;
+    struct retained_build own = *build;
+    struct retained_input *source =
+        is_update && entry ? retained_find_structure(comparer, entry->src_id) : NULL;
+    own.input = retained_input_create(comparer, input);
+    own.source = source ? retained_share(source) : NULL;
     if (entry)
-        kept_set_structure(comparer, entry->dst_id, entry->dst, own.input);
+        retained_set_structure(comparer, entry->dst_id, entry->dst, own.input);
     if (own.input && (!is_update || (source && has_same_shape(source->copy, own.input->copy)))) {
-        kept_add_build(comparer, &own);
+        retained_add_build(comparer, &own);
         return;
     }
     comparer->not_known++;
-    kept_release(comparer, own.input);
-    kept_release(comparer, own.source);
+    retained_release(comparer, own.input);
+    retained_release(comparer, own.source);
 }
 
 static bool is_top(const struct build_parameters *build)
@@ -176,12 +176,12 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
     if (!comparer || comparer->is_stopped)
         return;
     const struct recorded_build *recorded = executed->item->build;
-    const struct kept_build build = {.journal = executed->journal, .place = recorded->place};
+    const struct retained_build build = {.journal = executed->journal, .place = recorded->place};
     const struct build_parameters *given = recorded_build_given(recorded);
     if (given->had_chains || build.place.command == COMMAND_NV ||
         (!reference_takes(given) && !is_top(given))) {
         if (executed->entry)
-            kept_set_structure(comparer, executed->entry->dst_id, 0, NULL);
+            retained_set_structure(comparer, executed->entry->dst_id, 0, NULL);
         return;
     }
     if (!read_parameters(recorded, executed->memory, &parameters)) {
@@ -189,7 +189,7 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
         return;
     }
     if (is_top(given))
-        kept_add_top(comparer, &build, &parameters, executed->memory, executed->deaths);
+        retained_add_top(comparer, &build, &parameters, executed->memory, executed->destroy_count);
     else
         keep_bottom(comparer, &build, executed,
                     &(struct compare_input){&parameters, executed->memory});
@@ -199,8 +199,8 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
 
 /* ---- comparing */
 
-void comparer_tell(const struct comparer *comparer, const struct kept_build *build, VkQueue queue,
-                   const struct summary *summary)
+void comparer_report(const struct comparer *comparer, const struct retained_build *build,
+                     VkQueue queue, const struct summary *summary)
 {
     const struct layer_device *device = comparer->device;
     const struct call_origin origin = {
@@ -241,7 +241,7 @@ VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
     return result == VK_SUCCESS ? tracer_run(comparer->tracer, job) : result;
 }
 
-static VkResult trace(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
+static VkResult trace(struct comparer *comparer, const struct retained_build *build, VkQueue queue,
                       const struct rays *rays, struct compare_answer *answers)
 {
     const struct compare_input *input = &build->input->copy->input;
@@ -258,8 +258,8 @@ static VkResult trace(struct comparer *comparer, const struct kept_build *build,
     return comparer_trace(comparer, &job);
 }
 
-static VkResult compare(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
-                        const struct reference *reference)
+static VkResult compare(struct comparer *comparer, const struct retained_build *build,
+                        VkQueue queue, const struct reference *reference)
 {
     const struct settings *settings = reporter_settings(comparer->device->instance->reporter);
     struct rays rays;
@@ -272,14 +272,14 @@ static VkResult compare(struct comparer *comparer, const struct kept_build *buil
     if (result == VK_SUCCESS) {
         struct summary summary;
         summary_make(reference, &rays, answers, &summary);
-        comparer_tell(comparer, build, queue, &summary);
+        comparer_report(comparer, build, queue, &summary);
     }
     free(answers);
     rays_free(&rays);
     return result;
 }
 
-static VkResult compare_bottom(struct comparer *comparer, const struct kept_build *build,
+static VkResult compare_bottom(struct comparer *comparer, const struct retained_build *build,
                                VkQueue queue)
 {
     struct reference reference;
@@ -290,7 +290,8 @@ static VkResult compare_bottom(struct comparer *comparer, const struct kept_buil
     return result;
 }
 
-static void compare_build(struct comparer *comparer, const struct kept_build *build, VkQueue queue)
+static void compare_build(struct comparer *comparer, const struct retained_build *build,
+                          VkQueue queue)
 {
     VkResult result = build->top ? comparer_compare_top(comparer, build, queue)
                                  : compare_bottom(comparer, build, queue);
@@ -302,7 +303,7 @@ static void compare_build(struct comparer *comparer, const struct kept_build *bu
 void comparer_run(struct comparer *comparer, VkQueue queue)
 {
     while (comparer && comparer->builds) {
-        struct kept_build *build = comparer->builds;
+        struct retained_build *build = comparer->builds;
         comparer->builds = build->next;
         if (!comparer->builds)
             comparer->last = &comparer->builds;
@@ -310,6 +311,6 @@ void comparer_run(struct comparer *comparer, VkQueue queue)
             comparer->failed++;
         else
             compare_build(comparer, build, queue);
-        kept_free_build(comparer, build);
+        retained_free_build(comparer, build);
     }
 }

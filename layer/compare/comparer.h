@@ -21,7 +21,7 @@ struct executed_input {
     const struct journal_entry *entry; /* its own; NULL: it has none */
     const struct recorded_item *item;
     const struct input_memory *memory;
-    uint64_t deaths; /* the execution's */
+    uint64_t destroy_count; /* the execution's */
 };
 /* Of an input that is known, the bytes are copied, for snapshots are locked only that long. With a
  * null comparer nothing. */

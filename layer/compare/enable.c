@@ -32,7 +32,7 @@ static bool has_extension(const VkDeviceCreateInfo *info, const char *name)
     return false;
 }
 
-static bool offers_extension(const struct layer_device *device, const char *name)
+static bool advertises_extension(const struct layer_device *device, const char *name)
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
     uint32_t count = 0;
@@ -40,12 +40,12 @@ static bool offers_extension(const struct layer_device *device, const char *name
     if (vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count, NULL) !=
         VK_SUCCESS)
         return false;
-    VkExtensionProperties *offered = calloc(count + 1ull, sizeof(*offered));
-    if (offered && vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
-                                                          offered) == VK_SUCCESS)
+    VkExtensionProperties *advertised = calloc(count + 1ull, sizeof(*advertised));
+    if (advertised && vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
+                                                             advertised) == VK_SUCCESS)
         for (uint32_t i = 0; i < count; i++)
-            is_there |= strcmp(offered[i].extensionName, name) == 0;
-    free(offered);
+            is_there |= strcmp(advertised[i].extensionName, name) == 0;
+    free(advertised);
     return is_there;
 }
 
@@ -62,7 +62,7 @@ static bool can_add(const struct layer_device *device, const struct way *way,
     vk->GetPhysicalDeviceProperties(device->physical_device, &properties);
     if (properties.apiVersion < VK_API_VERSION_1_2 ||
         device->instance->api_version < VK_API_VERSION_1_2 ||
-        !offers_extension(device, way->extension))
+        !advertises_extension(device, way->extension))
         return false;
     vk->GetPhysicalDeviceFeatures2(device->physical_device, &features);
     return *feature_of(&enabling->features);

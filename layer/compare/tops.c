@@ -3,23 +3,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/compare/kept.h"
+#include "layer/compare/retained_inputs.h"
 #include "src/compare/summary.h"
 #include "src/compare/top.h"
 
-struct kept_top {
+struct retained_top {
     struct top_input input; /* of what follows */
     struct top_instance *instances;
-    struct kept_input *bottoms[TOP_BOTTOMS_MAX];
+    struct retained_input *bottoms[TOP_BOTTOMS_MAX];
     const struct input_copy *copies[TOP_BOTTOMS_MAX];
 };
 
-void kept_free_top(struct comparer *comparer, struct kept_top *top)
+void retained_free_top(struct comparer *comparer, struct retained_top *top)
 {
     if (!top)
         return;
     for (uint32_t i = 0; i < top->input.bottom_count; i++)
-        kept_release(comparer, top->bottoms[i]);
+        retained_release(comparer, top->bottoms[i]);
     free(top->instances);
     free(top);
 }
@@ -27,19 +27,19 @@ void kept_free_top(struct comparer *comparer, struct kept_top *top)
 /* ---- keeping */
 
 /* The number of an input among those of the TLAS; TOP_NO_BOTTOM: there are too many. */
-static uint32_t add_bottom(struct kept_top *top, struct kept_input *input)
+static uint32_t add_bottom(struct retained_top *top, struct retained_input *input)
 {
     for (uint32_t i = 0; i < top->input.bottom_count; i++)
         if (top->bottoms[i] == input)
             return i;
     if (top->input.bottom_count == TOP_BOTTOMS_MAX)
         return TOP_NO_BOTTOM;
-    top->bottoms[top->input.bottom_count] = kept_share(input);
+    top->bottoms[top->input.bottom_count] = retained_share(input);
     top->copies[top->input.bottom_count] = input->copy;
     return top->input.bottom_count++;
 }
 
-static bool resolve(struct comparer *comparer, uint64_t deaths, struct kept_top *top,
+static bool resolve(struct comparer *comparer, uint64_t destroy_count, struct retained_top *top,
                     struct top_instance *instance)
 {
     struct accel_facts facts;
@@ -47,8 +47,9 @@ static bool resolve(struct comparer *comparer, uint64_t deaths, struct kept_top 
     instance->bottom = TOP_NO_BOTTOM;
     if (!reference)
         return true;
-    resources_find_referenced(comparer->device->resources, reference, deaths, &facts);
-    struct kept_input *input = facts.alive == YES ? kept_find_structure(comparer, facts.id) : NULL;
+    resources_find_referenced(comparer->device->resources, reference, destroy_count, &facts);
+    struct retained_input *input =
+        facts.alive == YES ? retained_find_structure(comparer, facts.id) : NULL;
     if (!input)
         return false;
     instance->bottom = add_bottom(top, input);
@@ -71,7 +72,8 @@ static bool read_instance(const struct input_memory *memory, uint64_t address,
 }
 
 static bool fill(struct comparer *comparer, const struct build_parameters *parameters,
-                 const struct input_memory *memory, uint64_t deaths, struct kept_top *top)
+                 const struct input_memory *memory, uint64_t destroy_count,
+                 struct retained_top *top)
 {
     const VkAccelerationStructureGeometryInstancesDataKHR *data =
         &parameters->geometries[0].geometry.instances;
@@ -82,7 +84,7 @@ static bool fill(struct comparer *comparer, const struct build_parameters *param
         struct top_instance *instance = &top->instances[i];
         if (!read_instance(memory, data->data.deviceAddress + range->primitiveOffset + i * stride,
                            data->arrayOfPointers, &instance->given) ||
-            !resolve(comparer, deaths, top, instance))
+            !resolve(comparer, destroy_count, top, instance))
             return false;
     }
     top->input.count = range->primitiveCount;
@@ -94,22 +96,22 @@ static bool fill(struct comparer *comparer, const struct build_parameters *param
     return true;
 }
 
-void kept_add_top(struct comparer *comparer, const struct kept_build *build,
-                  const struct build_parameters *parameters, const struct input_memory *memory,
-                  uint64_t deaths)
+void retained_add_top(struct comparer *comparer, const struct retained_build *build,
+                      const struct build_parameters *parameters, const struct input_memory *memory,
+                      uint64_t destroy_count)
 {
     uint32_t count = parameters->ranges[0].primitiveCount;
-    struct kept_top *top = calloc(1, sizeof(*top));
+    struct retained_top *top = calloc(1, sizeof(*top));
     if (top && count <= TOP_INSTANCES_MAX)
         top->instances = calloc(count + 1ull, sizeof(*top->instances));
-    if (!top || !top->instances || !fill(comparer, parameters, memory, deaths, top)) {
+    if (!top || !top->instances || !fill(comparer, parameters, memory, destroy_count, top)) {
         comparer->not_known++;
-        kept_free_top(comparer, top);
+        retained_free_top(comparer, top);
         return;
     }
-    struct kept_build own = *build;
+    struct retained_build own = *build;
     own.top = top;
-    kept_add_build(comparer, &own);
+    retained_add_build(comparer, &own);
 }
 
 /* ---- comparing */
@@ -149,8 +151,8 @@ static VkResult trace(struct comparer *comparer, const struct top_input *input, 
     return result;
 }
 
-static VkResult compare(struct comparer *comparer, const struct kept_build *build, VkQueue queue,
-                        const struct top_reference *reference)
+static VkResult compare(struct comparer *comparer, const struct retained_build *build,
+                        VkQueue queue, const struct top_reference *reference)
 {
     const struct settings *settings = reporter_settings(comparer->device->instance->reporter);
     struct top_rays rays;
@@ -163,7 +165,7 @@ static VkResult compare(struct comparer *comparer, const struct kept_build *buil
         if (result == VK_SUCCESS) {
             struct summary summary;
             summary_make_top(reference, &rays, answers, &summary);
-            comparer_tell(comparer, build, queue, &summary);
+            comparer_report(comparer, build, queue, &summary);
         }
     }
     free(answers);
@@ -171,7 +173,7 @@ static VkResult compare(struct comparer *comparer, const struct kept_build *buil
     return result;
 }
 
-VkResult comparer_compare_top(struct comparer *comparer, const struct kept_build *build,
+VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
                               VkQueue queue)
 {
     struct top_reference reference;

@@ -258,21 +258,21 @@ static VkResult submit(const struct work *work)
 /* An any-hit shader may be called more than once for the same. */
 static void drop_repeated(struct compare_answer *answer)
 {
-    uint32_t there = answer->candidate_count, kept = 0;
+    uint32_t there = answer->candidate_count, retained = 0;
     answer->flags = 0;
     if (there > COMPARE_CANDIDATES)
         return;
     for (uint32_t i = 0; i < there; i++) {
         const struct compare_hit *hit = &answer->candidates[i];
         uint32_t j = 0;
-        while (j < kept && (answer->candidates[j].geometry != hit->geometry ||
-                            answer->candidates[j].primitive != hit->primitive ||
-                            answer->candidates[j].instance != hit->instance))
+        while (j < retained && (answer->candidates[j].geometry != hit->geometry ||
+                                answer->candidates[j].primitive != hit->primitive ||
+                                answer->candidates[j].instance != hit->instance))
             j++;
-        if (j == kept)
-            answer->candidates[kept++] = *hit;
+        if (j == retained)
+            answer->candidates[retained++] = *hit;
     }
-    answer->candidate_count = kept;
+    answer->candidate_count = retained;
 }
 
 static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)

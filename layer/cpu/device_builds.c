@@ -38,7 +38,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffe
     const struct command_buffer *command_buffer =
         command_buffers_find(device->command_buffers, commandBuffer);
     VkResult result = device->cpu->next.EndCommandBuffer(commandBuffer);
-    return result == VK_SUCCESS && command_buffer && command_buffer->work_lost
+    return result == VK_SUCCESS && command_buffer && command_buffer->work_failed
                ? VK_ERROR_OUT_OF_HOST_MEMORY
                : result;
 }

@@ -2,9 +2,9 @@
 /* Creating a device below the backend: which of what the application enables the driver may see. */
 #include <stdlib.h>
 
+#include "layer/cpu/advertise.h"
 #include "layer/cpu/driver/chain_copy.h"
-#include "layer/cpu/driver/refuse.h"
-#include "layer/cpu/offer.h"
+#include "layer/cpu/driver/unsupported.h"
 #include "layer/cpu/overlay.h"
 #include "vuid-tables/registry.h"
 
@@ -16,20 +16,20 @@ static VkResult check_extensions(const struct layer_instance *instance,
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++) {
         const char *name = create_info->ppEnabledExtensionNames[i];
-        if (cpu_offers_extension(name) || !registry_is_ray_tracing(name))
+        if (cpu_advertises_extension(name) || !registry_is_ray_tracing(name))
             continue;
-        cpu_refuse(instance, "vkCreateDevice", name);
+        cpu_report_unsupported(instance, "vkCreateDevice", name);
         result = VK_ERROR_EXTENSION_NOT_PRESENT;
     }
     return result;
 }
 
 /* Whether a feature is asked for that `offered`, a structure of the same type, hasn't got. */
-static bool asks_for_more(const VkBaseInStructure *asked, const VkBaseInStructure *offered,
+static bool requests_more(const VkBaseInStructure *asked, const VkBaseInStructure *advertised,
                           unsigned count)
 {
     const VkBool32 *features = (const void *)&asked[1];
-    const VkBool32 *ours = offered ? (const void *)&offered[1] : NULL;
+    const VkBool32 *ours = advertised ? (const void *)&advertised[1] : NULL;
     for (unsigned i = 0; i < count; i++)
         if (features[i] && !(ours && ours[i]))
             return true;
@@ -44,9 +44,10 @@ static VkResult check_features(const struct layer_instance *instance,
         const struct registry_structure *structure = registry_find_structure(in->sType);
         const struct cpu_features *ours = cpu_find_features(in->sType);
         if (!structure || !structure->ray_tracing ||
-            !asks_for_more(in, ours ? ours->structure : NULL, structure->feature_count))
+            !requests_more(in, ours ? ours->structure : NULL, structure->feature_count))
             continue;
-        cpu_refuse(instance, "vkCreateDevice", ours ? ours->lacking : structure->ray_tracing);
+        cpu_report_unsupported(instance, "vkCreateDevice",
+                               ours ? ours->lacking : structure->ray_tracing);
         result = VK_ERROR_FEATURE_NOT_PRESENT;
     }
     return result;
@@ -60,7 +61,7 @@ static const char **names_below(const VkDeviceCreateInfo *create_info, uint32_t 
     const char **names = malloc((create_info->enabledExtensionCount + 1) * sizeof(*names));
     *count = 0;
     for (uint32_t i = 0; names && i < create_info->enabledExtensionCount; i++)
-        if (!cpu_offers_extension(create_info->ppEnabledExtensionNames[i]))
+        if (!cpu_advertises_extension(create_info->ppEnabledExtensionNames[i]))
             names[(*count)++] = create_info->ppEnabledExtensionNames[i];
     return names;
 }
@@ -102,7 +103,7 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
                            const VkDeviceCreateInfo *create_info,
                            const VkAllocationCallbacks *allocator, VkDevice *handle)
 {
-    if (!cpu_offers(device->instance, device->physical_device)) {
+    if (!cpu_advertises(device->instance, device->physical_device)) {
         reporter_warn(device->instance->reporter,
                       "assay_validation.backend = cpu needs a physical device of Vulkan 1.1 with "
                       "the feature bufferDeviceAddress, and an application that asks for Vulkan "

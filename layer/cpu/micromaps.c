@@ -172,7 +172,7 @@ static struct recorded_build *copy_parameters(struct recorder *recorder,
     if (result == VK_SUCCESS)
         return build;
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-        recorder_lose(recorder);
+        recorder_fail(recorder);
     free(build);
     return NULL;
 }

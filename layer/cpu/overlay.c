@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/cpu/advertise.h"
 #include "layer/cpu/commands.h"
-#include "layer/cpu/offer.h"
 
 /* ---- instances */
 
@@ -77,7 +77,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     const bool khr = is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     const bool nv = is_enabled(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
     const bool deferred = is_enabled(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
-    if ((!khr && !nv && !deferred) || !cpu_offers(device->instance, device->physical_device))
+    if ((!khr && !nv && !deferred) || !cpu_advertises(device->instance, device->physical_device))
         return VK_SUCCESS;
     struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
     uint8_t uuid[VK_UUID_SIZE];

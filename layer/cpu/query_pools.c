@@ -120,7 +120,7 @@ static void record_writes(VkCommandBuffer commands, uint32_t count, const void *
         return;
     item.structures = malloc(size);
     if (!item.structures) {
-        recorder_lose(&recorder);
+        recorder_fail(&recorder);
         return;
     }
     memcpy(item.structures, structures, size);

@@ -10,7 +10,7 @@
 #include "layer/cpu/commands.h"
 #include "layer/cpu/submits.h"
 #include "layer/snapshots/copies/staging.h"
-#include "layer/snapshots/tell.h"
+#include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/tickets.h"
 #include "src/cpu/playback.h"
 
@@ -123,17 +123,17 @@ static void write(void *user, struct ticket *ticket, VkBuffer buffer, const void
 
 static void warn_of_losses(const struct layer_device *device)
 {
-    if (cpu_playback_take_lost(device->cpu->playback))
+    if (cpu_playback_take_failed(device->cpu->playback))
         reporter_warn(
             device->instance->reporter,
             "assay_validation.backend = cpu had no memory for what a submission builds or "
             "writes: structures and buffers may be without it.");
 }
 
-void cpu_overlay_tell_overwritten(const struct layer_device *device)
+void cpu_overlay_warn_overwritten(const struct layer_device *device)
 {
     if (atomic_load(&device->cpu->device->lacks_copies))
-        tell_lack_of_copies(device);
+        warn_lack_of_copies(device);
     unsigned once = OVERWRITTEN_ONCE;
     if (atomic_load(&device->cpu->device->overwritten) == once &&
         atomic_compare_exchange_strong(&device->cpu->device->overwritten, &once, OVERWRITTEN_TOLD))
@@ -144,11 +144,11 @@ void cpu_overlay_tell_overwritten(const struct layer_device *device)
 }
 
 void cpu_overlay_run(const struct layer_device *device, struct execution *execution,
-                     struct moment moment)
+                     struct timestamp timestamp)
 {
-    cpu_playback_run(device->cpu->playback, execution, moment);
+    cpu_playback_run(device->cpu->playback, execution, timestamp);
     warn_of_losses(device);
-    cpu_overlay_tell_overwritten(device);
+    cpu_overlay_warn_overwritten(device);
 }
 
 void cpu_overlay_deliver(struct layer_device *device)

@@ -8,12 +8,12 @@
 
 /* The turn of an execution, in a batch that executes at `moment`. */
 void cpu_overlay_run(const struct layer_device *device, struct execution *execution,
-                     struct moment moment);
+                     struct timestamp timestamp);
 
 /* Writes the results of complete submissions to their buffers. */
 void cpu_overlay_deliver(struct layer_device *device);
 /* Says once each if something was built of what an execution no longer had, and if something could
  * not be built because the driver has not executed the copies. */
-void cpu_overlay_tell_overwritten(const struct layer_device *device);
+void cpu_overlay_warn_overwritten(const struct layer_device *device);
 
 #endif

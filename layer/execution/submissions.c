@@ -9,7 +9,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
-#include "layer/execution/contents.h"
+#include "layer/execution/input_checks.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
@@ -19,16 +19,16 @@ struct submissions {
     struct layer_device *device;
     struct build_states live;
     struct built_flags *flags; /* NULL: nobody asks */
-    bool lost;                 /* nothing is known any more, of anything */
+    bool order_unknown;        /* nothing is known any more, of anything */
 
     struct build_undo undo; /* of batches that were checked and have not run */
 
-    pthread_mutex_t news_lock; /* guards the rest */
-    struct news {
+    pthread_mutex_t pending_destroys_lock; /* guards the rest */
+    struct pending_destroys {
         uint64_t first_id;
         uint32_t count;
-    } * news;
-    size_t news_count, news_capacity;
+    } * pending_destroys;
+    size_t pending_destroys_count, pending_destroys_capacity;
 };
 
 VkResult submissions_create(struct layer_device *device, struct submissions **submissions)
@@ -37,7 +37,7 @@ VkResult submissions_create(struct layer_device *device, struct submissions **su
     if (!*submissions)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*submissions)->device = device;
-    pthread_mutex_init(&(*submissions)->news_lock, NULL);
+    pthread_mutex_init(&(*submissions)->pending_destroys_lock, NULL);
     if (device->level >= LEVEL_CONTENT &&
         (device->facts.micromap.ext || device->facts.micromap.khr))
         (*submissions)->flags = built_flags_create();
@@ -51,21 +51,23 @@ void submissions_destroy(struct submissions *submissions)
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
     built_flags_destroy(submissions->flags);
-    pthread_mutex_destroy(&submissions->news_lock);
-    free(submissions->news);
+    pthread_mutex_destroy(&submissions->pending_destroys_lock);
+    free(submissions->pending_destroys);
     free(submissions);
 }
 
-static bool reserve_news(struct submissions *submissions)
+static bool reserve_pending_destroys(struct submissions *submissions)
 {
-    if (submissions->news_count < submissions->news_capacity)
+    if (submissions->pending_destroys_count < submissions->pending_destroys_capacity)
         return true;
-    size_t capacity = submissions->news_capacity ? submissions->news_capacity * 2 : 64;
-    struct news *news = realloc(submissions->news, capacity * sizeof(*news));
-    if (!news)
+    size_t capacity =
+        submissions->pending_destroys_capacity ? submissions->pending_destroys_capacity * 2 : 64;
+    struct pending_destroys *pending_destroys =
+        realloc(submissions->pending_destroys, capacity * sizeof(*pending_destroys));
+    if (!pending_destroys)
         return false;
-    submissions->news = news;
-    submissions->news_capacity = capacity;
+    submissions->pending_destroys = pending_destroys;
+    submissions->pending_destroys_capacity = capacity;
     return true;
 }
 
@@ -74,15 +76,16 @@ void submissions_forget(struct submissions *submissions, uint64_t first_id, uint
 {
     if (!submissions || !first_id)
         return;
-    pthread_mutex_lock(&submissions->news_lock);
-    if (reserve_news(submissions))
-        submissions->news[submissions->news_count++] = (struct news){first_id, count};
-    pthread_mutex_unlock(&submissions->news_lock);
+    pthread_mutex_lock(&submissions->pending_destroys_lock);
+    if (reserve_pending_destroys(submissions))
+        submissions->pending_destroys[submissions->pending_destroys_count++] =
+            (struct pending_destroys){first_id, count};
+    pthread_mutex_unlock(&submissions->pending_destroys_lock);
 }
 
-static void lose(struct submissions *submissions)
+static void set_order_unknown(struct submissions *submissions)
 {
-    submissions->lost = true;
+    submissions->order_unknown = true;
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
     built_flags_forget_all(submissions->flags);
@@ -93,18 +96,18 @@ struct built_flags *submissions_flags(const struct submissions *submissions)
     return submissions ? submissions->flags : NULL;
 }
 
-static void take_news(struct submissions *submissions)
+static void take_pending_destroys(struct submissions *submissions)
 {
-    pthread_mutex_lock(&submissions->news_lock);
-    for (size_t i = 0; i < submissions->news_count; i++) {
-        const struct news *news = &submissions->news[i];
-        for (uint32_t j = 0; j < news->count; j++) {
-            build_states_remove(&submissions->live, news->first_id + j);
-            built_flags_forget(submissions->flags, news->first_id + j);
+    pthread_mutex_lock(&submissions->pending_destroys_lock);
+    for (size_t i = 0; i < submissions->pending_destroys_count; i++) {
+        const struct pending_destroys *pending_destroys = &submissions->pending_destroys[i];
+        for (uint32_t j = 0; j < pending_destroys->count; j++) {
+            build_states_remove(&submissions->live, pending_destroys->first_id + j);
+            built_flags_forget(submissions->flags, pending_destroys->first_id + j);
         }
     }
-    submissions->news_count = 0;
-    pthread_mutex_unlock(&submissions->news_lock);
+    submissions->pending_destroys_count = 0;
+    pthread_mutex_unlock(&submissions->pending_destroys_lock);
 }
 
 /* ---- one batch */
@@ -141,7 +144,7 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .resources = submissions->device->resources,
         .states = &submissions->live,
         .flags = submissions->flags,
-        .now = run->moment,
+        .now = run->timestamp,
         .follows = run->clock,
         .predecessors_known = run->predecessors_known,
         .never_is_certain = !submissions->device->facts.has_other_builders,
@@ -177,19 +180,20 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
                    .queue = run->queue},
     };
     struct replay replay = replay_of(&batch, run);
-    struct content_notes *notes =
-        run->work == WORK_OF_QUEUE ? contents_note_batch(submissions->device->contents, run) : NULL;
+    struct input_notes *notes =
+        run->work == WORK_OF_QUEUE ? input_checks_note_batch(submissions->device->input_checks, run)
+                                   : NULL;
     replay.undo = undo;
-    take_news(submissions);
-    for (uint32_t i = 0; i < run->command_count && !submissions->lost; i++) {
+    take_pending_destroys(submissions);
+    for (uint32_t i = 0; i < run->command_count && !submissions->order_unknown; i++) {
         const struct journal *journal = run->commands[i].captured;
         if (!journal || journal->incomplete) {
-            lose(submissions);
+            set_order_unknown(submissions);
             break;
         }
         replay.notes = notes ? &notes[i] : NULL;
         if (run->work == WORK_OF_QUEUE) {
-            replay_deaths(&replay, journal);
+            replay_destroyed(&replay, journal);
             replay_submitted(&replay, journal);
         } else if (undo) {
             replay_judge_work(&replay, journal);
@@ -197,7 +201,7 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
             replay_work(&replay, journal, run);
         }
         if (replay.out_of_memory)
-            lose(submissions);
+            set_order_unknown(submissions);
     }
     return batch.skip;
 }
@@ -242,7 +246,7 @@ static void release(void *user, void *captured)
 static bool check(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
-    return !submissions->lost && replay_batch(submissions, run, &submissions->undo);
+    return !submissions->order_unknown && replay_batch(submissions, run, &submissions->undo);
 }
 
 static void drop(void *user)
@@ -251,7 +255,7 @@ static void drop(void *user)
     for (size_t i = 0; i < submissions->undo.count; i++)
         built_flags_forget(submissions->flags, submissions->undo.before[i].id);
     build_undo_carry_out(&submissions->undo, &submissions->live);
-    contents_drop(submissions->device->contents);
+    input_checks_drop(submissions->device->input_checks);
 }
 
 static void run_batch(void *user, const struct batch_run *run)
@@ -259,19 +263,19 @@ static void run_batch(void *user, const struct batch_run *run)
     struct submissions *submissions = user;
     bool is_done = run->checked && run->work == WORK_OF_QUEUE;
     build_undo_forget(&submissions->undo);
-    if (!is_done && !submissions->lost)
+    if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device, run);
-    contents_end_batch(submissions->device->contents, run);
+    input_checks_end_batch(submissions->device->input_checks, run);
 }
 
-static void lost(void *user, enum order_loss why)
+static void order_unknown(void *user, enum order_unknown_reason why)
 {
     struct submissions *submissions = user;
-    lose(submissions);
+    set_order_unknown(submissions);
     if (submissions->device->snapshots)
-        snapshots_lose_order(submissions->device, why);
+        snapshots_set_order_unknown(submissions->device, why);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)
@@ -284,6 +288,6 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
         .check = check,
         .drop = drop,
         .run = run_batch,
-        .lost = lost,
+        .order_unknown = order_unknown,
     };
 }

@@ -22,7 +22,7 @@ inline void build_call_start_recorded(struct build_call *call, struct layer_devi
     if (!command_buffer)
         return;
     call->command_buffer = command_buffer;
-    call->recent_build = &command_buffer->recent_build;
+    call->previous_shape = &command_buffer->previous_shape;
     if (!command_buffer->journal || device->level < LEVEL_EXECUTION)
         return;
     call->journal = command_buffer->journal;
@@ -53,7 +53,7 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
 }
 
 /* Asks one rule of the call alone. */
-static void ask_one_rule(struct build_call *call, enum rule rule)
+static void check_one_rule(struct build_call *call, enum rule rule)
 {
     static const struct check_hooks hooks = {.found = build_call_found};
     bool active[RULE_COUNT] = {false};
@@ -70,7 +70,7 @@ void build_call_report_command_buffer(enum build_command command, VkCommandBuffe
         return;
     build_call_start(&call, device, command);
     call.view.command_buffer = (struct command_buffer_facts){.handle = handle, .alive = NO};
-    ask_one_rule(&call, RULE_command_buffer_is_valid);
+    check_one_rule(&call, RULE_command_buffer_is_valid);
 }
 
 void build_call_report_device(VkDevice handle)
@@ -81,7 +81,7 @@ void build_call_report_device(VkDevice handle)
         return;
     build_call_start(&call, device, COMMAND_HOST);
     call.view.device_argument = handle;
-    ask_one_rule(&call, RULE_device_is_valid);
+    check_one_rule(&call, RULE_device_is_valid);
 }
 
 bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle)
@@ -113,7 +113,7 @@ static struct replay replay_of(struct build_call *call)
 
 __attribute__((cold)) static void settle(struct build_call *call)
 {
-    if (call->journal->asks) {
+    if (call->journal->has_sources_to_check) {
         struct replay replay = replay_of(call);
         replay_recorded(&replay, call->command_buffer, &call->mark);
     }
@@ -128,7 +128,7 @@ inline void build_call_settle_journal(struct build_call *call)
 {
     const struct command_buffer *command_buffer = call->command_buffer;
     if (command_buffer && call->journal &&
-        (call->journal->asks || call->skip || command_buffer->knows))
+        (call->journal->has_sources_to_check || call->skip || command_buffer->has_known_states))
         settle(call);
 }
 

@@ -10,11 +10,11 @@ struct build_call {
     struct layer_device *device;
     struct command_buffer *command_buffer; /* NULL for host builds, and where it isn't known */
     struct call_view view;
-    struct journal *journal;             /* that the call's builds are noted in, or NULL */
-    struct recent_build *recent_build;   /* or NULL */
-    const struct built_flags_turn *turn; /* of the host's, see struct check_context */
-    struct journal_mark mark;            /* before its entries, of one that is recorded */
-    bool skip;                           /* a callback asked to skip the call */
+    struct journal *journal;               /* that the call's builds are noted in, or NULL */
+    struct previous_shape *previous_shape; /* or NULL */
+    const struct execution_point *point;   /* of the host's, see struct check_context */
+    struct journal_mark mark;              /* before its entries, of one that is recorded */
+    bool skip;                             /* a callback asked to skip the call */
 };
 
 /* What vkGetAccelerationStructureBuildSizesKHR says; `counts` are the primitive counts. */

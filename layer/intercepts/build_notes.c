@@ -79,7 +79,7 @@ static void note_address(const struct build_call *call, const struct build_view 
     journal_end_inputs(call->journal, noting.next);
 }
 
-void build_notes_see_geometry(void *user, const struct geometry_view *geometry)
+void build_notes_record_geometry(void *user, const struct geometry_view *geometry)
 {
     const struct build_call *call = user;
     const struct chained_inputs *chained = geometry->chained;
@@ -95,7 +95,7 @@ void build_notes_see_geometry(void *user, const struct geometry_view *geometry)
                      &chained->items[i].facts);
 }
 
-void build_notes_see_indirect(void *user, const struct indirect_view *indirect)
+void build_notes_record_indirect(void *user, const struct indirect_view *indirect)
 {
     note_address(user, indirect->build, 0, INPUT_INDIRECT, &indirect->facts);
 }
@@ -136,7 +136,7 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
 
 static bool is_backed(const struct accel_facts *accel)
 {
-    return (accel->backed == YES) | accel->in_pieces;
+    return (accel->backed == YES) | accel->is_sparse;
 }
 
 /* Only updates read src. */
@@ -144,13 +144,13 @@ static inline void note_src(struct journal_entry *entry, const struct build_view
 {
     if (!build_is_update(build->info)) {
         entry->src = entry->src_id = 0;
-        entry->src_backed = entry->src_in_pieces = false;
+        entry->src_backed = entry->src_is_sparse = false;
         return;
     }
     entry->src = (uint64_t)(uintptr_t)build->src.handle;
     entry->src_id = build->src.id;
     entry->src_backed = is_backed(&build->src);
-    entry->src_in_pieces = build->src.in_pieces;
+    entry->src_is_sparse = build->src.is_sparse;
 }
 
 static bool is_readable(const struct build_view *build)
@@ -169,7 +169,7 @@ add_shapes(struct journal *journal, const struct build_view *build, struct journ
         .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
         .dense_readable = build->dense_readable,
         .micromaps = build->micromaps,
-        .contents = build->contents,
+        .inputs = build->inputs,
     };
     if (is_readable(build))
         built_add_shapes(&entry->built, &description);
@@ -192,7 +192,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
     entry->dst_id = build->dst.id;
     entry->dst_backed = is_backed(&build->dst);
-    entry->dst_in_pieces = build->dst.in_pieces;
+    entry->dst_is_sparse = build->dst.is_sparse;
     entry->geometry_by_pointer = build->geometry_pointers != NULL;
     note_src(entry, build);
     built_describe(&entry->built, build->info, call->view.command_buffer.handle,
@@ -216,8 +216,8 @@ static inline void note_inputs(const struct build_call *call, const struct build
     journal_end_inputs(call->journal, noting.next);
 }
 
-ON_RECORDING_PATH void build_notes_see_build(void *user, const struct build_view *build,
-                                             const struct geometry_view *geometry)
+ON_RECORDING_PATH void build_notes_record_build(void *user, const struct build_view *build,
+                                                const struct geometry_view *geometry)
 {
     const struct build_call *call = user;
     const struct command_buffer *command_buffer = call->command_buffer;
@@ -232,7 +232,7 @@ ON_RECORDING_PATH void build_notes_see_build(void *user, const struct build_view
 }
 
 /* Where the ranges can't be kept nothing is said of them. */
-void build_notes_see_ranges(void *user, struct noted_ranges *ranges)
+void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
 {
     const struct build_call *call = user;
     if (!ranges)

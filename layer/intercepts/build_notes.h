@@ -6,10 +6,10 @@
 
 #include "layer/intercepts/build_call.h"
 
-void build_notes_see_geometry(void *user, const struct geometry_view *geometry);
-void build_notes_see_indirect(void *user, const struct indirect_view *indirect);
-void build_notes_see_build(void *user, const struct build_view *build,
-                           const struct geometry_view *geometry);
-void build_notes_see_ranges(void *user, struct noted_ranges *ranges);
+void build_notes_record_geometry(void *user, const struct geometry_view *geometry);
+void build_notes_record_indirect(void *user, const struct indirect_view *indirect);
+void build_notes_record_build(void *user, const struct build_view *build,
+                              const struct geometry_view *geometry);
+void build_notes_record_ranges(void *user, struct noted_ranges *ranges);
 
 #endif

@@ -91,11 +91,11 @@ static const struct check_hooks hooks = {
     .of_another_device = build_call_of_another_device,
 };
 
-static const struct check_witness witness = {
-    .see_build = build_notes_see_build,
-    .see_geometry = build_notes_see_geometry,
-    .see_indirect = build_notes_see_indirect,
-    .see_ranges = build_notes_see_ranges,
+static const struct build_recorder recorder = {
+    .record_build = build_notes_record_build,
+    .record_geometry = build_notes_record_geometry,
+    .record_indirect = build_notes_record_indirect,
+    .record_ranges = build_notes_record_ranges,
 };
 
 /* Inlined, as most of it is to fill what each call of a command fills with the same. */
@@ -107,17 +107,17 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
     bool is_noted = call->journal && device->level >= LEVEL_EXECUTION;
     struct check_context context = {
         .hooks = &hooks,
-        .witness = is_noted ? &witness : NULL,
+        .recorder = is_noted ? &recorder : NULL,
         .user = call,
         .level = device->level,
         .active = device->active_rules[call->view.command],
-        .recent_build = call->recent_build,
+        .previous_shape = call->previous_shape,
         .known = take_known_builds(call),
         .readable = readable,
         .resources = device->resources,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
-        .flags = call->turn ? submissions_flags(device->submissions) : NULL,
-        .turn = call->turn,
+        .flags = call->point ? submissions_flags(device->submissions) : NULL,
+        .point = call->point,
     };
     check_builds(&context, &call->view);
     known_builds_give_back(context.known);
@@ -190,13 +190,13 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
 
 /* What the host's instances refer to is as it is when the call is made; a structure that is being
  * written then is nobody's to refer to. False where it isn't known. */
-static bool find_turn(const struct layer_device *device, struct built_flags_turn *turn)
+static bool find_execution_point(const struct layer_device *device, struct execution_point *point)
 {
     struct built_flags *flags = submissions_flags(device->submissions);
     if (!flags)
         return false;
-    *turn = (struct built_flags_turn){.turn = built_flags_now(flags), .is_unordered = true};
-    return execution_order_host_turn(device->order, &turn->follows);
+    *point = (struct execution_point){.serial = built_flags_now(flags), .is_unordered = true};
+    return execution_order_host_is_current(device->order, &point->follows);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
@@ -211,10 +211,10 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     }
     struct build_call call;
     build_call_start(&call, state, COMMAND_HOST);
-    struct recent_build recent_build = {0};
-    struct built_flags_turn turn;
-    call.recent_build = &recent_build;
-    call.turn = find_turn(state, &turn) ? &turn : NULL;
+    struct previous_shape previous_shape = {0};
+    struct execution_point point;
+    call.previous_shape = &previous_shape;
+    call.point = find_execution_point(state, &point) ? &point : NULL;
     call.view.device_argument = device;
     call.view.deferred = host_work_operation_facts(state, deferredOperation);
     call.view.info_count = infoCount;

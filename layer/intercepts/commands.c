@@ -91,8 +91,8 @@ assay_BeginCommandBuffer(VkCommandBuffer commandBuffer, const VkCommandBufferBeg
     if (!state)
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.BeginCommandBuffer(commandBuffer, pBeginInfo);
-    command_buffer_begin(find(state, commandBuffer), pBeginInfo, resources_deaths(state->resources),
-                         result);
+    command_buffer_begin(find(state, commandBuffer), pBeginInfo,
+                         resources_destroy_count(state->resources), result);
     return result;
 }
 

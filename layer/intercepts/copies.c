@@ -5,7 +5,7 @@
 #include "layer/compare/comparer.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
-#include "layer/intercepts/recording.h"
+#include "layer/intercepts/journal_access.h"
 #include "src/check/replay/replay.h"
 
 static void note(const struct layer_device *device, VkCommandBuffer handle,

@@ -4,7 +4,7 @@
 #include "src/state/commands/events.h"
 
 #include "layer/intercepts/intercepts.h"
-#include "layer/intercepts/recording.h"
+#include "layer/intercepts/journal_access.h"
 #include "src/check/replay/replay.h"
 
 /* ---- the host */

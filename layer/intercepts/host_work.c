@@ -16,7 +16,7 @@ struct host_work host_work_begin(struct layer_device *device)
     if (is_followed(device))
         work.journal = journal_create(VK_NULL_HANDLE);
     if (work.journal)
-        work.journal->deaths = resources_deaths(device->resources);
+        work.journal->destroy_count = resources_destroy_count(device->resources);
     return work;
 }
 

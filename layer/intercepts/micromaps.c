@@ -5,7 +5,7 @@
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
-#include "layer/intercepts/recording.h"
+#include "layer/intercepts/journal_access.h"
 #include "src/check/replay/replay.h"
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateMicromapEXT(VkDevice device,

@@ -118,10 +118,10 @@ static struct built describe(const struct build_call *call, const struct nv_call
     if (!view->info)
         return (struct built){.state = BUILT_UNKNOWN, .position = position};
     /* Updates are measured by their data alone. */
-    bool may_be_asked =
+    bool can_query =
         view->update || (view->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV);
     struct geometry_shapes *shapes = NULL;
-    if (call->device->level >= LEVEL_CONTENT && may_be_asked && !view->geometries_unreadable)
+    if (call->device->level >= LEVEL_CONTENT && can_query && !view->geometries_unreadable)
         shapes = built_nv_shapes(view->info);
     return (struct built){.state = BUILT_BEFORE,
                           .command_buffer = call->view.command_buffer.handle,
@@ -132,7 +132,7 @@ static struct built describe(const struct build_call *call, const struct nv_call
                           .shapes = shapes};
 }
 
-static void see_build(void *user, const struct nv_call_view *view)
+static void record_build(void *user, const struct nv_call_view *view)
 {
     struct build_call *call = user;
     struct journal *journal = call->journal;
@@ -152,8 +152,8 @@ static void see_build(void *user, const struct nv_call_view *view)
     journal_add(journal, &entry);
 }
 
-static void see_input(void *user, uint32_t geometry, enum input_role role,
-                      const struct buffer_facts *facts)
+static void record_input(void *user, uint32_t geometry, enum input_role role,
+                         const struct buffer_facts *facts)
 {
     struct build_call *call = user;
     struct journal_input *input = journal_begin_inputs(call->journal);
@@ -174,11 +174,11 @@ static void run_checks(struct build_call *call, struct nv_call_view *view)
 {
     static const struct check_hooks hooks = {.found = build_call_found,
                                              .of_another_device = build_call_of_another_device};
-    static const struct check_witness witness = {.see_nv_build = see_build,
-                                                 .see_nv_input = see_input};
+    static const struct build_recorder recorder = {.record_nv_build = record_build,
+                                                   .record_nv_input = record_input};
     struct check_context context = {
         .hooks = &hooks,
-        .witness = call->journal ? &witness : NULL,
+        .recorder = call->journal ? &recorder : NULL,
         .user = call,
         .level = call->device->level,
         .active = call->device->active_rules[COMMAND_NV],

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of queries of compacted sizes: what command buffers write is noted in their journals;
  * what the host resets and reads takes its turn among the batches. */
-#include "layer/execution/contents.h"
+#include "layer/execution/input_checks.h"
 #include "src/state/commands/query_pools.h"
 
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
-#include "layer/intercepts/recording.h"
+#include "layer/intercepts/journal_access.h"
 
 /* ---- pools */
 
@@ -184,8 +184,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQuer
     VkResult result = state->vk.GetQueryPoolResults(device, queryPool, firstQuery, queryCount,
                                                     dataSize, pData, stride, flags);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
-    contents_deliver(state->contents);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
+    input_checks_deliver(state->input_checks);
     if (!journal)
         return result;
     bool partial = (flags & VK_QUERY_RESULT_PARTIAL_BIT) && !(flags & VK_QUERY_RESULT_WAIT_BIT);

@@ -268,7 +268,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
         execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
     VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     snapshots_deliver(state);
     return result;
 }
@@ -281,7 +281,7 @@ static VkResult observe_acquisition(struct layer_device *state, VkSemaphore sema
     if (semaphore && result >= VK_SUCCESS)
         execution_order_forget_signal(state->order, semaphore);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     return result;
 }
 

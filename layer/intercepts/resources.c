@@ -2,7 +2,7 @@
 /* Intercepts of memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
-#include "layer/execution/contents.h"
+#include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
@@ -55,7 +55,7 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memo
                                             const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    contents_deliver(state->contents);
+    input_checks_deliver(state->input_checks);
     resources_remove_memory(state->resources, memory);
     object_names_set(state->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, NULL);
     state->vk.FreeMemory(device, memory, pAllocator);
@@ -147,7 +147,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyBuffer(VkDevice device, VkBuffer buffer,
                                                const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    contents_deliver(state->contents);
+    input_checks_deliver(state->input_checks);
     resources_remove_buffer(state->resources, buffer);
     object_names_set(state->names, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, NULL);
     state->vk.DestroyBuffer(device, buffer, pAllocator);
@@ -248,7 +248,7 @@ assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo
 static bool is_bound(const struct layer_device *state, VkAccelerationStructureKHR structure)
 {
     struct accel_facts facts;
-    resources_ask_accel(state->resources, structure, &facts);
+    resources_look_up_accel(state->resources, structure, &facts);
     return facts.backed == YES;
 }
 
@@ -260,7 +260,7 @@ static void note_address(struct layer_device *state, VkAccelerationStructureKHR 
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
         .accelerationStructure = structure,
     };
-    if (!state->contents)
+    if (!state->input_checks)
         return;
     VkDeviceAddress address = 0;
     if (state->vk.GetAccelerationStructureDeviceAddressKHR && is_bound(state, structure))
@@ -273,7 +273,7 @@ VKAPI_ATTR VkDeviceAddress VKAPI_CALL assay_GetAccelerationStructureDeviceAddres
 {
     struct layer_device *state = layer_find_device(device);
     VkDeviceAddress address = state->vk.GetAccelerationStructureDeviceAddressKHR(device, pInfo);
-    if (state->contents)
+    if (state->input_checks)
         resources_set_accel_address(state->resources, pInfo->accelerationStructure, address);
     return address;
 }
@@ -311,7 +311,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    contents_deliver(state->contents);
+    input_checks_deliver(state->input_checks);
     submissions_forget(state->submissions,
                        resources_remove_accel(state->resources, accelerationStructure), 1);
     object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

@@ -76,9 +76,10 @@ static VkResult observe_wait(struct layer_device *state, const VkSemaphoreWaitIn
 {
     bool any = (info->flags & VK_SEMAPHORE_WAIT_ANY_BIT) && info->semaphoreCount > 1;
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     for (uint32_t i = 0; result == VK_SUCCESS && !any && i < info->semaphoreCount; i++)
-        execution_order_see_semaphore(state->order, info->pSemaphores[i], info->pValues[i], false);
+        execution_order_observe_semaphore(state->order, info->pSemaphores[i], info->pValues[i],
+                                          false);
     snapshots_deliver(state);
     return result;
 }
@@ -103,9 +104,9 @@ static VkResult observe_value(struct layer_device *state, VkSemaphore semaphore,
                               const uint64_t *value, VkResult result)
 {
     if (result == VK_SUCCESS)
-        execution_order_see_semaphore(state->order, semaphore, *value, true);
+        execution_order_observe_semaphore(state->order, semaphore, *value, true);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     snapshots_deliver(state);
     return result;
 }
@@ -176,9 +177,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetFenceStatus(VkDevice device, VkFence fen
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.GetFenceStatus(device, fence);
     if (result == VK_SUCCESS)
-        execution_order_see_fence(state->order, fence);
+        execution_order_observe_fence(state->order, fence);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     snapshots_deliver(state);
     return result;
 }
@@ -191,9 +192,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForFences(VkDevice device, uint32_t fen
     VkResult result = state->vk.WaitForFences(device, fenceCount, pFences, waitAll, timeout);
     bool knows_all = waitAll || fenceCount == 1;
     for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < fenceCount; i++)
-        execution_order_see_fence(state->order, pFences[i]);
+        execution_order_observe_fence(state->order, pFences[i]);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     snapshots_deliver(state);
     return result;
 }
@@ -203,9 +204,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForFences(VkDevice device, uint32_t fen
 static void observe_idle(struct layer_device *state, const struct idle_wait *wait, VkResult result)
 {
     if (result == VK_SUCCESS)
-        execution_order_see_idle(state->order, wait);
+        execution_order_observe_idle(state->order, wait);
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose(state->order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
     snapshots_deliver(state);
 }
 

@@ -21,7 +21,7 @@ static void keep_snapshot(struct recorder *recorder, struct recorded_build *buil
                           const struct snapshot *snapshot)
 {
     if (!recorded_build_add(build, snapshot))
-        recorder_lose(recorder);
+        recorder_fail(recorder);
 }
 
 static uint64_t bytes_left(const struct recorder *recorder, uint64_t address)
@@ -95,7 +95,7 @@ static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
     if (build_input_open(&build->parameters, &memory, &input) == VK_SUCCESS)
         build_input_close(&input);
     else
-        recorder_lose(recorder);
+        recorder_fail(recorder);
     gather_instances(recorder, build);
 }
 
@@ -119,7 +119,7 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
 
 void recorder_miss_build(struct recorder *recorder, uint32_t position)
 {
-    recorder_lose(recorder);
+    recorder_fail(recorder);
     recording_leave_out(recorder->recording, position, recorder->left_out);
 }
 

@@ -33,7 +33,7 @@ static bool reserve(struct inputs *inputs)
     uint32_t capacity = inputs->capacity ? inputs->capacity * 2 : 8;
     struct input_buffer *grown = realloc(inputs->buffers, capacity * sizeof(*grown));
     if (!grown) {
-        recorder_lose(inputs->recorder);
+        recorder_fail(inputs->recorder);
         return false;
     }
     inputs->buffers = grown;

@@ -11,7 +11,7 @@
 #include "layer/snapshots/copies/dispatches.h"
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/staging.h"
-#include "layer/snapshots/tell.h"
+#include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/chain.h"
 
@@ -79,7 +79,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     pthread_mutex_init(&snapshots->queue_lock, NULL);
     pthread_mutex_init(&snapshots->families_lock, NULL);
     pthread_mutex_init(&snapshots->tickets_lock, NULL);
-    pthread_mutex_init(&snapshots->expected_lock, NULL);
+    pthread_mutex_init(&snapshots->submitted_lock, NULL);
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
     pthread_mutex_init(&snapshots->pools_lock, NULL);
     snapshots->device = device;
@@ -90,7 +90,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
         enables_addresses(create_info) &&
         (device->vk.GetBufferDeviceAddress || device->vk.GetBufferDeviceAddressKHR);
     snapshots->set_loader_data = find_loader_data_setter(create_info);
-    snapshots->expected_last = &snapshots->expected;
+    snapshots->submitted_last = &snapshots->submitted;
     device->snapshots = snapshots;
     if (staging_create(device, budget_of(device), &snapshots->staging) != VK_SUCCESS ||
         gates_create(device, &snapshots->gates) != VK_SUCCESS ||
@@ -105,13 +105,13 @@ void snapshots_destroy(struct snapshots *snapshots)
     struct missed_executions missed = {0};
     if (!snapshots)
         return;
-    while (snapshots->expected) {
-        struct execution *execution = snapshots->expected;
-        snapshots->expected = execution->next;
+    while (snapshots->submitted) {
+        struct execution *execution = snapshots->submitted;
+        snapshots->submitted = execution->next;
         execution_release(execution);
         missed.held++;
     }
-    tell_missed(snapshots->device, &missed);
+    warn_missed(snapshots->device, &missed);
     tickets_release(snapshots, true);
     staging_destroy(snapshots->staging);
     gates_destroy(snapshots->gates);
@@ -124,7 +124,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     pthread_mutex_destroy(&snapshots->queue_lock);
     pthread_mutex_destroy(&snapshots->families_lock);
     pthread_mutex_destroy(&snapshots->tickets_lock);
-    pthread_mutex_destroy(&snapshots->expected_lock);
+    pthread_mutex_destroy(&snapshots->submitted_lock);
     free(snapshots);
 }
 

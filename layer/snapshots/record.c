@@ -2,7 +2,7 @@
 /* Recordings of command buffers, and snapshots recorded for them. */
 #include "layer/snapshots/recorder.h"
 
-#include "layer/execution/contents.h"
+#include "layer/execution/input_checks.h"
 #include "layer/snapshots/copies/dispatches.h"
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/orders.h"
@@ -60,7 +60,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
     }
     recorder->recording = journal ? journal->work : NULL;
     if (!recorder->recording) {
-        recorder_lose(recorder);
+        recorder_fail(recorder);
         return false;
     }
     recording_go_on(recorder->recording);
@@ -81,20 +81,21 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
 {
     if (!recorder_begin(recorder, handle))
         return false;
-    recorder->is_barred = !recorder->device->cpu && !is_place_for_copies(recorder->command_buffer);
+    recorder->cannot_inject =
+        !recorder->device->cpu && !is_place_for_copies(recorder->command_buffer);
     return true;
 }
 
-void recorder_lose(struct recorder *recorder)
+void recorder_fail(struct recorder *recorder)
 {
-    recorder->command_buffer->work_lost = true;
+    recorder->command_buffer->work_failed = true;
     recorder->left_out = LEFT_OUT_MEMORY;
 }
 
 void recorder_add(struct recorder *recorder, const struct recorded_item *item)
 {
     if (!recording_add(recorder->recording, item))
-        recorder_lose(recorder);
+        recorder_fail(recorder);
 }
 
 /* ---- barriers */
@@ -160,7 +161,7 @@ static VkResult take_chunk(const struct layer_device *device, uint64_t size,
     VkResult result;
     do {
         result = staging_take(device->snapshots->staging, size, chunk);
-    } while (result == VK_NOT_READY && waits && contents_wait(device->contents));
+    } while (result == VK_NOT_READY && waits && input_checks_wait(device->input_checks));
     return result;
 }
 
@@ -181,7 +182,7 @@ static struct staging_chunk *chunk_with_room(struct recorder *recorder, uint64_t
     if (result == VK_NOT_READY)
         recorder->left_out = LEFT_OUT_BUDGET;
     else
-        recorder_lose(recorder);
+        recorder_fail(recorder);
     return NULL;
 }
 

@@ -19,7 +19,7 @@ struct recorder {
     struct command_buffer *command_buffer;
     struct recording *recording;
     const struct recorder_addresses *addresses; /* NULL: they are device addresses */
-    bool is_barred;                             /* no commands may be added there */
+    bool cannot_inject;                         /* no commands may be added there */
     bool has_copied;                            /* and has begun with a barrier */
     bool has_dispatched;                        /* a shader of the layer's own */
     uint32_t first_order;    /* of the last block of copy orders, that is not dispatched yet */
@@ -36,7 +36,7 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
 
 /* Takes over what the item points to. */
 void recorder_add(struct recorder *recorder, const struct recorded_item *item);
-void recorder_lose(struct recorder *recorder);
+void recorder_fail(struct recorder *recorder);
 /* Before the first copy of a command: a barrier. Does nothing after that. */
 void recorder_start_copies(struct recorder *recorder);
 /* After the last copy of a command: records copies that are pending, makes all copies visible to

@@ -40,19 +40,19 @@ struct snapshots {
     struct handle_table uncounting_pools; /* of queries that count no compute work */
     _Atomic uint64_t bytes_copied;        /* that command buffers were told to copy */
     /* Submissions take their turns as they are made, for their order isn't known any more. */
-    _Atomic bool order_lost;
-    enum order_loss loss;       /* why; never changes after that */
-    atomic_uint unordered;      /* executions that had no other turn, */
-    atomic_bool unordered_told; /* of which one warning speaks */
-    atomic_bool copies_lack_told;
+    _Atomic bool order_unknown;
+    enum order_unknown_reason unknown_reason; /* why; never changes after that */
+    atomic_uint unordered;                    /* executions that had no other turn, */
+    atomic_bool unordered_reported;           /* of which one warning speaks */
+    atomic_bool lack_of_copies_reported;
     bool uses_queues; /* see snapshots_lock_queues() */
     pthread_mutex_t queue_lock;
-    pthread_mutex_t families_lock;               /* guards: */
-    struct handle_table queue_families;          /* of queues, as pointers to their names */
-    pthread_mutex_t tickets_lock;                /* guards: */
-    struct fence_ticket *unfinished;             /* that nobody needs, but the device still uses */
-    pthread_mutex_t expected_lock;               /* guards: */
-    struct execution *expected, **expected_last; /* submitted, and before their turn */
+    pthread_mutex_t families_lock;      /* guards: */
+    struct handle_table queue_families; /* of queues, as pointers to their names */
+    pthread_mutex_t tickets_lock;       /* guards: */
+    struct fence_ticket *unfinished;    /* that nobody needs, but the device still uses */
+    pthread_mutex_t submitted_lock;     /* guards: */
+    struct execution *submitted, **submitted_last; /* submitted, and before their turn */
 };
 
 /* Once device->vk, and device->cpu, are filled in. */
@@ -64,14 +64,14 @@ PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const ch
                                      PFN_vkVoidFunction next);
 
 /* An execution was submitted, after those that were expected before. Takes the reference. */
-void snapshots_expect(struct snapshots *snapshots, struct execution *execution);
+void snapshots_add_submitted(struct snapshots *snapshots, struct execution *execution);
 
 struct batch_run;
 
 /* A batch's turn in execution order. */
 void snapshots_run(struct layer_device *device, const struct batch_run *run);
 /* From now on submissions take their turns as they are made: the turn of all. */
-void snapshots_lose_order(struct layer_device *device, enum order_loss why);
+void snapshots_set_order_unknown(struct layer_device *device, enum order_unknown_reason why);
 void snapshots_run_all(struct layer_device *device);
 
 /* The host has seen something complete, or is about to submit: what waits for the end of

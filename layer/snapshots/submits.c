@@ -7,8 +7,8 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/renew.h"
+#include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/recorder.h"
-#include "layer/snapshots/tell.h"
 #include "layer/snapshots/tickets.h"
 
 /* ---- what a submission has to do with snapshots */
@@ -55,7 +55,7 @@ static bool add_execution(struct submit *submit, struct recording *recording)
     if (!execution)
         return false;
     submit->missed.repeated += execution_count_repeated(execution);
-    execution->deaths = resources_deaths(submit->snapshots->device->resources);
+    execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
     submit->executions[submit->count++] = execution;
     return true;
 }
@@ -64,15 +64,15 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
 {
     const struct layer_device *device = submit->snapshots->device;
     struct recording *recording = recording_of(device, handle);
-    tell_left_out(device, handle);
+    warn_left_out(device, handle);
     if (!recording || !recording->first || submit->result != VK_SUCCESS ||
         add_execution(submit, recording))
         return;
     if (device->cpu) {
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
     } else {
-        atomic_store(&recording->is_spoiled, true);
-        submit->missed.unkept++;
+        atomic_store(&recording->is_invalidated, true);
+        submit->missed.no_memory++;
     }
 }
 
@@ -88,7 +88,7 @@ static void tell(struct submit *submit)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         submit->missed.overwritten += count_overwritten(submit->executions[i]);
-    tell_missed(submit->snapshots->device, &submit->missed);
+    warn_missed(submit->snapshots->device, &submit->missed);
 }
 
 static void release(struct submit *submit)
@@ -135,9 +135,9 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
     if (result != VK_SUCCESS)
         return give_up(submit, result);
     for (uint32_t i = 0; i < submit->count; i++)
-        snapshots_expect(snapshots, submit->executions[i]);
+        snapshots_add_submitted(snapshots, submit->executions[i]);
     release(submit);
-    if (atomic_load(&snapshots->order_lost))
+    if (atomic_load(&snapshots->order_unknown))
         snapshots_run_all(snapshots->device);
     return VK_SUCCESS;
 }
@@ -148,7 +148,7 @@ static VkResult leave_queues(struct submit *submit, VkFence fence, VkResult resu
     struct snapshots *snapshots = submit->snapshots;
     result = finish(submit, fence, result);
     snapshots_unlock_queues(snapshots);
-    tell_unordered(snapshots->device);
+    warn_unordered(snapshots->device);
     return result;
 }
 
@@ -285,7 +285,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdExecuteCommands(VkCommandBuffer commandB
     for (uint32_t i = 0; i < commandBufferCount; i++) {
         struct recording *recording = recording_of(device, pCommandBuffers[i]);
         struct recorder recorder;
-        tell_left_out(device, pCommandBuffers[i]);
+        warn_left_out(device, pCommandBuffers[i]);
         if (!recording || !recording->first || !recorder_begin(&recorder, commandBuffer) ||
             recording_contains(recording, recorder.recording))
             continue;

@@ -3,24 +3,24 @@
 #include <stdlib.h>
 
 #include "layer/cpu/submits.h"
-#include "layer/execution/contents.h"
+#include "layer/execution/input_checks.h"
+#include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
-#include "layer/snapshots/tell.h"
 #include "layer/snapshots/tickets.h"
 
-void snapshots_expect(struct snapshots *snapshots, struct execution *execution)
+void snapshots_add_submitted(struct snapshots *snapshots, struct execution *execution)
 {
-    pthread_mutex_lock(&snapshots->expected_lock);
-    *snapshots->expected_last = execution;
-    snapshots->expected_last = &execution->next;
-    pthread_mutex_unlock(&snapshots->expected_lock);
+    pthread_mutex_lock(&snapshots->submitted_lock);
+    *snapshots->submitted_last = execution;
+    snapshots->submitted_last = &execution->next;
+    pthread_mutex_unlock(&snapshots->submitted_lock);
 }
 
 /* The first execution of a recording, or of any, taken off the list; or NULL. */
 static struct execution *take(struct snapshots *snapshots, const struct recording *recording)
 {
-    pthread_mutex_lock(&snapshots->expected_lock);
-    struct execution **at = &snapshots->expected;
+    pthread_mutex_lock(&snapshots->submitted_lock);
+    struct execution **at = &snapshots->submitted;
     while (*at && recording && (*at)->recording != recording)
         at = &(*at)->next;
     struct execution *execution = *at;
@@ -28,9 +28,9 @@ static struct execution *take(struct snapshots *snapshots, const struct recordin
         *at = execution->next;
         execution->next = NULL;
         if (!*at)
-            snapshots->expected_last = at;
+            snapshots->submitted_last = at;
     }
-    pthread_mutex_unlock(&snapshots->expected_lock);
+    pthread_mutex_unlock(&snapshots->submitted_lock);
     return execution;
 }
 
@@ -41,12 +41,12 @@ static void run_command(struct layer_device *device, const struct batch_run *run
         journal && journal->work ? take(device->snapshots, journal->work) : NULL;
     if (!execution)
         return;
-    execution_take_turn(execution);
-    if (atomic_load(&execution->recording->is_spoiled))
-        execution_lose(execution);
+    execution_mark_reached(execution);
+    if (atomic_load(&execution->recording->is_invalidated))
+        execution_drop_snapshots(execution);
     if (device->cpu)
-        cpu_overlay_run(device, execution, run->moment);
-    contents_run(device->contents, run, command, execution);
+        cpu_overlay_run(device, execution, run->timestamp);
+    input_checks_run(device->input_checks, run, command, execution);
     execution_release(execution);
 }
 
@@ -60,23 +60,23 @@ void snapshots_run_all(struct layer_device *device)
 {
     for (struct execution *execution; (execution = take(device->snapshots, NULL));) {
         if (device->cpu)
-            cpu_overlay_run(device, execution, moment_never());
+            cpu_overlay_run(device, execution, timestamp_never());
         execution_release(execution);
         atomic_fetch_add(&device->snapshots->unordered, 1);
     }
 }
 
-void snapshots_lose_order(struct layer_device *device, enum order_loss why)
+void snapshots_set_order_unknown(struct layer_device *device, enum order_unknown_reason why)
 {
-    device->snapshots->loss = why;
-    atomic_store(&device->snapshots->order_lost, true);
+    device->snapshots->unknown_reason = why;
+    atomic_store(&device->snapshots->order_unknown, true);
     snapshots_run_all(device);
-    tell_unordered(device);
+    warn_unordered(device);
 }
 
 void snapshots_deliver_complete(struct layer_device *device)
 {
-    contents_deliver(device->contents);
+    input_checks_deliver(device->input_checks);
     if (device->cpu)
         cpu_overlay_deliver(device);
 }

@@ -40,7 +40,7 @@ static inline void *handle_table_find(const struct handle_table *table, uint64_t
 }
 
 /* Will soon be looked for: fetches where its search begins. */
-static inline void handle_table_expect(const struct handle_table *table, uint64_t handle)
+static inline void handle_table_prefetch(const struct handle_table *table, uint64_t handle)
 {
     if (table->slots)
         __builtin_prefetch(&table->slots[handle_table_home(table, handle)]);

@@ -19,7 +19,7 @@ static const uintptr_t page_size = (uintptr_t)1 << READABLE_PAGE_SHIFT;
 
 /* Valgrind answers this request; a processor runs it without an effect (valgrind.h has the same
  * for more processors; the layer builds without that header). */
-static bool ask_valgrind(void)
+static bool is_readable_by_valgrind(void)
 {
     volatile uintptr_t request[6] = {VALGRIND_IS_RUNNING}, answer = 0;
 #if defined(__x86_64__)
@@ -51,7 +51,7 @@ static bool runs_on_valgrind(void)
     static atomic_int known; /* starts as NOT_ASKED */
     int answer = atomic_load_explicit(&known, memory_order_relaxed);
     if (answer == NOT_ASKED) {
-        answer = ask_valgrind() ? VALGRIND : NO_VALGRIND;
+        answer = is_readable_by_valgrind() ? VALGRIND : NO_VALGRIND;
         atomic_store_explicit(&known, answer, memory_order_relaxed);
     }
     return answer == VALGRIND;

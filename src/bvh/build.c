@@ -146,14 +146,14 @@ static enum builder_result run_build(struct build_state *state, const struct inp
     count_again(state);
     workers_start(&state->workers, state->input, state->primitive_count);
     pthread_mutex_init(&state->lock, NULL);
-    pthread_cond_init(&state->task_news, NULL);
+    pthread_cond_init(&state->task_wakeup, NULL);
     result = tree_prepare(state, report);
     if (result == BUILDER_OK) {
         write_header(state);
         build_tree(state);
         clear_unused_records(state->header);
     }
-    pthread_cond_destroy(&state->task_news);
+    pthread_cond_destroy(&state->task_wakeup);
     pthread_mutex_destroy(&state->lock);
     workers_stop(&state->workers);
     return result;

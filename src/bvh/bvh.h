@@ -153,7 +153,7 @@ struct builder_geometry {
  * workers.c. */
 struct builder_team {
     pthread_mutex_t lock;
-    pthread_cond_t news, done;
+    pthread_cond_t wakeup, done;
     struct builder_team_job *jobs;
     bool is_closed;
 };

@@ -118,7 +118,7 @@ enum builder_result builder_deserialize(const void *bytes, uint64_t size,
     const uint8_t *references = (const uint8_t *)bytes + sizeof(struct serialized_header);
     memcpy(structure, references + header.reference_count * sizeof(uint64_t),
            header.structure_size);
-    if (!structure_is_sound(structure, header.structure_size) ||
+    if (!structure_is_well_formed(structure, header.structure_size) ||
         builder_size(structure) != header.structure_size ||
         builder_reference_count(structure) != header.reference_count)
         return BUILDER_INCOMPATIBLE;

@@ -179,7 +179,7 @@ enum builder_result micromap_serialize(const void *micromap, const struct builde
     return BUILDER_OK;
 }
 
-static bool is_sound(const struct micromap_header *header, uint64_t size)
+static bool is_well_formed(const struct micromap_header *header, uint64_t size)
 {
     const struct micromap_triangle *triangles = (const struct micromap_triangle *)(header + 1);
     uint64_t count = header->triangle_count;
@@ -221,7 +221,7 @@ enum builder_result micromap_deserialize(const void *bytes, uint64_t size,
     if (header.size != serialized.structure_size)
         return BUILDER_INCOMPATIBLE;
     memcpy(micromap, from, header.size);
-    return is_sound(micromap, header.size) ? BUILDER_OK : BUILDER_INCOMPATIBLE;
+    return is_well_formed(micromap, header.size) ? BUILDER_OK : BUILDER_INCOMPATIBLE;
 }
 
 /* A microtriangle by its center: weights of the vertices, in units in which they add up to `whole`,

@@ -19,12 +19,12 @@ void motion_triangle_at(const struct motion_triangle_record *record, float time,
                         struct triangle_record *now)
 {
     const struct triangle_record *from = &record->at[0], *to = &record->at[1];
-    double moment = clamped_time(time);
+    double timestamp = clamped_time(time);
     *now = *from;
     for (int i = 0; i < 3; i++) {
-        now->a[i] = (float)mixed(from->a[i], to->a[i], moment);
-        now->b[i] = (float)mixed(from->b[i], to->b[i], moment);
-        now->c[i] = (float)mixed(from->c[i], to->c[i], moment);
+        now->a[i] = (float)mixed(from->a[i], to->a[i], timestamp);
+        now->b[i] = (float)mixed(from->b[i], to->b[i], timestamp);
+        now->c[i] = (float)mixed(from->c[i], to->c[i], timestamp);
     }
 }
 

@@ -55,7 +55,7 @@ void structure_lay_out(struct structure_header *header, enum structure_kind kind
                    aligned((uint64_t)header->micromap_count * sizeof(uint64_t));
 }
 
-static bool layout_is_sound(const struct structure_header *header, uint64_t size)
+static bool layout_is_well_formed(const struct structure_header *header, uint64_t size)
 {
     if (size < sizeof(*header) || header->magic != STRUCTURE_MAGIC ||
         header->version != STRUCTURE_VERSION || header->kind >= STRUCTURE_KINDS ||
@@ -72,8 +72,8 @@ static bool layout_is_sound(const struct structure_header *header, uint64_t size
            header->records == expected.records && header->nodes == expected.nodes;
 }
 
-static bool place_is_sound(const struct structure_header *header, uint32_t geometry,
-                           uint32_t primitive)
+static bool place_is_well_formed(const struct structure_header *header, uint32_t geometry,
+                                 uint32_t primitive)
 {
     return geometry < header->geometry_count &&
            primitive < structure_geometries(header)[geometry].primitive_count;
@@ -81,7 +81,7 @@ static bool place_is_sound(const struct structure_header *header, uint32_t geome
 
 /* Of an instance nothing is relied upon; all other records have their numbers in one place. Of a
  * microtriangle's part any index will do. */
-static bool record_is_sound(const struct structure_header *header, uint32_t index)
+static bool record_is_well_formed(const struct structure_header *header, uint32_t index)
 {
     const uint8_t *records = structure_records(header);
     const struct triangle_record *record =
@@ -90,13 +90,13 @@ static bool record_is_sound(const struct structure_header *header, uint32_t inde
         structure_part(header->kind, record)->level > DISPLACEMENT_MAX_LEVEL)
         return false;
     return structure_is_top(header->kind) ||
-           place_is_sound(header, record->geometry, record->primitive);
+           place_is_well_formed(header, record->geometry, record->primitive);
 }
 
 /* Depth-first as a traversal goes, with a stack of its size: what overflows it is refused, and so
  * is what is deeper than a build makes it. Nodes and records come in order, each once, so the walk
  * ends and nothing is shared. */
-static bool tree_is_sound(const struct structure_header *header)
+static bool tree_is_well_formed(const struct structure_header *header)
 {
     const struct wide_node *nodes = structure_nodes(header);
     struct {
@@ -131,12 +131,12 @@ static bool tree_is_sound(const struct structure_header *header)
     return seen_nodes == header->node_count && seen_records == header->record_count;
 }
 
-bool structure_is_sound(const struct structure_header *header, uint64_t size)
+bool structure_is_well_formed(const struct structure_header *header, uint64_t size)
 {
-    if (!layout_is_sound(header, size))
+    if (!layout_is_well_formed(header, size))
         return false;
     for (uint32_t i = 0; i < header->record_count; i++)
-        if (!record_is_sound(header, i))
+        if (!record_is_well_formed(header, i))
             return false;
-    return tree_is_sound(header);
+    return tree_is_well_formed(header);
 }

@@ -273,6 +273,6 @@ void structure_lay_out(struct structure_header *header, enum structure_kind kind
                        bool has_micromaps);
 
 /* Whether `size` bytes hold a structure whose every offset, count and child is sound. */
-bool structure_is_sound(const struct structure_header *header, uint64_t size);
+bool structure_is_well_formed(const struct structure_header *header, uint64_t size);
 
 #endif

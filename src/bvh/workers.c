@@ -25,7 +25,7 @@ void builder_team_open(struct builder_team *team)
     pthread_condattr_init(&clock);
     pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
     pthread_mutex_init(&team->lock, NULL);
-    pthread_cond_init(&team->news, &clock);
+    pthread_cond_init(&team->wakeup, &clock);
     pthread_condattr_destroy(&clock);
     pthread_cond_init(&team->done, NULL);
 }
@@ -34,14 +34,14 @@ void builder_team_close(struct builder_team *team)
 {
     pthread_mutex_lock(&team->lock);
     team->is_closed = true;
-    pthread_cond_broadcast(&team->news);
+    pthread_cond_broadcast(&team->wakeup);
     pthread_mutex_unlock(&team->lock);
 }
 
 void builder_team_destroy(struct builder_team *team)
 {
     pthread_mutex_destroy(&team->lock);
-    pthread_cond_destroy(&team->news);
+    pthread_cond_destroy(&team->wakeup);
     pthread_cond_destroy(&team->done);
 }
 
@@ -54,16 +54,16 @@ static struct builder_team_job *find_job(const struct builder_team *team)
 }
 
 /* False: there was nothing to do for a while, and nobody minds if the helper goes. */
-static bool wait_for_news(struct builder_team *team, bool may_go)
+static bool wait_for_wakeup(struct builder_team *team, bool may_go)
 {
     struct timespec end;
     if (!may_go)
-        return pthread_cond_wait(&team->news, &team->lock) == 0;
+        return pthread_cond_wait(&team->wakeup, &team->lock) == 0;
     clock_gettime(CLOCK_MONOTONIC, &end);
     end.tv_nsec += PATIENCE;
     end.tv_sec += end.tv_nsec / 1000000000;
     end.tv_nsec %= 1000000000;
-    return pthread_cond_timedwait(&team->news, &team->lock, &end) == 0;
+    return pthread_cond_timedwait(&team->wakeup, &team->lock, &end) == 0;
 }
 
 static void help(struct builder_team *team, bool may_go)
@@ -76,7 +76,7 @@ static void help(struct builder_team *team, bool may_go)
     while (!team->is_closed && stays) {
         struct builder_team_job *job = find_job(team);
         if (!job) {
-            stays = wait_for_news(team, may_go);
+            stays = wait_for_wakeup(team, may_go);
             continue;
         }
         job->busy++;
@@ -120,7 +120,7 @@ void workers_run(struct workers *workers, void (*job)(void *context), void *cont
     pthread_mutex_lock(&team->lock);
     mine.next = team->jobs;
     team->jobs = &mine;
-    pthread_cond_broadcast(&team->news);
+    pthread_cond_broadcast(&team->wakeup);
     pthread_mutex_unlock(&team->lock);
     job(context);
     pthread_mutex_lock(&team->lock);

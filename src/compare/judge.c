@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "src/compare/fan.h"
+#include "src/compare/vertex_ring.h"
 
 enum { EXACT_MAX = 64 };
 
@@ -120,7 +120,7 @@ static void judge_place(const struct case_of_ray *c, const struct compare_hit *h
                         const struct placing *placing)
 {
     const struct trace_hit *exact = find_exact(c, hit->geometry, hit->primitive);
-    if (!placing->is_sound)
+    if (!placing->is_well_formed)
         return;
     if (placing->side == PLACING_OUT)
         conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_PASSES, hit, placing);
@@ -245,21 +245,21 @@ static void judge_exact_box(const struct case_of_ray *c, const struct trace_hit 
 }
 
 /* Of the triangles around a shared edge or vertex the driver has exactly one. */
-static void judge_fan(const struct case_of_ray *c)
+static void judge_ring(const struct case_of_ray *c)
 {
-    const struct fan *fan = &c->rays->fans[c->ray];
+    const struct ring *ring = &c->rays->rings[c->ray];
     const struct trace_hit *exact = NULL;
     const struct compare_hit *first = NULL, *second = NULL;
-    for (uint32_t i = 0; i < fan->count; i++) {
-        const struct trace_hit *hit = find_exact(c, fan->geometry, fan->primitives[i]);
-        const struct compare_hit *candidate = find_driver(c, fan->geometry, fan->primitives[i]);
+    for (uint32_t i = 0; i < ring->count; i++) {
+        const struct trace_hit *hit = find_exact(c, ring->geometry, ring->primitives[i]);
+        const struct compare_hit *candidate = find_driver(c, ring->geometry, ring->primitives[i]);
         if (hit && exact)
             return;
         exact = hit ? hit : exact;
         second = first && candidate ? candidate : second;
         first = first ? first : candidate;
     }
-    if (!exact || !fan_is_met_once(c->reference, c->rays, c->ray))
+    if (!exact || !ring_is_hit_once(c->reference, c->rays, c->ray))
         return;
     if (second) {
         struct judgement judgement = {
@@ -299,6 +299,6 @@ bool judge_ray(const struct reference *reference, const struct rays *rays, uint3
     judge_hits(&c);
     for (uint32_t i = 0; i < c.exact_count && c.is_whole; i++)
         (reference->is_aabbs ? judge_exact_box : judge_exact_triangle)(&c, &c.exact[i]);
-    judge_fan(&c);
+    judge_ring(&c);
     return judgement->difference != DIFFERENCE_COUNT;
 }

@@ -91,7 +91,7 @@ void placing_of_triangle(const struct compare_ray *ray, const struct triangle_re
     for (int i = 0; i < 3; i++)
         if (!(placing->height[i] > 4 * placing->open))
             return;
-    placing->is_sound = true;
+    placing->is_well_formed = true;
     placing->is_front = along < 0;
     placing->t = dot(corners[0], normal) / along;
     placing->t_tolerance =

@@ -21,7 +21,7 @@ enum placing_side {
 
 struct placing {
     enum placing_side side;
-    bool is_sound;          /* neither edge-on nor without area: */
+    bool is_well_formed;    /* neither edge-on nor without area: */
     double t, t_tolerance;  /* where it meets the plane */
     double u, v, tolerance; /* of the barycentrics */
     bool is_front;

@@ -220,9 +220,9 @@ VkResult rays_create(const struct reference *reference, uint32_t count, struct r
     *rays = (struct rays){
         .rays = calloc(count, sizeof(*rays->rays)),
         .aims = calloc(count, sizeof(*rays->aims)),
-        .fans = calloc(count, sizeof(*rays->fans)),
+        .rings = calloc(count, sizeof(*rays->rings)),
     };
-    if (!rays->rays || !rays->aims || !rays->fans) {
+    if (!rays->rays || !rays->aims || !rays->rings) {
         rays_free(rays);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -231,13 +231,13 @@ VkResult rays_create(const struct reference *reference, uint32_t count, struct r
         make_ray(&maker, i, &rays->aims[rays->count], &rays->rays[rays->count]);
         rays->count += is_usable(&rays->rays[rays->count]);
     }
-    return rays_find_fans(reference, rays);
+    return rays_find_rings(reference, rays);
 }
 
 void rays_free(struct rays *rays)
 {
     free(rays->rays);
     free(rays->aims);
-    free(rays->fans);
+    free(rays->rings);
     *rays = (struct rays){0};
 }

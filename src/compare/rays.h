@@ -20,10 +20,10 @@ struct aim {
 };
 
 /* Triangles that meet at an edge or around a vertex. */
-enum { FAN_MAX = 24 };
-struct fan {
+enum { RING_MAX = 24 };
+struct ring {
     uint32_t geometry, count; /* 0: nothing is promised there */
-    uint32_t primitives[FAN_MAX];
+    uint32_t primitives[RING_MAX];
 };
 
 /* One of each a ray; owned. The same input and count, the same rays. */
@@ -31,9 +31,9 @@ struct rays {
     uint32_t count;
     struct compare_ray *rays;
     struct aim *aims;
-    struct fan *fans; /* of aims at edges and vertices */
-    double scale;     /* what is rounded is at least as large as this */
-    bool is_moved;    /* by a transform, so that nothing is exact in the driver's arithmetic */
+    struct ring *rings; /* of aims at edges and vertices */
+    double scale;       /* what is rounded is at least as large as this */
+    bool is_moved;      /* by a transform, so that nothing is exact in the driver's arithmetic */
 };
 
 VkResult rays_create(const struct reference *reference, uint32_t count, struct rays *rays);
@@ -41,6 +41,6 @@ void rays_free(struct rays *rays);
 
 /* Fills in the fans (fans.c): edges that exactly two triangles of one geometry share in opposite
  * directions, vertices around which triangles of one geometry form one closed ring. */
-VkResult rays_find_fans(const struct reference *reference, struct rays *rays);
+VkResult rays_find_rings(const struct reference *reference, struct rays *rays);
 
 #endif

@@ -19,7 +19,7 @@ void summary_make(const struct reference *reference, const struct rays *rays,
         summary->found[judgement.difference].judgement = judgement;
         summary->found[judgement.difference].ray = rays->rays[i];
         summary->found[judgement.difference].aim = rays->aims[i];
-        summary->found[judgement.difference].fan = rays->fans[i];
+        summary->found[judgement.difference].ring = rays->rings[i];
     }
 }
 
@@ -37,7 +37,7 @@ void summary_make_top(const struct top_reference *reference, const struct top_ra
         summary->found[judgement.difference].judgement = judgement;
         summary->found[judgement.difference].ray = rays->rays[i];
         summary->found[judgement.difference].aim = own->aims[aim->ray];
-        summary->found[judgement.difference].fan = own->fans[aim->ray];
+        summary->found[judgement.difference].ring = own->rings[aim->ray];
         summary->found[judgement.difference].aimed_instance = aim->instance;
     }
 }
@@ -134,18 +134,18 @@ static void append_driver(struct text_buffer *text, const struct judgement *judg
                     hit->kind & COMPARE_FRONT ? "front" : "back");
 }
 
-static void append_fan(struct text_buffer *text, const struct fan *fan, const struct aim *aim)
+static void append_ring(struct text_buffer *text, const struct ring *ring, const struct aim *aim)
 {
     text_append(text, "the ray meets exactly one of the triangles that share this %s (",
                 aim->at == AIM_EDGE ? "edge" : "vertex");
-    for (uint32_t i = 0; i < fan->count; i++)
-        text_append(text, "%s%" PRIu32, i ? ", " : "", fan->primitives[i]);
+    for (uint32_t i = 0; i < ring->count; i++)
+        text_append(text, "%s%" PRIu32, i ? ", " : "", ring->primitives[i]);
     text_append(text, ")");
 }
 
 /* The verdict. */
 static void append_reason(struct text_buffer *text, const struct judgement *judgement,
-                          const struct fan *fan, const struct aim *aim)
+                          const struct ring *ring, const struct aim *aim)
 {
     text_append(text, ". By exact arithmetic ");
     switch (judgement->reason) {
@@ -156,7 +156,7 @@ static void append_reason(struct text_buffer *text, const struct judgement *judg
                         judgement->v);
         return;
     case REASON_SHARED:
-        append_fan(text, fan, aim);
+        append_ring(text, ring, aim);
         return;
     case REASON_PASSES:
         text_append(text, "the ray passes the primitive that the driver names");
@@ -199,7 +199,7 @@ void summary_describe(const struct summary *summary, enum difference difference,
     text_append(&text, ". ");
     append_reference(&text, judgement);
     append_driver(&text, judgement);
-    append_reason(&text, judgement, &summary->found[difference].fan, aim);
+    append_reason(&text, judgement, &summary->found[difference].ring, aim);
     text_append(&text, ". So differ %" PRIu32 " of %" PRIu32 " rays",
                 summary->found[difference].count, summary->rays);
 }

@@ -13,7 +13,7 @@ struct summary {
         struct judgement judgement;
         struct compare_ray ray;
         struct aim aim;
-        struct fan fan;
+        struct ring ring;
         uint32_t aimed_instance;
     } found[DIFFERENCE_COUNT];
 };

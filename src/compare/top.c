@@ -340,17 +340,17 @@ static void judge_instance(const struct top_reference *reference, const struct t
     struct compare_answer own;
     struct judgement found;
     struct aim at = {.at = AIM_ANYWHERE};
-    struct fan fan = {0};
+    struct ring ring = {0};
     if (!reference->inverses[number].is_usable)
         return;
     if (aim->instance == number) {
         at = rays->bottoms[instance->bottom].aims[aim->ray];
-        fan = rays->bottoms[instance->bottom].fans[aim->ray];
+        ring = rays->bottoms[instance->bottom].rings[aim->ray];
     }
     const double scale =
         to_object(instance, &reference->inverses[number], &rays->rays[ray], &object);
     const struct rays one = {
-        .count = 1, .rays = &object, .aims = &at, .fans = &fan, .scale = scale, .is_moved = true};
+        .count = 1, .rays = &object, .aims = &at, .rings = &ring, .scale = scale, .is_moved = true};
     filter(answer, instance, number, &own);
     if (is_finite(&object) &&
         judge_ray(&reference->bottoms[instance->bottom], &one, 0, &own, &found) &&

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "src/cpu/deferred.h"
+#include "src/cpu/trees/blas_references.h"
 #include "src/cpu/trees/make.h"
-#include "src/cpu/trees/pins.h"
 #include "src/snapshots/micromap_info.h"
 #include "src/state/builds/build_info.h"
 
@@ -25,23 +25,23 @@ struct build_call {
 static VkResult make_tree(struct build_call *call, const struct build_parameters *build,
                           uint64_t size_max, const void *source, struct cpu_tree *tree)
 {
-    struct cpu_pins pins;
-    cpu_pins_init(&pins, call->device->structures);
+    struct blas_references references;
+    blas_references_init(&references, call->device->structures);
     const struct cpu_making making = {
         .device = call->device,
         .build = build,
         .memory = host_memory_of(&call->memory),
-        .resolver = cpu_pins_resolver(&pins),
-        .micromaps = cpu_pins_micromaps(&pins),
+        .resolver = blas_references_resolver(&references),
+        .micromaps = blas_references_micromaps(&references),
         .source = source,
         .size_max = size_max,
         .scratch = build->info.scratchData.hostAddress,
         .team = call->is_deferred ? &call->team : NULL,
     };
     VkResult result = cpu_make_by_build(&making, tree);
-    if (pins.out_of_memory)
+    if (references.out_of_memory)
         result = VK_ERROR_OUT_OF_HOST_MEMORY;
-    cpu_pins_release(&pins);
+    blas_references_release(&references);
     return result;
 }
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "src/cpu/trees/bytes.h"
-#include "src/cpu/trees/late_trees.h"
+#include "src/cpu/trees/lazy_bvh.h"
 #include "src/cpu/trees/make.h"
 #include "src/state/builds/build_states.h"
 
@@ -13,7 +13,7 @@
 struct result {
     struct result *next;
     struct ticket *ticket;
-    struct moment moment;
+    struct timestamp timestamp;
     struct buffer_target target;
     struct cpu_tree *tree; /* serialized; or */
     uint64_t pool;         /* a copy of the queries, to be read with: */
@@ -94,11 +94,11 @@ static struct cpu_tree *make_tree(struct cpu_playback *playback, struct executio
     switch (item->kind) {
     case ITEM_BUILD:
     case ITEM_UPDATE:
-        return cpu_late_build(device, execution, item->build, source, size_max);
+        return cpu_lazy_build(device, execution, item->build, source, size_max);
     case ITEM_COMPACT:
-        return cpu_late_compaction(device, source, size_max);
+        return cpu_lazy_compaction(device, source, size_max);
     case ITEM_DESERIALIZE:
-        return cpu_late_deserialization(device, execution, &item->serialized, size_max);
+        return cpu_lazy_deserialization(device, execution, &item->serialized, size_max);
     default:
         return source; /* a clone shares it */
     }
@@ -132,7 +132,7 @@ static void write_queries(struct cpu_playback *playback, struct execution *execu
 
 /* Without memory the buffer keeps what it has, and so does an address that leads nowhere. */
 static void add_result(struct cpu_playback *playback, struct execution *execution,
-                       const struct recorded_item *item, struct moment moment)
+                       const struct recorded_item *item, struct timestamp timestamp)
 {
     struct result *result = calloc(1, sizeof(*result));
     if (!result) {
@@ -141,7 +141,7 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
     }
     VkResult copied = VK_SUCCESS;
     result->ticket = ticket_share(execution->ticket);
-    result->moment = moment;
+    result->timestamp = timestamp;
     result->target = item->target;
     result->count = item->count;
     result->stride = item->stride;
@@ -161,7 +161,8 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
     pthread_mutex_unlock(&playback->lock);
 }
 
-static void play(struct cpu_playback *playback, struct execution *execution, struct moment moment)
+static void play(struct cpu_playback *playback, struct execution *execution,
+                 struct timestamp timestamp)
 {
     uint32_t child = 0;
     for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
@@ -182,10 +183,10 @@ static void play(struct cpu_playback *playback, struct execution *execution, str
             break;
         case ITEM_SERIALIZE:
         case ITEM_COPY_QUERIES:
-            add_result(playback, execution, item, moment);
+            add_result(playback, execution, item, timestamp);
             break;
         case ITEM_EXECUTE:
-            play(playback, execution->children[child++], moment);
+            play(playback, execution->children[child++], timestamp);
             break;
         }
     }
@@ -193,16 +194,16 @@ static void play(struct cpu_playback *playback, struct execution *execution, str
 
 /* ---- turns */
 
-uint32_t cpu_playback_take_lost(struct cpu_playback *playback)
+uint32_t cpu_playback_take_failed(struct cpu_playback *playback)
 {
     return atomic_exchange(&playback->lost, 0);
 }
 
 void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
-                      struct moment moment)
+                      struct timestamp timestamp)
 {
     pthread_mutex_lock(&playback->turns);
-    play(playback, execution, moment);
+    play(playback, execution, timestamp);
     pthread_mutex_unlock(&playback->turns);
 }
 
@@ -263,7 +264,7 @@ static void write_queried(struct cpu_playback *playback, const struct result *re
 static bool is_complete(const struct result *result, const struct cpu_delivery *delivery,
                         VkResult *end)
 {
-    bool was_seen = execution_clock_has(delivery->seen, result->moment);
+    bool was_seen = execution_clock_has(delivery->seen, result->timestamp);
     return ticket_has_ended(result->ticket, was_seen, end);
 }
 

@@ -20,11 +20,11 @@ VkResult cpu_playback_create(struct cpu_device *device, struct resources *resour
 void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
 
 /* How many structures and results were lost for lack of memory since the last call. */
-uint32_t cpu_playback_take_lost(struct cpu_playback *playback);
+uint32_t cpu_playback_take_failed(struct cpu_playback *playback);
 
 /* The turn of an execution, in a batch that executes at `moment`. */
 void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
-                      struct moment moment);
+                      struct timestamp timestamp);
 
 /* Writes the results of submissions that are complete, in execution order, until one is not: each
  * by copying regions of `bytes` to a buffer. What the host has seen complete is waited for, should

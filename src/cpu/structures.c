@@ -163,7 +163,7 @@ void cpu_structures_unwatch(struct cpu_structures *structures, struct cpu_watche
     pthread_mutex_unlock(&structures->watch_lock);
 }
 
-static void tell_watchers(struct cpu_structures *structures, uint64_t handle)
+static void notify_watchers(struct cpu_structures *structures, uint64_t handle)
 {
     pthread_mutex_lock(&structures->watch_lock);
     for (struct cpu_watcher *watcher = structures->watchers; watcher; watcher = watcher->next)
@@ -191,7 +191,7 @@ VkResult cpu_structures_add(struct cpu_structures *structures,
 
 void cpu_structures_remove(struct cpu_structures *structures, uint64_t handle)
 {
-    tell_watchers(structures, handle);
+    notify_watchers(structures, handle);
     reader_lock_write(&structures->lock);
     struct cpu_structure *structure = handle_table_remove(&structures->table, handle);
     if (structure)
@@ -224,7 +224,7 @@ struct cpu_tree *cpu_structures_tree(struct cpu_structures *structures, uint64_t
 bool cpu_structures_set_tree(struct cpu_structures *structures, uint64_t handle,
                              struct cpu_tree *tree)
 {
-    tell_watchers(structures, handle);
+    notify_watchers(structures, handle);
     reader_lock_write(&structures->lock);
     struct cpu_structure *structure = handle_table_find(&structures->table, handle);
     struct cpu_tree *unwanted = tree;

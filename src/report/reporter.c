@@ -119,7 +119,7 @@ void reporter_warn(struct reporter *reporter, const char *line)
     send_line(reporter, &reporter->left[VUID_NONE], REPORT_WARNING, line);
 }
 
-void reporter_refuse(struct reporter *reporter, const char *line)
+void reporter_report_unsupported(struct reporter *reporter, const char *line)
 {
     send_line(reporter, &reporter->refusals_left, REPORT_ERROR, line);
 }

@@ -53,6 +53,6 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
 void reporter_warn(struct reporter *reporter, const char *line);
 
 /* The same of severity error: a call that the layer cannot carry out. */
-void reporter_refuse(struct reporter *reporter, const char *line);
+void reporter_report_unsupported(struct reporter *reporter, const char *line);
 
 #endif

@@ -14,7 +14,7 @@ static inline bool address_is_plain(const struct address_facts *facts)
                : facts->status == ADDRESS_UNKNOWN || facts->status == ADDRESS_NULL;
 }
 
-static inline bool geometry_addresses_hold(const struct geometry_view *geometry)
+static inline bool geometry_addresses_pass(const struct geometry_view *geometry)
 {
     const struct chained_inputs *chained = geometry->chained;
     for (uint32_t i = 0; chained && i < chained->count; i++)
@@ -24,7 +24,7 @@ static inline bool geometry_addresses_hold(const struct geometry_view *geometry)
            address_is_plain(&geometry->transform) && address_is_plain(&geometry->data);
 }
 
-static inline bool scratch_address_holds(const struct build_view *build)
+static inline bool scratch_address_passes(const struct build_view *build)
 {
     return build->scratch.status != ADDRESS_UNBOUND;
 }

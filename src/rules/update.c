@@ -151,10 +151,10 @@ bool transform_is_given_where_source_had_one(const struct updated_geometry_view 
 static bool find_count(const struct geometry_shape *shape, const struct built *built,
                        uint32_t geometry, uint32_t *count)
 {
-    const struct geometry_contents *contents =
-        shape->count_known ? NULL : build_contents_of(built->contents, geometry);
-    *count = contents ? contents->primitive_count : shape->primitive_count;
-    return shape->count_known || (contents && contents->count_known);
+    const struct geometry_inputs *inputs =
+        shape->count_known ? NULL : build_inputs_of(built->inputs, geometry);
+    *count = inputs ? inputs->primitive_count : shape->primitive_count;
+    return shape->count_known || (inputs && inputs->count_known);
 }
 
 static bool count_matches(const struct updated_geometry_view *geometry, struct finding *finding)
@@ -164,7 +164,7 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
     /* Once: of what command buffers read, when it was read, though the source may be known
      * before. */
     bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
-                    build_contents_of(update->asked->contents, geometry->index);
+                    build_inputs_of(update->asked->inputs, geometry->index);
     return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
            !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,

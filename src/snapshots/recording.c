@@ -178,7 +178,8 @@ static struct execution *allocate_execution(struct recording *recording)
         return NULL;
     execution->last = recording->last;
     execution->chunk_count = recording->chunk_count;
-    execution->is_repeated = execution->detached = execution->is_lost = recording->is_spent;
+    execution->is_repeated = execution->detached = execution->has_no_snapshots =
+        recording->is_spent;
     execution->bases =
         calloc(recording->chunk_count + 1u, sizeof(unsigned char *) + sizeof(uint64_t));
     execution->children = calloc(recording->secondary_count + 1u, sizeof(struct execution *));
@@ -309,34 +310,34 @@ static bool copy_chunks(struct execution *execution)
     return true;
 }
 
-void execution_lose(struct execution *execution)
+void execution_drop_snapshots(struct execution *execution)
 {
     pthread_rwlock_wrlock(&execution->lock);
-    execution->is_lost = true;
+    execution->has_no_snapshots = true;
     pthread_rwlock_unlock(&execution->lock);
     for (uint32_t i = 0; i < execution->child_count; i++)
-        execution_lose(execution->children[i]);
+        execution_drop_snapshots(execution->children[i]);
 }
 
-void execution_take_turn(struct execution *execution)
+void execution_mark_reached(struct execution *execution)
 {
-    atomic_store(&execution->had_turn, true);
+    atomic_store(&execution->is_reached, true);
     for (uint32_t i = 0; i < execution->child_count; i++)
-        execution_take_turn(execution->children[i]);
+        execution_mark_reached(execution->children[i]);
 }
 
 /* False where it is lost by this. */
 static bool detach(struct execution *execution, uint64_t nanoseconds)
 {
     bool is_kept = true;
-    VkResult result = execution->ticket->wait(execution->ticket,
-                                              atomic_load(&execution->had_turn) ? nanoseconds : 0);
+    VkResult result = execution->ticket->wait(
+        execution->ticket, atomic_load(&execution->is_reached) ? nanoseconds : 0);
     pthread_rwlock_wrlock(&execution->lock);
     if (!execution->detached) {
         is_kept = result == VK_SUCCESS && copy_chunks(execution);
         if (!is_kept)
             memset(execution->bases, 0, execution->chunk_count * sizeof(unsigned char *));
-        execution->is_lost |= !is_kept;
+        execution->has_no_snapshots |= !is_kept;
         execution->detached = true;
     }
     pthread_rwlock_unlock(&execution->lock);

@@ -123,9 +123,10 @@ struct recording {
         uint32_t position;
         enum left_out reason;
     } left_out[LEFT_OUT_NAMED];
-    bool left_out_told;
-    atomic_bool is_spoiled; /* an execution was not kept, so that the others can't be told apart */
-    pthread_mutex_t lock;   /* guards the rest, and what is added to items and chunks */
+    bool left_out_reported;
+    atomic_bool
+        is_invalidated;   /* an execution was not kept, so that the others can't be told apart */
+    pthread_mutex_t lock; /* guards the rest, and what is added to items and chunks */
     struct execution *latest; /* the last one made, while it lives */
     uint32_t execution_count; /* that live */
     bool keeps_chunks; /* until it is released: an execution was cut short, commands that no gate
@@ -142,9 +143,9 @@ struct execution {
     uint32_t chunk_count;             /* that it has */
     bool is_repeated;                 /* the recording was spent before: it has no snapshots */
     struct ticket *ticket;
-    uint64_t deaths;            /* resources_deaths when it was submitted */
+    uint64_t destroy_count;     /* resources_destroy_count when it was submitted */
     atomic_bool is_overwritten; /* another of the same submission copied to the same chunks */
-    atomic_bool had_turn;       /* nothing that it waits for is still to be submitted */
+    atomic_bool is_reached;     /* nothing that it waits for is still to be submitted */
     /* Guards what follows; read while trees are made of the snapshots, which may ask for others of
      * the same execution: readers are never kept waiting for a writer that waits (the kind that
      * pthread_rwlock_init makes). */
@@ -152,8 +153,8 @@ struct execution {
     unsigned char **bases; /* of the chunks; */
     uint64_t *sizes;       /* used of each; in the same block */
     bool detached;         /* bases are of copies, for the recording executes again; */
-    bool is_lost;          /* there was no memory for copies, it wasn't complete by then, or the
-                              device was lost */
+    bool has_no_snapshots; /* there was no memory for copies, it wasn't complete by then, or the
+                     device was lost */
     /* Of the secondaries' works, in the order of their items. */
     struct execution **children;
     uint32_t child_count;
@@ -201,13 +202,13 @@ static inline const struct recorded_item *execution_next(const struct execution 
 }
 
 /* From now on it has no snapshots. */
-void execution_lose(struct execution *execution);
+void execution_drop_snapshots(struct execution *execution);
 
 /* How many of it and its secondaries have no snapshots because the recording was spent before. */
 uint32_t execution_count_repeated(const struct execution *execution);
 
 /* Its turn has come, and that of the secondaries'. */
-void execution_take_turn(struct execution *execution);
+void execution_mark_reached(struct execution *execution);
 
 /* Before the recording is submitted again: copies the snapshots of the last execution, if anything
  * still needs them; likewise for secondaries. For its end it waits `nanoseconds` at most where its

@@ -18,12 +18,12 @@ struct ticket {
 /* What the host knows to be complete is waited for a moment, as what tells of it comes last. On a
  * machine whose cores are all busy a driver's threads take tenths of a second to get there; what
  * takes longer has another batch in its submission, which may wait for the host. */
-enum { TICKET_MOMENT_NANOSECONDS = 500 * 1000 * 1000 };
+enum { TICKET_GRACE_NANOSECONDS = 500 * 1000 * 1000 };
 
 /* Whether nothing more will be known of it, either: *end is VK_SUCCESS, or an error. */
 static inline bool ticket_has_ended(struct ticket *ticket, bool was_seen, VkResult *end)
 {
-    *end = ticket->wait(ticket, was_seen ? TICKET_MOMENT_NANOSECONDS : 0);
+    *end = ticket->wait(ticket, was_seen ? TICKET_GRACE_NANOSECONDS : 0);
     return *end != VK_TIMEOUT;
 }
 

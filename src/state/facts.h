@@ -50,7 +50,7 @@ struct accel_facts {
     uint64_t id;       /* never reused, as handles are; 0 unless alive */
     VkDeviceSize size; /* bytes, VkAccelerationStructureCreateInfoKHR::size */
     VkBuffer buffer;
-    uint64_t buffer_id;    /* in_pieces: of that buffer */
+    uint64_t buffer_id;    /* is_sparse: of that buffer */
     VkDeviceMemory memory; /* where the structure lies, if in one piece; else null */
     VkDeviceSize begin;    /* of its bytes there, or in a sparse buffer */
     VkAccelerationStructureTypeKHR type;
@@ -59,7 +59,7 @@ struct accel_facts {
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
     bool details_known;     /* type, create_flags, size and buffer are meaningful */
     enum tristate backed;   /* its buffer range lies in live memory */
-    bool in_pieces;         /* it is in a sparse buffer, see resources_find_pieces */
+    bool is_sparse;         /* it is in a sparse buffer, see resources_find_pieces */
     /* Of its memory, unless that is sparse: host-visible; of several instances. */
     enum tristate host_visible, multi_instance;
     bool by_address; /* created by vkCreateAccelerationStructure2KHR */
@@ -93,7 +93,7 @@ struct address_facts {
     VkDeviceMemory memory; /* of that one; null: none, not known, or in pieces */
     VkDeviceSize begin;    /* of the address in that memory, or in a sparse buffer */
     enum address_status status;
-    bool in_pieces;    /* `buffer` is sparse */
+    bool is_sparse;    /* `buffer` is sparse */
     bool is_shared;    /* bytes of `buffer` are also those of others */
     bool is_protected; /* any of the buffers is: only protected commands may read it */
 };

@@ -57,7 +57,7 @@ struct build_view {
 
     /* Of what its geometries say of micromaps, after these were checked; NULL: nothing. */
     const struct micromap_uses *micromaps;
-    struct build_contents *contents; /* what is to be kept of its data; NULL: nothing */
+    struct build_inputs *inputs; /* what is to be kept of its data; NULL: nothing */
 
     /* From level STATE on. */
     struct accel_facts dst, src;

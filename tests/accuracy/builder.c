@@ -39,9 +39,9 @@ static void print_figures(const char *mesh, uint32_t triangles, const char *buil
 
 /* ---- rays through and about a mesh, the same for all */
 
-static struct trace_ray *make_rays(const struct kit_mesh *mesh)
+static struct trace_ray *make_rays(const struct fixture_mesh *mesh)
 {
-    struct trace_ray *rays = kit_allocate(ray_count * sizeof(*rays));
+    struct trace_ray *rays = fixture_allocate(ray_count * sizeof(*rays));
     float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
     uint64_t random = 88172645463325252u;
     for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++) {
@@ -52,8 +52,9 @@ static struct trace_ray *make_rays(const struct kit_mesh *mesh)
         rays[ray] = (struct trace_ray){.t_max = INFINITY, .cull_mask = 0xff};
         for (int i = 0; i < 3; i++) {
             const float margin = 0.1f * (upper[i] - lower[i]);
-            rays[ray].origin[i] = kit_uniform(&random, lower[i] - margin, upper[i] + margin);
-            rays[ray].direction[i] = kit_uniform(&random, lower[i], upper[i]) - rays[ray].origin[i];
+            rays[ray].origin[i] = fixture_uniform(&random, lower[i] - margin, upper[i] + margin);
+            rays[ray].direction[i] =
+                fixture_uniform(&random, lower[i], upper[i]) - rays[ray].origin[i];
         }
     }
     return rays;
@@ -61,18 +62,19 @@ static struct trace_ray *make_rays(const struct kit_mesh *mesh)
 
 /* ---- the reference builder */
 
-static struct figures measure_ours(const struct kit_mesh *mesh, enum builder_quality quality,
+static struct figures measure_ours(const struct fixture_mesh *mesh, enum builder_quality quality,
                                    const struct trace_ray *rays)
 {
     struct figures figures = {INFINITY, 0, INFINITY};
     struct builder_statistics statistics;
     struct builder_sizes sizes;
-    struct kit_input input;
-    kit_input_mesh(&input, mesh);
+    struct fixture_input input;
+    fixture_input_mesh(&input, mesh);
     input.input.quality = quality;
     input.input.threads = 1;
     builder_get_sizes(&input.input, &mesh->triangle_count, &sizes);
-    void *structure = kit_allocate(sizes.structure), *scratch = kit_allocate(sizes.build_scratch);
+    void *structure = fixture_allocate(sizes.structure),
+         *scratch = fixture_allocate(sizes.build_scratch);
     for (uint32_t run = 0; run < runs; run++) {
         double begin = thread_time();
         builder_build(&input.input, structure, sizes.structure, scratch, sizes.build_scratch, NULL);
@@ -82,7 +84,7 @@ static struct figures measure_ours(const struct kit_mesh *mesh, enum builder_qua
         struct trace_hit hit;
         double begin = thread_time();
         for (uint32_t i = 0; i < ray_count; i++)
-            kit_trace(structure, TRACE_ROBUST, &rays[i], &hit);
+            fixture_trace(structure, TRACE_ROBUST, &rays[i], &hit);
         figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count * 1e9);
     }
     builder_measure(structure, &statistics);
@@ -94,7 +96,7 @@ static struct figures measure_ours(const struct kit_mesh *mesh, enum builder_qua
 
 /* ---- Embree */
 
-static struct figures measure_embree(const struct kit_mesh *mesh, enum embree_quality quality,
+static struct figures measure_embree(const struct fixture_mesh *mesh, enum embree_quality quality,
                                      const struct trace_ray *rays)
 {
     struct figures figures = {INFINITY, 0, INFINITY};
@@ -117,7 +119,7 @@ static struct figures measure_embree(const struct kit_mesh *mesh, enum embree_qu
 
 /* ---- all of it */
 
-static void measure_mesh(const char *name, struct kit_mesh mesh)
+static void measure_mesh(const char *name, struct fixture_mesh mesh)
 {
     static const char *const our_names[QUALITIES] = {"fast", "balanced", "high"};
     static const char *const their_names[QUALITIES] = {"LOW", "MEDIUM", "HIGH"};
@@ -130,14 +132,14 @@ static void measure_mesh(const char *name, struct kit_mesh mesh)
         print_figures(name, mesh.triangle_count, "Embree", their_names[i], &figures);
     }
     free(rays);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 int main(int count, char **arguments)
 {
     (void)arguments;
     const bool is_quick = count > 1;
-    struct kit_mesh bunny;
+    struct fixture_mesh bunny;
     if (is_quick) {
         runs = 1;
         ray_count = 2000;
@@ -146,7 +148,7 @@ int main(int count, char **arguments)
         return EXIT_FAILURE;
     printf("mesh,triangles,builder,quality,mprims_a_second,sah,ns_a_ray\n");
     measure_mesh("bunny", bunny);
-    measure_mesh("terrain", kit_terrain(is_quick ? 50 : 708));
-    measure_mesh("soup", kit_soup(is_quick ? 5000 : 200000, 1));
+    measure_mesh("terrain", fixture_terrain(is_quick ? 50 : 708));
+    measure_mesh("soup", fixture_soup(is_quick ? 5000 : 200000, 1));
     return EXIT_SUCCESS;
 }

@@ -28,7 +28,7 @@ struct side {
     const char *name; /* NULL: without */
     const char *level;
     bool compares;
-    struct world world;
+    struct fixture fixture;
     struct workload workload;
     double samples[MOST_SAMPLES], all_samples[MOST_SAMPLES]; /* of the thread; of all threads */
     double bytes;
@@ -41,14 +41,15 @@ struct bench {
     struct side sides[MOST_SIDES];
 };
 
-/* ---- worlds */
+/* ---- fixtures */
 
 static void take_many_instances(struct null_driver_config *config)
 {
     config->as_properties.maxInstanceCount = 1 << 24;
 }
 
-static void open_world(const struct bench *bench, const struct side *side, struct world *world)
+static void open_fixture(const struct bench *bench, const struct side *side,
+                         struct fixture *fixture)
 {
     const struct setup setup = {
         .level = side->level,
@@ -57,7 +58,7 @@ static void open_world(const struct bench *bench, const struct side *side, struc
     };
     if (side->compares)
         setenv(COMPARE, COMPARED_RAYS, 1);
-    const char *missing = world_open(world, &bench->platform, &setup);
+    const char *missing = fixture_open(fixture, &bench->platform, &setup);
     unsetenv(COMPARE);
     if (missing != NULL) {
         fprintf(stderr, "accuracy_checks: no world: %s\n", missing);
@@ -69,7 +70,7 @@ static void open_side(struct bench *bench, const char *name, const char *level, 
 {
     struct side *side = &bench->sides[bench->side_count++];
     *side = (struct side){.name = name, .level = level, .compares = compares};
-    open_world(bench, side, &side->world);
+    open_fixture(bench, side, &side->fixture);
 }
 
 /* Whether this build of the layer has the setting: its manifest lists all. */
@@ -106,13 +107,13 @@ static void close_bench(struct bench *bench)
 {
     for (uint32_t i = 0; i < bench->side_count; i++) {
         struct side *side = &bench->sides[i];
-        const uint32_t count = side->world.messages.count;
+        const uint32_t count = side->fixture.messages.count;
         if (count != 0 && !side->compares) {
             fprintf(stderr, "accuracy_checks: %u findings at level %s: %s\n", count, side->name,
-                    side->world.messages.items[0].text);
+                    side->fixture.messages.items[0].text);
             exit(1);
         }
-        world_close(&side->world);
+        fixture_close(&side->fixture);
     }
 }
 
@@ -163,17 +164,17 @@ static void take_samples(struct bench *bench, uint32_t samples, uint32_t times)
 static void measure_bytes(const struct bench *bench, struct side *side, enum workload_kind kind,
                           enum build_command command)
 {
-    static struct world world;
+    static struct fixture fixture;
     struct workload workload;
-    open_world(bench, side, &world);
-    struct scene *scene = scene_open(&world, command);
+    open_fixture(bench, side, &fixture);
+    struct scene *scene = scene_open(&fixture, command);
     const double before = allocated();
     workload_open(&workload, scene, kind, bench->is_quick);
     workload_run(&workload);
     side->bytes = (allocated() - before) / workload.count;
     workload_close(&workload);
     scene_close(scene);
-    world_close(&world);
+    fixture_close(&fixture);
 }
 
 static void measure(struct bench *bench, enum workload_kind kind, enum build_command command)
@@ -185,7 +186,7 @@ static void measure(struct bench *bench, enum workload_kind kind, enum build_com
     for (uint32_t i = 0; i < bench->side_count; i++) {
         struct side *side = &bench->sides[i];
         measure_bytes(bench, side, kind, command);
-        workload_open(&side->workload, scene_open(&side->world, command), kind, bench->is_quick);
+        workload_open(&side->workload, scene_open(&side->fixture, command), kind, bench->is_quick);
         workload_run(&side->workload);
     }
     take_samples(bench, samples, times_of_sample(bench));
@@ -222,7 +223,7 @@ int main(int count, char **arguments)
         "bytes\n");
     for (int kind = 0; kind < WORKLOAD_KINDS; kind++) {
         measure(&bench, (enum workload_kind)kind, COMMAND_DEVICE);
-        if (bench.sides[0].world.has_host)
+        if (bench.sides[0].fixture.has_host)
             measure(&bench, (enum workload_kind)kind, COMMAND_HOST);
     }
     close_bench(&bench);

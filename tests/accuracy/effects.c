@@ -74,9 +74,9 @@ static void use_compaction(struct run *run)
         .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         .queryCount = BUILDS};
     expect_success(
-        scene->vk->CreateQueryPool(scene->world->device, &create_info, NULL, &run->queries),
+        scene->vk->CreateQueryPool(scene->fixture->device, &create_info, NULL, &run->queries),
         "vkCreateQueryPool");
-    scene_defer(scene, scene->world->device, (uint64_t)run->queries, destroy_queries);
+    scene_defer(scene, scene->fixture->device, (uint64_t)run->queries, destroy_queries);
     for (uint32_t i = 0; i < BUILDS; i++) {
         scene->infos[FIRST + i].flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
         run->compacted[i] = scene_accel_for(scene, FIRST + i);
@@ -199,11 +199,11 @@ void counted_runs(struct run *run, uint32_t times)
         record(run);
 }
 
-static void open_run(struct run *run, struct world *world, const struct effect *effect)
+static void open_run(struct run *run, struct fixture *fixture, const struct effect *effect)
 {
     const bool is_used = effect != NULL;
-    *run = (struct run){.scene = scene_open(world, is_used ? effect->command : COMMAND_DEVICE),
-                        .family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0)};
+    *run = (struct run){.scene = scene_open(fixture, is_used ? effect->command : COMMAND_DEVICE),
+                        .family = fixture_find_family(fixture, VK_QUEUE_COMPUTE_BIT, 0)};
     run->command_buffer = scene_command_buffer(run->scene, run->family);
     run->scene->infos[INDEXED].flags = 0;
     run->scene->infos[TLAS].flags = 0;
@@ -220,19 +220,19 @@ enum { WARM_UPS = 3 };
 static int run_effect(const struct effect *effect, enum use use, uint32_t times)
 {
     static struct platform platform;
-    static struct world world;
+    static struct fixture fixture;
     struct run run, other;
     const struct setup setup = {.enable = use == NEVER ? 0 : effect->enable,
                                 .disable = use == NEVER ? effect->disable : 0};
     const char *missing = platform_open(&platform, "null");
     if (missing == NULL)
-        missing = world_open(&world, &platform, &setup);
+        missing = fixture_open(&fixture, &platform, &setup);
     if (missing != NULL) {
         fprintf(stderr, "accuracy_effects: %s\n", missing);
         return EXIT_FAILURE;
     }
-    open_run(&run, &world, use == USED ? effect : NULL);
-    open_run(&other, &world, use == UNUSED ? effect : NULL);
+    open_run(&run, &fixture, use == USED ? effect : NULL);
+    open_run(&other, &fixture, use == UNUSED ? effect : NULL);
     record(&other);
     scene_close(other.scene);
     probes_advance_clock();            /* else a slow machine counts more probes */
@@ -241,10 +241,10 @@ static int run_effect(const struct effect *effect, enum use use, uint32_t times)
     counted_runs(&run, times);
     printf("%u builds\n", times * BUILDS);
     scene_close(run.scene);
-    const bool is_silent = world.messages.count == 0;
+    const bool is_silent = fixture.messages.count == 0;
     if (!is_silent)
-        fprintf(stderr, "accuracy_effects: %s\n", world.messages.items[0].text);
-    world_close(&world);
+        fprintf(stderr, "accuracy_effects: %s\n", fixture.messages.items[0].text);
+    fixture_close(&fixture);
     return is_silent ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 enum { SIDE = 20, RAYS = 2000 };
 
@@ -27,7 +27,7 @@ uint32_t counted_rays(const void *structure, const struct trace_ray *rays,
     struct trace_hit hit;
     uint32_t hits = 0;
     for (uint32_t i = 0; i < RAYS; i++)
-        hits += kit_trace(structure, accuracy, &rays[i], &hit);
+        hits += fixture_trace(structure, accuracy, &rays[i], &hit);
     return hits;
 }
 
@@ -37,8 +37,8 @@ static void make_rays(struct trace_ray rays[RAYS])
     for (uint32_t i = 0; i < RAYS; i++) {
         rays[i] = (struct trace_ray){.t_max = INFINITY, .cull_mask = 0xff};
         for (int axis = 0; axis < 3; axis++) {
-            rays[i].origin[axis] = kit_uniform(&random, -2, 2);
-            rays[i].direction[axis] = kit_uniform(&random, -1, 1) - rays[i].origin[axis];
+            rays[i].origin[axis] = fixture_uniform(&random, -2, 2);
+            rays[i].direction[axis] = fixture_uniform(&random, -1, 1) - rays[i].origin[axis];
         }
     }
 }
@@ -47,22 +47,23 @@ int main(int count, char **arguments)
 {
     static const float center[3] = {0, 0, 0};
     static struct trace_ray rays[RAYS];
-    struct kit_mesh mesh = kit_sphere(SIDE, 1, center);
-    struct kit_input input;
+    struct fixture_mesh mesh = fixture_sphere(SIDE, 1, center);
+    struct fixture_input input;
     struct builder_sizes sizes;
     if (count != 2)
         return 2;
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     input.input.threads = 1;
     input.input.quality = BUILDER_BALANCED;
     builder_get_sizes(&input.input, &mesh.triangle_count, &sizes);
-    void *structure = kit_allocate(sizes.structure), *scratch = kit_allocate(sizes.build_scratch);
+    void *structure = fixture_allocate(sizes.structure),
+         *scratch = fixture_allocate(sizes.build_scratch);
     make_rays(rays);
     counted_build(&input.input, &sizes, structure, scratch);
     printf("%u hits\n",
            counted_rays(structure, rays, (enum trace_accuracy)strtoul(arguments[1], NULL, 10)));
     free(structure);
     free(scratch);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
     return EXIT_SUCCESS;
 }

@@ -25,7 +25,7 @@ static void on_sphere(uint64_t *random, double radius, double at[3])
     do {
         square = 0;
         for (int i = 0; i < 3; i++) {
-            at[i] = kit_uniform(random, -1, 1);
+            at[i] = fixture_uniform(random, -1, 1);
             square += at[i] * at[i];
         }
     } while (square > 1 || square < 0.01);
@@ -34,23 +34,25 @@ static void on_sphere(uint64_t *random, double radius, double at[3])
 }
 
 /* A vertex, or a point of an edge as far as floats have it. */
-static void on_edge(const struct kit_mesh *sphere, uint64_t *random, bool is_vertex, double at[3])
+static void on_edge(const struct fixture_mesh *sphere, uint64_t *random, bool is_vertex,
+                    double at[3])
 {
-    const uint32_t triangle = (uint32_t)(kit_random(random) % sphere->triangle_count);
-    const uint32_t corner = (uint32_t)(kit_random(random) % 3);
+    const uint32_t triangle = (uint32_t)(fixture_random(random) % sphere->triangle_count);
+    const uint32_t corner = (uint32_t)(fixture_random(random) % 3);
     const uint32_t *indices = &sphere->indices[3 * (size_t)triangle];
     const float *a = &sphere->positions[3 * (size_t)indices[corner]];
     const float *b = &sphere->positions[3 * (size_t)indices[(corner + 1) % 3]];
-    const double along = is_vertex ? 0 : kit_uniform(random, 0, 1);
+    const double along = is_vertex ? 0 : fixture_uniform(random, 0, 1);
     for (int i = 0; i < 3; i++)
         at[i] = a[i] + along * ((double)b[i] - a[i]);
 }
 
-static struct trace_ray from_within(const struct kit_mesh *sphere, uint64_t *random, bool at_vertex)
+static struct trace_ray from_within(const struct fixture_mesh *sphere, uint64_t *random,
+                                    bool at_vertex)
 {
     double from[3], to[3];
     for (int i = 0; i < 3; i++)
-        from[i] = kit_uniform(random, -0.4f, 0.4f);
+        from[i] = fixture_uniform(random, -0.4f, 0.4f);
     on_edge(sphere, random, at_vertex, to);
     return ray_between(from, to);
 }
@@ -61,31 +63,31 @@ static struct trace_ray from_outside(uint64_t *random, double scale, double dist
     double from[3], to[3];
     on_sphere(random, scale * distance, from);
     for (int i = 0; i < 3; i++)
-        to[i] = scale * kit_uniform(random, -1, 1);
+        to[i] = scale * fixture_uniform(random, -1, 1);
     return ray_between(from, to);
 }
 
-static struct trace_ray random_ray(const struct kit_mesh *sphere, uint64_t *random)
+static struct trace_ray random_ray(const struct fixture_mesh *sphere, uint64_t *random)
 {
     (void)sphere;
     return from_outside(random, 1, 2);
 }
 
-static struct trace_ray ray_at_edge(const struct kit_mesh *sphere, uint64_t *random)
+static struct trace_ray ray_at_edge(const struct fixture_mesh *sphere, uint64_t *random)
 {
     return from_within(sphere, random, false);
 }
 
-static struct trace_ray ray_at_vertex(const struct kit_mesh *sphere, uint64_t *random)
+static struct trace_ray ray_at_vertex(const struct fixture_mesh *sphere, uint64_t *random)
 {
     return from_within(sphere, random, true);
 }
 
 /* Tangent to the sphere where it has an edge or a vertex. */
-static struct trace_ray grazing_ray(const struct kit_mesh *sphere, uint64_t *random)
+static struct trace_ray grazing_ray(const struct fixture_mesh *sphere, uint64_t *random)
 {
     double from[3], to[3], aside[3], tangent[3];
-    on_edge(sphere, random, kit_random(random) % 2 == 0, to);
+    on_edge(sphere, random, fixture_random(random) % 2 == 0, to);
     on_sphere(random, 1, aside);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -97,13 +99,13 @@ static struct trace_ray grazing_ray(const struct kit_mesh *sphere, uint64_t *ran
     return ray_between(from, to);
 }
 
-static struct trace_ray far_ray(const struct kit_mesh *sphere, uint64_t *random)
+static struct trace_ray far_ray(const struct fixture_mesh *sphere, uint64_t *random)
 {
     (void)sphere;
-    return from_outside(random, 1, pow(10, kit_uniform(random, 3, 6)));
+    return from_outside(random, 1, pow(10, fixture_uniform(random, 3, 6)));
 }
 
-static struct trace_ray subnormal_ray(const struct kit_mesh *sphere, uint64_t *random)
+static struct trace_ray subnormal_ray(const struct fixture_mesh *sphere, uint64_t *random)
 {
     (void)sphere;
     return from_outside(random, SUBNORMAL, 2);
@@ -115,10 +117,10 @@ const struct ray_set ray_sets[RAY_SETS] = {
     {"far origin", 0, 1, far_ray},     {"subnormal", 0, SUBNORMAL, subnormal_ray},
 };
 
-struct kit_mesh ray_set_sphere(const struct ray_set *set, uint32_t side)
+struct fixture_mesh ray_set_sphere(const struct ray_set *set, uint32_t side)
 {
     static const float center[3] = {0, 0, 0};
-    struct kit_mesh sphere = kit_sphere(side, 1, center);
+    struct fixture_mesh sphere = fixture_sphere(side, 1, center);
     for (uint32_t i = 0; i < 3 * sphere.vertex_count; i++)
         sphere.positions[i] *= set->scale;
     return sphere;

@@ -23,7 +23,7 @@ struct mistakes {
 /* One set, its sphere and its rays. */
 struct bench {
     const struct ray_set *set;
-    struct kit_mesh sphere;
+    struct fixture_mesh sphere;
     void *structures[QUALITIES];
     struct trace_ray *rays;
     uint32_t ray_count;
@@ -33,15 +33,15 @@ struct bench {
 static void open_bench(struct bench *bench, const struct ray_set *set, uint32_t ray_count)
 {
     uint64_t random = 88172645463325252u;
-    struct kit_input input;
+    struct fixture_input input;
     *bench = (struct bench){.set = set, .ray_count = ray_count};
     bench->sphere = ray_set_sphere(set, SIDE);
-    kit_input_mesh(&input, &bench->sphere);
+    fixture_input_mesh(&input, &bench->sphere);
     for (int i = 0; i < QUALITIES; i++) {
         input.input.quality = (enum builder_quality)i;
-        bench->structures[i] = kit_build(&input.input, NULL);
+        bench->structures[i] = fixture_build(&input.input, NULL);
     }
-    bench->rays = kit_allocate(ray_count * sizeof(*bench->rays));
+    bench->rays = fixture_allocate(ray_count * sizeof(*bench->rays));
     for (uint32_t i = 0; i < ray_count; i++)
         bench->rays[i] = set->make(&bench->sphere, &random);
 }
@@ -51,7 +51,7 @@ static void close_bench(struct bench *bench)
     for (int i = 0; i < QUALITIES; i++)
         free(bench->structures[i]);
     free(bench->rays);
-    kit_mesh_free(&bench->sphere);
+    fixture_mesh_free(&bench->sphere);
 }
 
 /* ---- wrong answers */
@@ -60,10 +60,10 @@ static void judge(const struct bench *bench, const void *structure, enum trace_a
                   const struct trace_ray *ray, const struct truth *truth, struct mistakes *mistakes)
 {
     const int crossings = bench->set->crossings;
-    struct kit_hits hits;
+    struct fixture_hits hits;
     struct trace_hit nearest;
-    kit_trace_all(structure, accuracy, ray, &hits);
-    const bool is_hit = kit_trace(structure, accuracy, ray, &nearest);
+    fixture_trace_all(structure, accuracy, ray, &hits);
+    const bool is_hit = fixture_trace(structure, accuracy, ray, &nearest);
     const bool is_nearest =
         is_hit == (hits.count > 0) && truth_allows_nearest(truth, is_hit, &nearest, crossings);
     mistakes->nearest += !is_nearest;
@@ -102,8 +102,8 @@ static double measure(const struct bench *bench, int quality, int accuracy)
         const double begin = thread_time();
         struct trace_hit hit;
         for (uint32_t i = 0; i < bench->ray_count; i++)
-            kit_trace(bench->structures[quality], (enum trace_accuracy)accuracy, &bench->rays[i],
-                      &hit);
+            fixture_trace(bench->structures[quality], (enum trace_accuracy)accuracy,
+                          &bench->rays[i], &hit);
         best = fmin(best, thread_time() - begin);
     }
     return best / bench->ray_count;

@@ -11,7 +11,7 @@ enum { GROUP = 16 };
 
 /* ---- what bounds triangles */
 
-static void fetch_corners(const struct kit_mesh *mesh, uint32_t triangle, float corners[9])
+static void fetch_corners(const struct fixture_mesh *mesh, uint32_t triangle, float corners[9])
 {
     for (uint32_t i = 0; i < 3; i++)
         memcpy(corners + 3 * (size_t)i,
@@ -36,7 +36,7 @@ static struct truth_sphere around(const struct truth_sphere *spheres, uint32_t c
     return all;
 }
 
-static struct truth_sphere around_triangle(const struct kit_mesh *mesh, uint32_t triangle)
+static struct truth_sphere around_triangle(const struct fixture_mesh *mesh, uint32_t triangle)
 {
     float corners[9];
     struct truth_sphere points[3] = {{.radius = 0}, {.radius = 0}, {.radius = 0}};
@@ -46,13 +46,13 @@ static struct truth_sphere around_triangle(const struct kit_mesh *mesh, uint32_t
     return around(points, 3);
 }
 
-void truth_open(struct truth_mesh *truth, const struct kit_mesh *mesh)
+void truth_open(struct truth_mesh *truth, const struct fixture_mesh *mesh)
 {
     const uint32_t count = mesh->triangle_count;
     truth->mesh = mesh;
     truth->group_count = (count + GROUP - 1) / GROUP;
-    truth->triangles = kit_allocate(count * sizeof(*truth->triangles));
-    truth->groups = kit_allocate(truth->group_count * sizeof(*truth->groups));
+    truth->triangles = fixture_allocate(count * sizeof(*truth->triangles));
+    truth->groups = fixture_allocate(truth->group_count * sizeof(*truth->groups));
     for (uint32_t i = 0; i < count; i++)
         truth->triangles[i] = around_triangle(mesh, i);
     for (uint32_t i = 0; i < truth->group_count; i++)
@@ -143,7 +143,7 @@ void truth_find(const struct truth_mesh *mesh, const struct trace_ray *ray, stru
 
 /* ---- judging */
 
-static uint32_t count_of(const struct kit_hits *hits, uint32_t primitive)
+static uint32_t count_of(const struct fixture_hits *hits, uint32_t primitive)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < hits->count; i++)
@@ -151,7 +151,7 @@ static uint32_t count_of(const struct kit_hits *hits, uint32_t primitive)
     return count;
 }
 
-bool truth_allows(const struct truth *truth, const struct kit_hits *hits, int crossings)
+bool truth_allows(const struct truth *truth, const struct fixture_hits *hits, int crossings)
 {
     uint32_t known = 0;
     int balance = 0;

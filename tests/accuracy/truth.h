@@ -5,7 +5,7 @@
 #define ASSAY_TESTS_ACCURACY_TRUTH_H
 
 #include "exact.h"
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 /* What bounds runs of triangles, so that few of them need rational arithmetic. */
 struct truth_sphere {
@@ -13,12 +13,12 @@ struct truth_sphere {
 };
 
 struct truth_mesh {
-    const struct kit_mesh *mesh;
+    const struct fixture_mesh *mesh;
     struct truth_sphere *groups, *triangles;
     uint32_t group_count;
 };
 
-void truth_open(struct truth_mesh *truth, const struct kit_mesh *mesh);
+void truth_open(struct truth_mesh *truth, const struct fixture_mesh *mesh);
 void truth_close(struct truth_mesh *truth);
 
 enum { TRUTH_MOST = 64 };
@@ -37,7 +37,7 @@ void truth_find(const struct truth_mesh *mesh, const struct trace_ray *ray, stru
 /* All that the ray meets is found, once where it crosses the surface at an edge or a vertex, and
  * nothing else is. `crossings` is how much more often it leaves the closed surface than it enters
  * it: 1 from within, 0 from outside. */
-bool truth_allows(const struct truth *truth, const struct kit_hits *hits, int crossings);
+bool truth_allows(const struct truth *truth, const struct fixture_hits *hits, int crossings);
 
 /* The nearest hit is a nearest one, at most one part in a thousand off; there is none only where
  * the ray meets nothing, or touches from outside. */

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 enum { ALIGNMENT = 256 };
 
@@ -35,7 +35,7 @@ static void give_meshes(struct workload *workload, uint32_t side)
 {
     static const float center[3] = {0, 0, 0};
     struct scene *scene = workload->scene;
-    struct kit_mesh mesh = kit_sphere(side, 1, center);
+    struct fixture_mesh mesh = fixture_sphere(side, 1, center);
     const VkDeviceSize vertices = 12 * (VkDeviceSize)mesh.vertex_count;
     const VkDeviceSize indices = 12 * (VkDeviceSize)mesh.triangle_count;
     const VkDeviceSize vertex_step = aligned(vertices, 16), index_step = aligned(indices, 16);
@@ -60,7 +60,7 @@ static void give_meshes(struct workload *workload, uint32_t side)
                 .indexData.deviceAddress = scene_address(scene, &index_buffer, i * index_step)}};
         workload->ranges[i].primitiveCount = mesh.triangle_count;
     }
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 /* What instances say of a structure. */
@@ -71,7 +71,7 @@ static uint64_t reference_to(const struct scene *scene, VkAccelerationStructureK
         .accelerationStructure = blas};
     return scene->command == COMMAND_HOST
                ? (uint64_t)blas
-               : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->world->device, &info);
+               : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
 }
 
 static void give_instances(struct workload *workload, uint64_t reference, uint32_t count)
@@ -106,7 +106,7 @@ static VkAccelerationStructureBuildSizesInfoKHR sizes_of(const struct workload *
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
     workload->scene->vk->GetAccelerationStructureBuildSizesKHR(
-        workload->scene->world->device,
+        workload->scene->fixture->device,
         workload->scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
                                                  : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
         &workload->infos[0], &workload->ranges[0].primitiveCount, &sizes);
@@ -141,7 +141,7 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
             .size = sizes.accelerationStructureSize,
             .type = type};
         expect_success(
-            scene->vk->CreateAccelerationStructureKHR(scene->world->device, &create_info, NULL,
+            scene->vk->CreateAccelerationStructureKHR(scene->fixture->device, &create_info, NULL,
                                                       &workload->infos[i].dstAccelerationStructure),
             "vkCreateAccelerationStructureKHR");
         workload->infos[i].scratchData.deviceAddress =
@@ -162,7 +162,7 @@ void workload_run(const struct workload *workload)
     struct scene *scene = workload->scene;
     if (scene->command == COMMAND_HOST) {
         expect_success(scene->vk->BuildAccelerationStructuresKHR(
-                           scene->world->device, VK_NULL_HANDLE, workload->count, workload->infos,
+                           scene->fixture->device, VK_NULL_HANDLE, workload->count, workload->infos,
                            workload->range_pointers),
                        "vkBuildAccelerationStructuresKHR");
         return;
@@ -184,7 +184,7 @@ static void reserve(struct workload *workload, struct scene *scene, uint32_t cou
     workload->geometries = allocate(count, sizeof(*workload->geometries));
     workload->ranges = allocate(count, sizeof(*workload->ranges));
     workload->range_pointers = allocate(count, sizeof(void *));
-    workload->family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    workload->family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     workload->command_buffer = scene_command_buffer(scene, workload->family);
 }
 
@@ -210,7 +210,7 @@ static uint64_t build_instanced(struct scene *scene)
     make_builds(&blas, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     workload_run(&blas);
     const VkAccelerationStructureKHR accel = blas.infos[0].dstAccelerationStructure;
-    scene_defer(scene, scene->world->device, (uint64_t)accel, destroy_accel);
+    scene_defer(scene, scene->fixture->device, (uint64_t)accel, destroy_accel);
     release(&blas);
     return reference_to(scene, accel);
 }
@@ -241,7 +241,7 @@ void workload_close(struct workload *workload)
 {
     struct scene *scene = workload->scene;
     for (uint32_t i = 0; i < workload->count; i++)
-        destroy_accel(scene, scene->world->device,
+        destroy_accel(scene, scene->fixture->device,
                       (uint64_t)workload->infos[i].dstAccelerationStructure);
     release(workload);
 }

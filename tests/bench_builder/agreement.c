@@ -39,7 +39,8 @@ static int64_t ulps_between(float a, float b)
     return llabs((int64_t)i - j);
 }
 
-static void judge(const struct kit_mesh *mesh, const struct trace_ray *ray, struct answer *answer)
+static void judge(const struct fixture_mesh *mesh, const struct trace_ray *ray,
+                  struct answer *answer)
 {
     float corners[9];
     if (!answer->is_hit)
@@ -105,24 +106,24 @@ static struct trace_ray random_ray(const void *structure, uint64_t *random)
     builder_bounds(structure, lower, upper);
     for (int i = 0; i < 3; i++) {
         float margin = 0.2f * (upper[i] - lower[i]);
-        ray.origin[i] = kit_uniform(random, lower[i] - margin, upper[i] + margin);
-        ray.direction[i] = kit_uniform(random, lower[i], upper[i]) - ray.origin[i];
+        ray.origin[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
+        ray.direction[i] = fixture_uniform(random, lower[i], upper[i]) - ray.origin[i];
     }
     return ray;
 }
 
-static uint32_t compare(const char *path, const struct kit_mesh *mesh, uint32_t rays)
+static uint32_t compare(const char *path, const struct fixture_mesh *mesh, uint32_t rays)
 {
-    struct kit_input input;
-    kit_input_mesh(&input, mesh);
-    void *structure = kit_build(&input.input, NULL);
+    struct fixture_input input;
+    fixture_input_mesh(&input, mesh);
+    void *structure = fixture_build(&input.input, NULL);
     struct embree_scene *scene = embree_scene_create(mesh, EMBREE_MEDIUM);
     uint32_t counts[VERDICTS] = {0}, hits = 0, same = 0;
     uint64_t random = 88172645463325252u;
     for (uint32_t i = 0; i < rays; i++) {
         struct trace_ray ray = random_ray(structure, &random);
         struct answer ours = {0}, theirs = {0};
-        ours.is_hit = kit_trace(structure, TRACE_EXACT, &ray, &ours.hit);
+        ours.is_hit = fixture_trace(structure, TRACE_EXACT, &ray, &ours.hit);
         theirs.is_hit = embree_trace(scene, &ray, &theirs.hit);
         hits += ours.is_hit;
         if (agrees(&ours, &theirs)) {
@@ -153,11 +154,11 @@ int main(int count, char **arguments)
         "/usr/share/glmark2/models/cat.3ds", "/usr/share/glmark2/models/asteroid-high.3ds"};
     uint32_t rays = count > 1 ? (uint32_t)strtoul(arguments[1], NULL, 10) : 1000000, wrong = 0;
     for (size_t i = 0; i < sizeof(paths) / sizeof(paths[0]); i++) {
-        struct kit_mesh mesh;
+        struct fixture_mesh mesh;
         if (!model_load(paths[i], &mesh))
             return 2;
         wrong += compare(paths[i], &mesh, rays);
-        kit_mesh_free(&mesh);
+        fixture_mesh_free(&mesh);
     }
     return wrong > 0;
 }

@@ -58,9 +58,9 @@ static void *create_leaf(RTCThreadLocalAllocator allocator,
 }
 
 /* With room for those that splitting adds. */
-static struct RTCBuildPrimitive *make_primitives(const struct kit_mesh *mesh, uint64_t room)
+static struct RTCBuildPrimitive *make_primitives(const struct fixture_mesh *mesh, uint64_t room)
 {
-    struct RTCBuildPrimitive *primitives = kit_allocate(room * sizeof(*primitives));
+    struct RTCBuildPrimitive *primitives = fixture_allocate(room * sizeof(*primitives));
     for (uint32_t i = 0; i < mesh->triangle_count; i++) {
         float box[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
         for (uint32_t corner = 0; corner < 3; corner++) {
@@ -127,7 +127,7 @@ static void split_box(const struct RTCBuildPrimitive *primitive, unsigned axis, 
     (&right->lower_x)[axis] = position;
 }
 
-struct embree_tree embree_build(const struct kit_mesh *mesh, enum embree_quality quality)
+struct embree_tree embree_build(const struct fixture_mesh *mesh, enum embree_quality quality)
 {
     const uint64_t room = (quality == EMBREE_HIGH ? 2 : 1) * (uint64_t)mesh->triangle_count;
     RTCDevice device = rtcNewDevice("threads=1,set_affinity=0");
@@ -170,9 +170,10 @@ struct embree_scene {
     RTCScene scene;
 };
 
-struct embree_scene *embree_scene_create(const struct kit_mesh *mesh, enum embree_quality quality)
+struct embree_scene *embree_scene_create(const struct fixture_mesh *mesh,
+                                         enum embree_quality quality)
 {
-    struct embree_scene *scene = kit_allocate(sizeof(*scene));
+    struct embree_scene *scene = fixture_allocate(sizeof(*scene));
     scene->device = rtcNewDevice("threads=1,set_affinity=0");
     scene->scene = rtcNewScene(scene->device);
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);

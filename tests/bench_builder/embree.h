@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_BENCH_BUILDER_EMBREE_H
 #define ASSAY_TESTS_BENCH_BUILDER_EMBREE_H
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 struct embree_tree {
     double seconds; /* of rtcBuildBVH alone */
@@ -13,10 +13,11 @@ struct embree_tree {
 enum embree_quality { EMBREE_LOW, EMBREE_MEDIUM, EMBREE_HIGH };
 
 /* One thread. */
-struct embree_tree embree_build(const struct kit_mesh *mesh, enum embree_quality quality);
+struct embree_tree embree_build(const struct fixture_mesh *mesh, enum embree_quality quality);
 
 struct embree_scene;
-struct embree_scene *embree_scene_create(const struct kit_mesh *mesh, enum embree_quality quality);
+struct embree_scene *embree_scene_create(const struct fixture_mesh *mesh,
+                                         enum embree_quality quality);
 void embree_scene_destroy(struct embree_scene *scene);
 bool embree_trace(struct embree_scene *scene, const struct trace_ray *ray, struct trace_hit *hit);
 

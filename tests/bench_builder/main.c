@@ -39,18 +39,18 @@ static void print_row(const char *mesh, const char *what, double ours, double th
 struct builder_run {
     void *structure, *scratch;
     struct builder_sizes sizes;
-    struct kit_input input;
+    struct fixture_input input;
 };
 
-static void run_open(struct builder_run *run, const struct kit_mesh *mesh,
+static void run_open(struct builder_run *run, const struct fixture_mesh *mesh,
                      enum builder_quality quality)
 {
-    kit_input_mesh(&run->input, mesh);
+    fixture_input_mesh(&run->input, mesh);
     run->input.input.quality = quality;
     run->input.input.threads = 1;
     builder_get_sizes(&run->input.input, &mesh->triangle_count, &run->sizes);
-    run->structure = kit_allocate(run->sizes.structure);
-    run->scratch = kit_allocate(run->sizes.build_scratch);
+    run->structure = fixture_allocate(run->sizes.structure);
+    run->scratch = fixture_allocate(run->sizes.build_scratch);
 }
 
 static void run_close(struct builder_run *run)
@@ -105,7 +105,7 @@ static void compare_threads(const char *name, const char *what, double millions,
                millions / best[0], "Mprim/s", best[0] / best[1]);
 }
 
-static struct embree_tree embree_best(const struct kit_mesh *mesh, enum embree_quality quality)
+static struct embree_tree embree_best(const struct fixture_mesh *mesh, enum embree_quality quality)
 {
     struct embree_tree best = {INFINITY, 0};
     for (int i = 0; i < RUNS; i++) {
@@ -121,15 +121,15 @@ static struct trace_ray random_ray(const float lower[3], const float upper[3], u
     struct trace_ray ray = {.t_max = INFINITY, .cull_mask = 0xff};
     for (int i = 0; i < 3; i++) {
         float margin = 0.1f * (upper[i] - lower[i]);
-        ray.origin[i] = kit_uniform(random, lower[i] - margin, upper[i] + margin);
-        ray.direction[i] = kit_uniform(random, lower[i] - margin, upper[i] + margin);
+        ray.origin[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
+        ray.direction[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
         ray.direction[i] -= ray.origin[i];
     }
     return ray;
 }
 
 static void compare_rays(const char *name, const struct builder_run *run,
-                         const struct kit_mesh *mesh)
+                         const struct fixture_mesh *mesh)
 {
     struct embree_scene *scene = embree_scene_create(mesh, EMBREE_MEDIUM);
     float lower[3], upper[3];
@@ -142,7 +142,7 @@ static void compare_rays(const char *name, const struct builder_run *run,
         for (int ray_number = 0; ray_number < RAYS; ray_number++) {
             struct trace_ray ray = random_ray(lower, upper, &random);
             struct trace_hit hit;
-            found += i % 2 == 0 ? kit_trace(run->structure, TRACE_ROBUST, &ray, &hit)
+            found += i % 2 == 0 ? fixture_trace(run->structure, TRACE_ROBUST, &ray, &hit)
                                 : embree_trace(scene, &ray, &hit);
         }
         seconds[i % 2] = fmin(seconds[i % 2], read_clock(CLOCK_THREAD_CPUTIME_ID) - begin);
@@ -156,7 +156,7 @@ static void compare_rays(const char *name, const struct builder_run *run,
     embree_scene_destroy(scene);
 }
 
-static void measure_mesh(const char *name, const struct kit_mesh *mesh)
+static void measure_mesh(const char *name, const struct fixture_mesh *mesh)
 {
     double millions = mesh->triangle_count / 1e6;
     struct builder_run run;
@@ -203,18 +203,18 @@ static void measure_mesh(const char *name, const struct kit_mesh *mesh)
 int main(int count, char **arguments)
 {
     const char *path = count > 1 ? arguments[1] : "/usr/share/glmark2/models/bunny.obj";
-    struct kit_mesh mesh;
+    struct fixture_mesh mesh;
     printf("%-8s %-28s %9s %9s\n", "mesh", "what", "ours", "theirs");
     if (!model_load(path, &mesh)) {
         return 2;
     }
     measure_mesh("bunny", &mesh);
-    kit_mesh_free(&mesh);
-    mesh = kit_terrain(708);
+    fixture_mesh_free(&mesh);
+    mesh = fixture_terrain(708);
     measure_mesh("terrain", &mesh);
-    kit_mesh_free(&mesh);
-    mesh = kit_soup(200000, 1);
+    fixture_mesh_free(&mesh);
+    mesh = fixture_soup(200000, 1);
     measure_mesh("soup", &mesh);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
     return all_met ? 0 : 1;
 }

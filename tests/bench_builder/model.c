@@ -26,7 +26,7 @@ static const struct aiScene *import_positions(const char *path)
     return scene;
 }
 
-static void copy_part(const struct aiMesh *part, struct kit_mesh *mesh)
+static void copy_part(const struct aiMesh *part, struct fixture_mesh *mesh)
 {
     uint32_t first = mesh->vertex_count;
     for (uint32_t i = 0; i < part->mNumVertices; i++) {
@@ -43,7 +43,7 @@ static void copy_part(const struct aiMesh *part, struct kit_mesh *mesh)
     }
 }
 
-bool model_load(const char *path, struct kit_mesh *mesh)
+bool model_load(const char *path, struct fixture_mesh *mesh)
 {
     const struct aiScene *scene = import_positions(path);
     if (!scene) {
@@ -55,7 +55,7 @@ bool model_load(const char *path, struct kit_mesh *mesh)
         vertices += scene->mMeshes[i]->mNumVertices;
         faces += scene->mMeshes[i]->mNumFaces;
     }
-    *mesh = kit_mesh_make(vertices, faces);
+    *mesh = fixture_mesh_make(vertices, faces);
     mesh->vertex_count = mesh->triangle_count = 0;
     for (uint32_t i = 0; i < scene->mNumMeshes; i++)
         copy_part(scene->mMeshes[i], mesh);

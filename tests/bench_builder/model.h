@@ -3,9 +3,9 @@
 #ifndef ASSAY_TESTS_BENCH_BUILDER_MODEL_H
 #define ASSAY_TESTS_BENCH_BUILDER_MODEL_H
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 /* Says on stderr why not. */
-bool model_load(const char *path, struct kit_mesh *mesh);
+bool model_load(const char *path, struct fixture_mesh *mesh);
 
 #endif

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kit.h"
 #include "src/bvh/micromap.h"
+#include "tests/builder/fixture.h"
 
 /* The specification's tables: where fields begin, and their bits. */
 struct fields {
@@ -128,7 +128,7 @@ static void put_shifts(struct block *block, uint64_t *random)
         const struct fields *fields = &tables[block->format - 1].levels[level];
         for (uint32_t i = 0; fields->shift_bits > 0 && i < 4; i++) {
             limit = 1u << fields->shift_bits;
-            block->shifts[level][i] = (uint32_t)kit_random(random) % limit;
+            block->shifts[level][i] = (uint32_t)fixture_random(random) % limit;
             encoder_write_bits(block->bytes, fields->shift_start + i * fields->shift_bits,
                                fields->shift_bits, block->shifts[level][i]);
         }
@@ -141,7 +141,7 @@ static void put_block(struct block *block, uint64_t *random)
     struct point a = {0, 0}, b = {edge, 0}, c = {0, edge};
     memset(block->done, 0, sizeof(block->done));
     for (uint32_t i = 0; i < tables[block->format - 1].bytes; i++) /* what isn't used is any */
-        block->bytes[i] = (uint8_t)kit_random(random);
+        block->bytes[i] = (uint8_t)fixture_random(random);
     put_shifts(block, random);
     put_anchor(block, a);
     put_anchor(block, b);
@@ -196,7 +196,7 @@ static void *build(const struct micromap_input *input)
     uint64_t size;
     if (micromap_get_size(input, &size) != BUILDER_OK)
         abort();
-    void *micromap = kit_allocate(size);
+    void *micromap = fixture_allocate(size);
     if (micromap_build(input, micromap, size) != BUILDER_OK)
         abort();
     return micromap;
@@ -205,8 +205,8 @@ static void *build(const struct micromap_input *input)
 void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
                        void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded)
 {
-    VkMicromapTriangleEXT *triangles = kit_allocate(count * sizeof(*triangles));
-    uint8_t *data = kit_allocate((uint64_t)count * ENCODER_BYTES);
+    VkMicromapTriangleEXT *triangles = fixture_allocate(count * sizeof(*triangles));
+    uint8_t *data = fixture_allocate((uint64_t)count * ENCODER_BYTES);
     uint64_t random = 13;
     uint32_t used = 0;
     for (uint32_t i = 0; i < 6; i++)

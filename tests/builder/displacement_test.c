@@ -8,8 +8,8 @@
 #include <cmocka.h>
 
 #include "displacement_encoder.h"
-#include "kit.h"
 #include "src/bvh/input/displacement.h"
+#include "tests/builder/fixture.h"
 
 /* Level 2, in quarters of an edge. */
 static const uint8_t order[15][2] = {
@@ -127,7 +127,8 @@ static void test_encoded(void **state)
         uint8_t blocks[ENCODER_BYTES];
         uint16_t values[DISPLACEMENT_MAX_VERTICES];
         for (uint32_t j = 0; j < ENCODER_EDGE * ENCODER_EDGE; j++)
-            wanted.at[j / ENCODER_EDGE][j % ENCODER_EDGE] = (uint16_t)(kit_random(&random) & 2047);
+            wanted.at[j / ENCODER_EDGE][j % ENCODER_EDGE] =
+                (uint16_t)(fixture_random(&random) & 2047);
         assert_int_equal(encoder_encode(format, level, &wanted, &random, blocks, &coded),
                          displacement_bytes(format, level));
         displacement_decode(format, level, blocks, values);
@@ -151,7 +152,7 @@ static void test_any_bytes(void **state)
         uint8_t blocks[ENCODER_BYTES];
         uint16_t values[DISPLACEMENT_MAX_VERTICES + 1];
         for (uint32_t j = 0; j < ENCODER_BYTES; j++)
-            blocks[j] = (uint8_t)kit_random(&random);
+            blocks[j] = (uint8_t)fixture_random(&random);
         memset(values, 0xff, sizeof(values));
         displacement_decode(format, level, blocks, values);
         for (uint32_t j = 0; j <= DISPLACEMENT_MAX_VERTICES; j++)

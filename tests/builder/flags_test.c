@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
 
@@ -29,14 +29,14 @@ struct pair {
 static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags)
 {
     struct pair pair;
-    struct kit_input input;
-    kit_input_triangles(&input, triangle, 1);
+    struct fixture_input input;
+    fixture_input_triangles(&input, triangle, 1);
     input.geometry.flags = geometry;
-    pair.blas = kit_build(&input.input, NULL);
-    VkAccelerationStructureInstanceKHR instance = kit_instance(pair.blas);
+    pair.blas = fixture_build(&input.input, NULL);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(pair.blas);
     instance.flags = flags & 0xff;
-    kit_input_instances(&input, &instance, 1);
-    pair.tlas = kit_build(&input.input, NULL);
+    fixture_input_instances(&input, &instance, 1);
+    pair.tlas = fixture_build(&input.input, NULL);
     return pair;
 }
 
@@ -53,7 +53,7 @@ static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags
     struct pair pair = make_pair(geometry, flags);
     struct trace_ray ray = down(ray_flags);
     struct trace_hit hit;
-    int result = kit_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
+    int result = fixture_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
     free_pair(&pair);
     return result;
 }
@@ -97,14 +97,14 @@ static void test_first_hit(void **state)
         int depth = i % 3 == 2 ? i / 9 : 0;
         corners[i] = triangle[i % 9] - (float)depth;
     }
-    struct kit_input input;
-    kit_input_triangles(&input, corners, 10);
-    void *structure = kit_build(&input.input, NULL);
+    struct fixture_input input;
+    fixture_input_triangles(&input, corners, 10);
+    void *structure = fixture_build(&input.input, NULL);
     struct trace_ray ray = down(TRACE_TERMINATE_ON_FIRST_HIT);
     struct trace_hit hit;
-    assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
+    assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
     ray.flags = 0;
-    assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
+    assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
     assert_int_equal(hit.primitive, 0);
     struct trace_counters counters = {0};
     struct trace_scene scene = {
@@ -126,8 +126,8 @@ static void test_rays_that_hit_nothing(void **state)
         const float values[] = {NAN, 0, NAN, -1, NAN, NAN, INFINITY, INFINITY};
         *fields[i] = values[i];
         for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++) {
-            assert_false(kit_trace(pair.tlas, (enum trace_accuracy)accuracy, &ray, &hit));
-            assert_false(kit_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
+            assert_false(fixture_trace(pair.tlas, (enum trace_accuracy)accuracy, &ray, &hit));
+            assert_false(fixture_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
         }
     }
     free_pair(&pair);

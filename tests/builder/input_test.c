@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "kit.h"
 #include "src/bvh/input/formats.h"
+#include "tests/builder/fixture.h"
 
 /* One vertex of each format, and what it means. */
 static const struct {
@@ -90,25 +90,25 @@ static void test_index_types(void **state)
                  {VK_INDEX_TYPE_UINT16, medium, sizeof(medium)},
                  {VK_INDEX_TYPE_UINT32, large, sizeof(large)}};
     for (int i = 0; i < 3; i++) {
-        struct kit_input input;
-        kit_input_triangles(&input, square, 2);
+        struct fixture_input input;
+        fixture_input_triangles(&input, square, 2);
         input.geometry.triangles.vertices_size = sizeof(square);
         input.geometry.triangles.max_vertex = 3;
         input.geometry.triangles.index_type = types[i].type;
         input.geometry.triangles.indices = types[i].indices;
         input.geometry.triangles.indices_size = types[i].size;
-        void *structure = kit_build(&input.input, NULL);
+        void *structure = fixture_build(&input.input, NULL);
         for (uint32_t number = 0; number < 2; number++) {
             struct trace_ray ray = {.origin = {number ? 0.25f : 0.75f, number ? 0.75f : 0.25f, 2},
                                     .direction = {0, 0, -1},
                                     .t_max = INFINITY};
             struct trace_hit hit;
-            assert_true(kit_trace(structure, TRACE_EXACT, &ray, &hit));
+            assert_true(fixture_trace(structure, TRACE_EXACT, &ray, &hit));
             assert_int_equal(hit.primitive, number);
         }
         free(structure);
         input.geometry.triangles.indices_size--;
-        assert_null(kit_build(&input.input, NULL));
+        assert_null(fixture_build(&input.input, NULL));
     }
 }
 
@@ -120,31 +120,31 @@ static void test_several_geometries(void **state)
     float corners[COUNT][9];
     struct builder_geometry geometries[2 * COUNT];
     VkAccelerationStructureBuildRangeInfoKHR ranges[2 * COUNT] = {{0}};
-    struct kit_input kit;
+    struct fixture_input fixture;
     for (int i = 0; i < 2 * COUNT; i++) {
         int number = i / 2;
         float x = (float)number * 2, one[9] = {x, 0, 0, x + 1, 0, 0, x, 1, 0};
         memcpy(corners[number], one, sizeof(one));
-        kit_input_triangles(&kit, corners[number], 1);
-        geometries[i] = kit.geometry;
+        fixture_input_triangles(&fixture, corners[number], 1);
+        geometries[i] = fixture.geometry;
         ranges[i].primitiveCount = i % 2;
     }
-    struct builder_input input = kit.input;
+    struct builder_input input = fixture.input;
     input.geometry_count = 2 * COUNT;
     input.geometries = geometries;
     input.ranges = ranges;
-    void *structure = kit_build(&input, NULL);
+    void *structure = fixture_build(&input, NULL);
     for (uint32_t i = 0; i < COUNT; i++) {
         struct trace_ray ray = {
             .origin = {2 * (float)i + 0.25f, 0.25f, 1}, .direction = {0, 0, -1}, .t_max = INFINITY};
         struct trace_hit hit;
-        assert_true(kit_trace(structure, TRACE_ROBUST, &ray, &hit));
+        assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
         assert_int_equal(hit.geometry, 2 * i + 1);
         assert_int_equal(hit.primitive, 0);
     }
     free(structure);
     geometries[3].type = VK_GEOMETRY_TYPE_AABBS_KHR;
-    assert_null(kit_build(&input, NULL));
+    assert_null(fixture_build(&input, NULL));
 }
 
 /* What is inactive in the source stays so in the update. */
@@ -153,17 +153,17 @@ static void test_update_without_active_primitives(void **state)
     (void)state;
     const VkAccelerationStructureInstanceKHR nowhere[2] = {{.mask = 0xff}, {.mask = 0xff}};
     const float corners[9] = {NAN, 0, 0, 1, 0, 0, 0, 1, 0};
-    struct kit_input inputs[2];
-    kit_input_instances(&inputs[0], nowhere, 2);
-    kit_input_triangles(&inputs[1], corners, 1);
+    struct fixture_input inputs[2];
+    fixture_input_instances(&inputs[0], nowhere, 2);
+    fixture_input_triangles(&inputs[1], corners, 1);
     for (int i = 0; i < 2; i++) {
         struct builder_input *input = &inputs[i].input;
         struct builder_sizes sizes;
         input->flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-        void *source = kit_build(input, NULL);
+        void *source = fixture_build(input, NULL);
         assert_non_null(source);
         assert_int_equal(builder_get_sizes(input, NULL, &sizes), BUILDER_OK);
-        void *scratch = kit_allocate(sizes.update_scratch);
+        void *scratch = fixture_allocate(sizes.update_scratch);
         assert_int_equal(builder_refit(input, source, source, builder_size(source), scratch,
                                        sizes.update_scratch, NULL),
                          BUILDER_OK);

@@ -10,16 +10,16 @@
 
 #include <cmocka.h>
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 /* Of what a header and the alignment of four parts add. */
 #define FIXED_BYTES 512.0
 
-static void check_build(struct kit_input *input)
+static void check_build(struct fixture_input *input)
 {
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
         input->input.quality = (enum builder_quality)quality;
-        void *structure = kit_build(&input->input, NULL);
+        void *structure = fixture_build(&input->input, NULL);
         assert_non_null(structure);
         double size = (double)builder_size(structure);
         double compacted = (double)builder_compacted_size(structure);
@@ -34,17 +34,17 @@ static void test_counts(void **state)
 {
     (void)state;
     for (uint32_t count = 1; count < 700; count += 1 + count / 9) {
-        struct kit_mesh mesh = kit_soup(count, count);
-        struct kit_input input;
-        VkAabbPositionsKHR *boxes = kit_allocate(count * sizeof(*boxes));
-        kit_input_mesh(&input, &mesh);
+        struct fixture_mesh mesh = fixture_soup(count, count);
+        struct fixture_input input;
+        VkAabbPositionsKHR *boxes = fixture_allocate(count * sizeof(*boxes));
+        fixture_input_mesh(&input, &mesh);
         check_build(&input);
         for (uint32_t i = 0; i < count; i++)
             memcpy(&boxes[i].minX, &mesh.positions[9 * i], 6 * sizeof(float));
-        kit_input_aabbs(&input, boxes, count);
+        fixture_input_aabbs(&input, boxes, count);
         check_build(&input);
         free(boxes);
-        kit_mesh_free(&mesh);
+        fixture_mesh_free(&mesh);
     }
 }
 
@@ -53,7 +53,7 @@ static void test_uneven(void **state)
 {
     (void)state;
     enum { COUNT = 3000 };
-    float *corners = kit_allocate(COUNT * 9 * sizeof(float));
+    float *corners = fixture_allocate(COUNT * 9 * sizeof(float));
     for (int kind = 0; kind < 4; kind++) {
         for (int i = 0; i < COUNT; i++) {
             float at = kind == 0   ? ldexpf(1, i % 250 - 120)
@@ -63,8 +63,8 @@ static void test_uneven(void **state)
             float one[9] = {at, at, 0, at * 1.01f, 0, at, at, at * 1.02f, at};
             memcpy(corners + (size_t)9 * (size_t)i, one, sizeof(one));
         }
-        struct kit_input input;
-        kit_input_triangles(&input, corners, COUNT);
+        struct fixture_input input;
+        fixture_input_triangles(&input, corners, COUNT);
         check_build(&input);
     }
     free(corners);
@@ -74,16 +74,17 @@ static void test_instances(void **state)
 {
     (void)state;
     static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    struct kit_input input;
-    kit_input_triangles(&input, triangle, 1);
-    void *blas = kit_build(&input.input, NULL);
+    struct fixture_input input;
+    fixture_input_triangles(&input, triangle, 1);
+    void *blas = fixture_build(&input.input, NULL);
     for (uint32_t count = 1; count < 300; count += 1 + count / 5) {
-        VkAccelerationStructureInstanceKHR *instances = kit_allocate(count * sizeof(*instances));
+        VkAccelerationStructureInstanceKHR *instances =
+            fixture_allocate(count * sizeof(*instances));
         for (uint32_t i = 0; i < count; i++) {
-            instances[i] = kit_instance(blas);
+            instances[i] = fixture_instance(blas);
             instances[i].transform.matrix[0][3] = (float)(i * i % 1000);
         }
-        kit_input_instances(&input, instances, count);
+        fixture_input_instances(&input, instances, count);
         check_build(&input);
         free(instances);
     }
@@ -94,8 +95,8 @@ static void test_smaller_counts_fit(void **state)
 {
     (void)state;
     struct builder_sizes before = {0}, sizes;
-    struct kit_input input;
-    kit_input_triangles(&input, NULL, 0);
+    struct fixture_input input;
+    fixture_input_triangles(&input, NULL, 0);
     for (uint32_t count = 0; count < 100000; count += 1 + count / 3) {
         assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_OK);
         assert_true(sizes.structure >= before.structure);
@@ -114,8 +115,8 @@ static void test_displaced(void **state)
     VkMicromapUsageEXT usages[2] = {{10, 5, 3}, {100, 2, 1}};
     struct builder_displacement displacement = {.usage_count = 2, .usages = usages};
     struct builder_sizes before = {0}, sizes;
-    struct kit_input input;
-    kit_input_triangles(&input, NULL, 0);
+    struct fixture_input input;
+    fixture_input_triangles(&input, NULL, 0);
     input.geometry.triangles.displacement = &displacement;
     for (uint32_t count = 0; count < 1000; count += 10) {
         double parts = 10 * 1024 + 100 * 16 + (count > 110 ? count - 110 : 0);
@@ -144,10 +145,10 @@ static uint64_t aligned(uint64_t size)
 static void test_plain(void **state)
 {
     (void)state;
-    struct kit_mesh mesh = kit_terrain(30);
-    struct kit_input input;
-    kit_input_mesh(&input, &mesh);
-    void *structure = kit_build(&input.input, NULL);
+    struct fixture_mesh mesh = fixture_terrain(30);
+    struct fixture_input input;
+    fixture_input_mesh(&input, &mesh);
+    void *structure = fixture_build(&input.input, NULL);
     uint64_t triangles = mesh.triangle_count, nodes = triangles * 28 / 100 + 1;
     assert_int_equal(builder_size(structure),
                      aligned(96) + aligned(8) + aligned(48 * triangles) + aligned(112 * nodes));
@@ -170,19 +171,20 @@ static void test_plain(void **state)
     assert_true(trace_closest(&scene, &ray, &hit));
     assert_true(counters.nodes > 0 && counters.micromaps == 0 && counters.instances == 0);
     free(structure);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 static void test_too_small(void **state)
 {
     (void)state;
     static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    struct kit_input input;
+    struct fixture_input input;
     struct builder_sizes sizes;
     uint32_t count = 1;
-    kit_input_triangles(&input, triangle, 1);
+    fixture_input_triangles(&input, triangle, 1);
     builder_get_sizes(&input.input, &count, &sizes);
-    void *structure = kit_allocate(sizes.structure), *scratch = kit_allocate(sizes.build_scratch);
+    void *structure = fixture_allocate(sizes.structure),
+         *scratch = fixture_allocate(sizes.build_scratch);
     assert_int_equal(builder_build(&input.input, structure, sizes.structure - 1, scratch,
                                    sizes.build_scratch, NULL),
                      BUILDER_TOO_SMALL);

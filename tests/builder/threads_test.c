@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 #define INSTANCES 9000u /* more than one thread's portion */
 
@@ -42,17 +42,18 @@ static const void *count_and_find(void *context, uint64_t reference)
 
 static uint32_t threads_in_build(const void *blas, uint32_t threads)
 {
-    VkAccelerationStructureInstanceKHR *instances = kit_allocate(INSTANCES * sizeof(*instances));
-    struct kit_input input;
+    VkAccelerationStructureInstanceKHR *instances =
+        fixture_allocate(INSTANCES * sizeof(*instances));
+    struct fixture_input input;
     for (uint32_t i = 0; i < INSTANCES; i++) {
-        instances[i] = kit_instance(NULL);
+        instances[i] = fixture_instance(NULL);
         instances[i].accelerationStructureReference = i + 1;
     }
-    kit_input_instances(&input, instances, INSTANCES);
+    fixture_input_instances(&input, instances, INSTANCES);
     input.input.threads = threads;
     input.input.resolver = (struct builder_resolver){count_and_find, (void *)blas};
     most_threads = 0;
-    void *tlas = kit_build(&input.input, NULL);
+    void *tlas = fixture_build(&input.input, NULL);
     assert_non_null(tlas);
     free(tlas);
     free(instances);
@@ -63,9 +64,9 @@ static void test_threads(void **state)
 {
     (void)state;
     static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    struct kit_input input;
-    kit_input_triangles(&input, triangle, 1);
-    void *blas = kit_build(&input.input, NULL);
+    struct fixture_input input;
+    fixture_input_triangles(&input, triangle, 1);
+    void *blas = fixture_build(&input.input, NULL);
     uint32_t before = count_threads();
     assert_int_equal(threads_in_build(blas, 0), before);
     assert_int_equal(threads_in_build(blas, 1), before);
@@ -74,9 +75,9 @@ static void test_threads(void **state)
 }
 
 /* Enough to be split by all threads at once, some of them at one place, some inactive. */
-static struct kit_mesh make_mesh(void)
+static struct fixture_mesh make_mesh(void)
 {
-    struct kit_mesh mesh = kit_soup(90000, 5);
+    struct fixture_mesh mesh = fixture_soup(90000, 5);
     for (uint32_t i = 0; i < mesh.vertex_count; i++)
         if (i / 3 % 97 == 0)
             memcpy(&mesh.positions[3 * i], &mesh.positions[3 * (i % 3)], 12);
@@ -87,7 +88,7 @@ static struct kit_mesh make_mesh(void)
 
 /* What one thread builds, at each quality, and what that becomes when the mesh has moved. */
 struct expected {
-    struct kit_mesh mesh, moved;
+    struct fixture_mesh mesh, moved;
     void *built[3], *refitted[3];
 };
 
@@ -95,10 +96,10 @@ static void *refit(const struct builder_input *input, const void *source)
 {
     uint64_t size = builder_size(source);
     struct builder_sizes sizes;
-    void *structure = kit_allocate(size);
+    void *structure = fixture_allocate(size);
     assert_int_equal(builder_get_sizes(input, &input->ranges[0].primitiveCount, &sizes),
                      BUILDER_OK);
-    void *scratch = kit_allocate(sizes.update_scratch);
+    void *scratch = fixture_allocate(sizes.update_scratch);
     struct builder_report report;
     assert_int_equal(
         builder_refit(input, source, structure, size, scratch, sizes.update_scratch, &report),
@@ -114,11 +115,11 @@ static void make_expected(struct expected *expected)
     for (uint32_t i = 0; i < 3 * expected->moved.vertex_count; i++)
         expected->moved.positions[i] *= 1 + (float)(i % 7) * 0.01f;
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
-        struct kit_input input;
-        kit_input_mesh(&input, &expected->mesh);
+        struct fixture_input input;
+        fixture_input_mesh(&input, &expected->mesh);
         input.input.quality = (enum builder_quality)quality;
-        expected->built[quality] = kit_build(&input.input, NULL);
-        kit_input_mesh(&input, &expected->moved);
+        expected->built[quality] = fixture_build(&input.input, NULL);
+        fixture_input_mesh(&input, &expected->moved);
         expected->refitted[quality] = refit(&input.input, expected->built[quality]);
     }
 }
@@ -129,20 +130,20 @@ static void free_expected(struct expected *expected)
         free(expected->built[quality]);
         free(expected->refitted[quality]);
     }
-    kit_mesh_free(&expected->mesh);
-    kit_mesh_free(&expected->moved);
+    fixture_mesh_free(&expected->mesh);
+    fixture_mesh_free(&expected->moved);
 }
 
 static void check_same(const struct expected *expected, int quality, uint32_t threads,
                        struct builder_team *team)
 {
-    struct kit_input input;
+    struct fixture_input input;
     const void *one = expected->built[quality];
-    kit_input_mesh(&input, &expected->mesh);
+    fixture_input_mesh(&input, &expected->mesh);
     input.input.quality = (enum builder_quality)quality;
     input.input.threads = threads;
     input.input.team = team;
-    void *structure = kit_build(&input.input, NULL);
+    void *structure = fixture_build(&input.input, NULL);
     assert_int_equal(memcmp(structure, one, builder_size(one)), 0);
     input.geometry.triangles.vertices = expected->moved.positions;
     void *refitted = refit(&input.input, structure);

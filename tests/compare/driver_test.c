@@ -125,11 +125,11 @@ static void expect_defect(const char *name, enum difference difference, enum jud
         assert_true(tally.counts[difference][reason] > 0);
 }
 
-static void test_fan(void **state)
+static void test_ring(void **state)
 {
     (void)state;
     subject_begin(&subject);
-    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     expect_defect("a closed fan", DIFFERENCE_MISSED, REASON_SHARED);
     expect_defect("a closed fan", DIFFERENCE_DOUBLE, REASON_SHARED);
     assert_true(tally.once > RAYS / 4);
@@ -207,7 +207,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
         cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),
-        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_fan),
+        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_ring),
         cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_sphere),
         cmocka_unit_test(test_inactive),
     };

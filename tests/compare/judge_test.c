@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "src/compare/fan.h"
 #include "src/compare/top.h"
+#include "src/compare/vertex_ring.h"
 #include "subject.h"
 
 enum { RAYS = 4096 };
@@ -82,10 +82,10 @@ static void open_soup(void)
     open_case();
 }
 
-static void open_fan(void)
+static void open_ring(void)
 {
     subject_begin(&subject);
-    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     open_case();
 }
 
@@ -114,7 +114,7 @@ static void test_right_answers(void **state)
     assert_int_equal(tally.all, 0);
     assert_int_equal(tally.once, 0);
     close_case();
-    open_fan();
+    open_ring();
     tally_judge(&tally, &reference, &rays, answers);
     assert_int_equal(tally.all, 0);
     assert_true(tally.once > RAYS / 4);
@@ -172,14 +172,14 @@ static void drop_closest(struct compare_answer *answer, uint32_t ray)
 }
 
 /* All of the fan that the ray is aimed at. */
-static void add_fan(struct compare_answer *answer, uint32_t ray)
+static void add_ring(struct compare_answer *answer, uint32_t ray)
 {
-    const struct fan *fan = &rays.fans[ray];
-    if (!fan_is_met_once(&reference, &rays, ray))
+    const struct ring *ring = &rays.rings[ray];
+    if (!ring_is_hit_once(&reference, &rays, ray))
         return;
-    for (uint32_t i = 0; i < fan->count; i++) {
+    for (uint32_t i = 0; i < ring->count; i++) {
         struct compare_hit hit = answer->closest;
-        hit.primitive = fan->primitives[i];
+        hit.primitive = ring->primitives[i];
         if (hit.primitive != answer->closest.primitive &&
             rays.aims[ray].at == AIM_VERTEX) /* their barycentrics aren't judged at the boundary */
             answer->candidates[answer->candidate_count++] = hit;
@@ -232,8 +232,8 @@ static void test_mistakes(void **state)
     expect(drop, DIFFERENCE_MISSED, REASON_MEETS);
     open_soup();
     expect(drop_closest, DIFFERENCE_MISSED, REASON_MEETS);
-    open_fan();
-    expect(add_fan, DIFFERENCE_DOUBLE, REASON_SHARED);
+    open_ring();
+    expect(add_ring, DIFFERENCE_DOUBLE, REASON_SHARED);
     open_soup();
     expect(add_far, DIFFERENCE_EXTRA, REASON_PASSES);
     open_soup();

@@ -81,11 +81,11 @@ static void test_right(void **state)
     expect_silence(&source);
 }
 
-static void test_fan(void **state)
+static void test_ring(void **state)
 {
     (void)state;
     subject_begin(&subject);
-    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     expect_defect(DIFFERENCE_MISSED,
                   "By exact arithmetic the ray meets exactly one of the triangles that share");
     expect_defect(DIFFERENCE_DOUBLE, "pInfos[0].pGeometries[0] primitive ");
@@ -192,7 +192,7 @@ static void test_top(void **state)
             fail_msg("%s", bench.heard.last);
     }
     subject_begin(&subject);
-    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     for (int kinds = 0; kinds < 4; kinds++) {
         build_top(kinds & 1, kinds & 2);
         if (!strstr(bench.driver, "Mesa 25.0.7"))
@@ -216,7 +216,7 @@ int main(int argc, char **argv)
 {
     kind = bench_wants_pipelines(argc, argv) ? BENCH_LAYER_PIPELINES : BENCH_LAYER;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),        cmocka_unit_test(test_fan),
+        cmocka_unit_test(test_right),        cmocka_unit_test(test_ring),
         cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
         cmocka_unit_test(test_boxes),        cmocka_unit_test(test_top),
     };

@@ -18,11 +18,11 @@
 /* The messages of one life. */
 static void expect_truth(const struct heard *heard, unsigned failing)
 {
-    uint32_t of_fans = heard->counts[DIFFERENCE_MISSED] + heard->counts[DIFFERENCE_DOUBLE];
+    uint32_t of_rings = heard->counts[DIFFERENCE_MISSED] + heard->counts[DIFFERENCE_DOUBLE];
     uint32_t differences = 0;
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)
         differences += heard->counts[d];
-    if (differences != of_fans || (heard->count > differences && failing == 0))
+    if (differences != of_rings || (heard->count > differences && failing == 0))
         fail_msg("allocation %u: %s", failing, heard->last);
 }
 
@@ -33,7 +33,7 @@ static bool live(unsigned failing)
     struct subject subject;
     struct compare_structure structure = {0}, update = {0};
     subject_begin(&subject);
-    subject_triangles(&subject, fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
     const char *lacks = bench_open(&bench, BENCH_LAYER);
     if (lacks) {

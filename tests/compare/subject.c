@@ -10,12 +10,12 @@
 
 #include <cmocka.h>
 
-#include "src/compare/fan.h"
+#include "src/compare/vertex_ring.h"
 
-const float fan_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,
-                                              0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 1, -1, 0};
-const uint32_t fan_indices[3 * FAN_TRIANGLES] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5,
-                                                 0, 5, 6, 0, 6, 7, 0, 7, 8, 0, 8, 1};
+const float ring_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,
+                                               0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 1, -1, 0};
+const uint32_t ring_indices[3 * FAN_TRIANGLES] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5,
+                                                  0, 5, 6, 0, 6, 7, 0, 7, 8, 0, 8, 1};
 float soup_vertices[9 * SOUP_TRIANGLES];
 
 void soup_fill(void)
@@ -105,7 +105,7 @@ void tally_judge(struct tally *tally, const struct reference *reference, const s
     *tally = (struct tally){.rays = rays->count};
     for (uint32_t i = 0; i < rays->count; i++) {
         struct judgement judgement;
-        tally->once += fan_is_met_once(reference, rays, i);
+        tally->once += ring_is_hit_once(reference, rays, i);
         if (!judge_ray(reference, rays, i, &answers[i], &judgement))
             continue;
         tally->all++;

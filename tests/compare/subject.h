@@ -24,8 +24,8 @@ void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uin
 
 /* A closed fan of 8 triangles around the origin, in a plane. */
 enum { FAN_VERTICES = 9, FAN_TRIANGLES = 8 };
-extern const float fan_vertices[3 * FAN_VERTICES];
-extern const uint32_t fan_indices[3 * FAN_TRIANGLES];
+extern const float ring_vertices[3 * FAN_VERTICES];
+extern const uint32_t ring_indices[3 * FAN_TRIANGLES];
 
 /* Separate triangles, one in each square of a grid. */
 enum { SOUP_TRIANGLES = 100 };

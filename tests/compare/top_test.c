@@ -116,7 +116,7 @@ static void test_right(void **state)
     assert_int_equal(tally.rays, 0);
 }
 
-static void test_fan(void **state)
+static void test_ring(void **state)
 {
     (void)state;
     const struct top_instance instances[2] = {{instance_of(0.5f, 2, 10), 2},
@@ -138,7 +138,7 @@ static int open_bench(void **state)
         subject_begin(&subjects[i]);
     subject_triangles(&subjects[0], soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
     subject_boxes(&subjects[1], boxes, BOXES);
-    subject_triangles(&subjects[2], fan_vertices, FAN_VERTICES, fan_indices, FAN_TRIANGLES);
+    subject_triangles(&subjects[2], ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     for (int i = 0; i < BOTTOMS; i++) {
         bottoms[i] = input_copy_create(&subjects[i].input);
         assert_non_null(bottoms[i]);
@@ -157,7 +157,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_right),
-        cmocka_unit_test(test_fan),
+        cmocka_unit_test(test_ring),
     };
     kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
     return cmocka_run_group_tests(tests, open_bench, close_bench);

@@ -25,7 +25,7 @@ enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 struct run {
     struct platform platform;
     struct tally tally;
-    struct world world;
+    struct fixture fixture;
     struct report report;
     const struct setup *setup; /* in which the valid call was silent, in these variants: */
     uint64_t known;
@@ -89,7 +89,7 @@ static void play_one(struct run *run, const struct case_list *list,
                                       .base_is_known = run->setup == test_case->setup &&
                                                        test_case->twin_setup == NULL &&
                                                        (run->known >> index & 1) != 0};
-    play_content(&play, &run->world, &run->report);
+    play_content(&play, &run->fixture, &run->report);
     if (run->setup != test_case->setup)
         run->known = 0;
     run->setup = test_case->setup;
@@ -100,7 +100,7 @@ static void play_one(struct run *run, const struct case_list *list,
 }
 
 /* Those that read data, which at level content alone is done. */
-static bool is_about_contents(const struct test_case *test_case)
+static bool is_about_inputs(const struct test_case *test_case)
 {
     return test_case->setup != NULL && test_case->setup->level != NULL &&
            strcmp(test_case->setup->level, "content") == 0 && !test_case->is_for_the_call;
@@ -142,10 +142,10 @@ int main(int argc, char **argv)
     }
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++)
-            for (uint32_t k = 0; k < variant_count && is_about_contents(&lists[i]->cases[j]); k++)
+            for (uint32_t k = 0; k < variant_count && is_about_inputs(&lists[i]->cases[j]); k++)
                 play_one(&run, lists[i], &lists[i]->cases[j], k);
-    texts_play(&run.platform, &run.world, &run.tally);
-    world_close(&run.world);
+    texts_play(&run.platform, &run.fixture, &run.tally);
+    fixture_close(&run.fixture);
     if (run.platform.is_null && !run.platform.is_cpu && run.tally.filter == NULL && !run.tally.list)
         check_every_rule_has_fired(&run);
     return tally_close(&run.tally);

@@ -72,16 +72,16 @@ static bool has_null_pointers(const struct scene *scene)
     return false;
 }
 
-static struct scene *open_scene(const struct content_play *play, struct world *world,
+static struct scene *open_scene(const struct content_play *play, struct fixture *fixture,
                                 const struct call *call)
 {
     const struct variant *variant = play->variant;
     struct parameters parameters;
 
-    world->inputs = variant->inputs;
-    world->uses_two_queues = variant->uses_two_queues;
-    world->records_secondary = variant->in_secondary;
-    struct scene *scene = scene_open(world, variant->command);
+    fixture->inputs = variant->inputs;
+    fixture->uses_two_queues = variant->uses_two_queues;
+    fixture->records_secondary = variant->in_secondary;
+    struct scene *scene = scene_open(fixture, variant->command);
     if (call->prepare != NULL)
         call->prepare(scene);
     memcpy(parameters.infos, scene->infos, sizeof(parameters.infos));
@@ -98,48 +98,48 @@ static struct scene *open_scene(const struct content_play *play, struct world *w
         scene_use_geometry_pointers(scene);
     if (variant->instance_pointers)
         use_instance_pointers(scene);
-    if (!world->platform->is_null && !world->platform->is_cpu && has_null_pointers(scene))
+    if (!fixture->platform->is_null && !fixture->platform->is_cpu && has_null_pointers(scene))
         scene_skip(scene, "a driver may read behind null pointers");
     return scene;
 }
 
 /* ---- the call ---- */
 
-static bool expect_none(const struct world *world, const struct call *call, const char *when,
+static bool expect_none(const struct fixture *fixture, const struct call *call, const char *when,
                         struct report *report)
 {
-    if (world->messages.count == 0)
+    if (fixture->messages.count == 0)
         return true;
-    judge_say(report, "%s: %u messages %s\n", call->what, world->messages.count, when);
-    judge_say_messages(world, report);
+    judge_say(report, "%s: %u messages %s\n", call->what, fixture->messages.count, when);
+    judge_say_messages(fixture, report);
     return false;
 }
 
 /* A command that refuses the kind of build says so at the call. */
-static bool expect_refusal_alone(const struct content_play *play, const struct world *world,
+static bool expect_refusal_alone(const struct content_play *play, const struct fixture *fixture,
                                  const struct call *call, const char *when, struct report *report)
 {
     const struct refusal *refusal = play->play.test_case->refusal;
     if (!judge_is_refused(&play->play) || call->prepare == NULL ||
-        messages_count(&world->messages, rule_id(refusal->rule, refusal->command), NULL) !=
-            world->messages.count)
-        return expect_none(world, call, when, report);
+        messages_count(&fixture->messages, rule_id(refusal->rule, refusal->command), NULL) !=
+            fixture->messages.count)
+        return expect_none(fixture, call, when, report);
     return true;
 }
 
-static bool submit(const struct content_play *play, struct world *world, struct scene *scene,
+static bool submit(const struct content_play *play, struct fixture *fixture, struct scene *scene,
                    const struct call *call, struct report *report)
 {
     scene_inputs_upload(scene);
     submission_begin(scene);
     const bool good =
-        expect_refusal_alone(play, world, call, "before the submission was waited for", report);
+        expect_refusal_alone(play, fixture, call, "before the submission was waited for", report);
     submission_wait(scene, play->variant->waiting);
     return good;
 }
 
 /* Of the two kinds of data, the better one is submitted first, or is what is recorded with. */
-static bool record_and_submit(const struct content_play *play, struct world *world,
+static bool record_and_submit(const struct content_play *play, struct fixture *fixture,
                               struct scene *scene, const struct call *call, struct report *report)
 {
     bool good = true;
@@ -151,54 +151,55 @@ static bool record_and_submit(const struct content_play *play, struct world *wor
         call->then(scene);
     submission_prepare(scene);
     if (call->change == CHANGE_AND_RESUBMIT)
-        good = submit(play, world, scene, call, report) &&
-               expect_refusal_alone(play, world, call, "at the first submission", report);
+        good = submit(play, fixture, scene, call, report) &&
+               expect_refusal_alone(play, fixture, call, "at the first submission", report);
     if (call->change != CHANGE_NOTHING)
         scene_inputs_exchange(scene);
-    return submit(play, world, scene, call, report) && good;
+    return submit(play, fixture, scene, call, report) && good;
 }
 
 /* Nothing is said twice, or when objects go. */
-static bool close_scene(struct world *world, struct scene *scene, const struct call *call,
+static bool close_scene(struct fixture *fixture, struct scene *scene, const struct call *call,
                         struct report *report)
 {
-    const uint32_t count = world->messages.count;
+    const uint32_t count = fixture->messages.count;
     submission_finish(scene);
     scene_close(scene);
-    if (world->messages.count == count)
+    if (fixture->messages.count == count)
         return true;
     judge_say(report, "%s: messages after the wait\n", call->what);
-    judge_say_messages(world, report);
+    judge_say_messages(fixture, report);
     return false;
 }
 
 /* Its messages are in the world afterwards. False where it can't be judged. */
-static bool make_call(const struct content_play *play, struct world *world, const struct call *call,
-                      struct report *report)
+static bool make_call(const struct content_play *play, struct fixture *fixture,
+                      const struct call *call, struct report *report)
 {
-    messages_clear(&world->messages);
-    world->messages.answer = VK_FALSE;
-    struct scene *scene = open_scene(play, world, call);
+    messages_clear(&fixture->messages);
+    fixture->messages.answer = VK_FALSE;
+    struct scene *scene = open_scene(play, fixture, call);
     bool good = false;
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         judge_say(report, "%s", scene->skip);
-    } else if (expect_none(world, call, "before the call", report)) {
-        good = record_and_submit(play, world, scene, call, report);
+    } else if (expect_none(fixture, call, "before the call", report)) {
+        good = record_and_submit(play, fixture, scene, call, report);
     }
-    return close_scene(world, scene, call, report) && good;
+    return close_scene(fixture, scene, call, report) && good;
 }
 
-static bool expect_silence(const struct content_play *play, struct world *world,
+static bool expect_silence(const struct content_play *play, struct fixture *fixture,
                            const struct call *call, struct report *report)
 {
-    return make_call(play, world, call, report) &&
-           expect_none(world, call, "instead of silence", report);
+    return make_call(play, fixture, call, report) &&
+           expect_none(fixture, call, "instead of silence", report);
 }
 
 /* ---- the case ---- */
 
-static void play_twin(const struct content_play *play, struct world *world, struct report *report)
+static void play_twin(const struct content_play *play, struct fixture *fixture,
+                      struct report *report)
 {
     const struct test_case *test_case = play->play.test_case;
     const struct call base = {.what = "valid call"};
@@ -211,11 +212,11 @@ static void play_twin(const struct content_play *play, struct world *world, stru
     const bool has_twin = !judge_is_refused(&play->play) &&
                           (twin.prepare != NULL || twin.mutate != NULL || twin.edits != NULL);
 
-    report->stayed_silent = (play->base_is_known || expect_silence(play, world, &base, report)) &&
-                            (!has_twin || expect_silence(play, world, &twin, report));
+    report->stayed_silent = (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
+                            (!has_twin || expect_silence(play, fixture, &twin, report));
 }
 
-static void play_mutation(const struct content_play *play, struct world *world,
+static void play_mutation(const struct content_play *play, struct fixture *fixture,
                           struct report *report)
 {
     const struct test_case *test_case = play->play.test_case;
@@ -228,26 +229,26 @@ static void play_mutation(const struct content_play *play, struct world *world,
                               .change = play->variant->change,
                               .breaks = breaks};
     if (!breaks)
-        report->fired = expect_silence(play, world, &call, report);
+        report->fired = expect_silence(play, fixture, &call, report);
     else
         report->fired =
-            make_call(play, world, &call, report) && judge_messages(&play->play, world, report);
+            make_call(play, fixture, &call, report) && judge_messages(&play->play, fixture, report);
 }
 
-void play_content(const struct content_play *play, struct world *world, struct report *report)
+void play_content(const struct content_play *play, struct fixture *fixture, struct report *report)
 {
     const struct test_case *test_case = play->play.test_case;
     const struct setup *setup = judge_setup(test_case->setup);
     const struct setup *twin_setup = test_case->twin_setup != NULL ? test_case->twin_setup : setup;
-    const char *missing = judge_enter_world(&play->play, world, twin_setup);
+    const char *missing = judge_enter_fixture(&play->play, fixture, twin_setup);
 
     *report = (struct report){.outcome = OUTCOME_FAILED};
     if (missing == NULL)
-        missing = judge_cannot_play(&play->play, world);
+        missing = judge_cannot_play(&play->play, fixture);
     if (missing == NULL) {
-        play_twin(play, world, report);
+        play_twin(play, fixture, report);
         if (report->outcome != OUTCOME_SKIPPED)
-            missing = judge_enter_world(&play->play, world, setup);
+            missing = judge_enter_fixture(&play->play, fixture, setup);
     }
     if (missing != NULL) {
         report->outcome = OUTCOME_SKIPPED;
@@ -255,7 +256,7 @@ void play_content(const struct content_play *play, struct world *world, struct r
     }
     if (report->outcome == OUTCOME_SKIPPED)
         return;
-    play_mutation(play, world, report);
+    play_mutation(play, fixture, report);
     if (report->outcome != OUTCOME_SKIPPED && report->fired && report->stayed_silent)
         report->outcome = OUTCOME_PASSED;
 }

@@ -13,6 +13,6 @@ struct content_play {
 };
 
 /* `world` as for play_case(). */
-void play_content(const struct content_play *play, struct world *world, struct report *report);
+void play_content(const struct content_play *play, struct fixture *fixture, struct report *report);
 
 #endif

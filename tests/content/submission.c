@@ -15,7 +15,7 @@ static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t han
 static void create_fence(struct scene *scene)
 {
     const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
     expect_success(scene->vk->CreateFence(device, &create_info, NULL, &scene->fence),
                    "vkCreateFence");
@@ -28,7 +28,7 @@ static void create_timeline(struct scene *scene)
                                             .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
     const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                                .pNext = &type};
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
     expect_success(scene->vk->CreateSemaphore(device, &create_info, NULL, &scene->timeline),
                    "vkCreateSemaphore");
@@ -38,8 +38,9 @@ static void create_timeline(struct scene *scene)
 static VkQueue queue_of(const struct scene *scene)
 {
     VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->world->device,
-                              world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0), 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device,
+                              fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0,
+                              &queue);
     return queue;
 }
 
@@ -47,9 +48,9 @@ void submission_prepare(struct scene *scene)
 {
     const VkCommandBuffer recorded = scene->command_buffer;
     scene_end(scene, recorded);
-    if (scene->world->records_secondary) {
-        scene->command_buffer =
-            scene_command_buffer(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0));
+    if (scene->fixture->records_secondary) {
+        scene->command_buffer = scene_command_buffer(
+            scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0));
         scene_begin(scene, scene->command_buffer, 0);
         scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &recorded);
         scene_end(scene, scene->command_buffer);
@@ -82,7 +83,8 @@ void submission_begin(struct scene *scene)
                                       .commandBufferCount = 1,
                                       .pCommandBuffers = &scene->command_buffer};
 
-    expect_success(scene->vk->ResetFences(scene->world->device, 1, &scene->fence), "vkResetFences");
+    expect_success(scene->vk->ResetFences(scene->fixture->device, 1, &scene->fence),
+                   "vkResetFences");
     expect_success(scene->vk->QueueSubmit(queue_of(scene), 1, &submit_info, scene->fence),
                    "vkQueueSubmit");
     scene->inputs.semaphore_count = 0;
@@ -92,7 +94,7 @@ static void poll(const struct scene *scene)
 {
     VkResult result;
     do
-        result = scene->vk->GetFenceStatus(scene->world->device, scene->fence);
+        result = scene->vk->GetFenceStatus(scene->fixture->device, scene->fence);
     while (result == VK_NOT_READY);
     expect_success(result, "vkGetFenceStatus");
 }
@@ -103,13 +105,13 @@ static void wait_for_timeline(const struct scene *scene)
                                       .semaphoreCount = 1,
                                       .pSemaphores = &scene->timeline,
                                       .pValues = &scene->timeline_value};
-    expect_success(scene->vk->WaitSemaphores(scene->world->device, &info, UINT64_MAX),
+    expect_success(scene->vk->WaitSemaphores(scene->fixture->device, &info, UINT64_MAX),
                    "vkWaitSemaphores");
 }
 
 void submission_wait(struct scene *scene, enum waiting waiting)
 {
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
     switch (waiting) {
     case WAIT_FENCE:

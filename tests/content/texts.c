@@ -75,14 +75,14 @@ static void name_command_buffer(struct scene *scene)
         .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
         .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
         .pObjectName = "frame"};
-    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(scene->world->device, &name),
+    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(scene->fixture->device, &name),
                    "vkSetDebugUtilsObjectNameEXT");
 }
 
-static void run(struct world *world, const struct text *text)
+static void run(struct fixture *fixture, const struct text *text)
 {
-    messages_clear(&world->messages);
-    struct scene *scene = scene_open(world, COMMAND_DEVICE);
+    messages_clear(&fixture->messages);
+    struct scene *scene = scene_open(fixture, COMMAND_DEVICE);
     text->mutate(scene);
     name_command_buffer(scene);
     begin_label(scene, "scene");
@@ -115,18 +115,19 @@ static void simplify(const char *from, char *to, size_t size)
     to[length] = '\0';
 }
 
-static void play(struct world *world, const struct text *text, struct tally *tally)
+static void play(struct fixture *fixture, const struct text *text, struct tally *tally)
 {
     char line[MESSAGE_TEXT_MAX], report[2 * MESSAGE_TEXT_MAX];
 
-    run(world, text);
-    simplify(world->messages.count > 0 ? world->messages.items[0].text : "", line, sizeof(line));
-    const bool good = world->messages.count == 1 && strcmp(line, text->text) == 0;
-    snprintf(report, sizeof(report), "%u messages: %s\n", world->messages.count, line);
+    run(fixture, text);
+    simplify(fixture->messages.count > 0 ? fixture->messages.items[0].text : "", line,
+             sizeof(line));
+    const bool good = fixture->messages.count == 1 && strcmp(line, text->text) == 0;
+    snprintf(report, sizeof(report), "%u messages: %s\n", fixture->messages.count, line);
     tally_count(tally, good ? OUTCOME_PASSED : OUTCOME_FAILED, text->name, report);
 }
 
-void texts_play(const struct platform *platform, struct world *world, struct tally *tally)
+void texts_play(const struct platform *platform, struct fixture *fixture, struct tally *tally)
 {
     static const struct setup with_content = {.level = "content"};
 
@@ -135,12 +136,12 @@ void texts_play(const struct platform *platform, struct world *world, struct tal
             puts(texts[i].name);
         if (tally->list || (tally->filter != NULL && strstr(texts[i].name, tally->filter) == NULL))
             continue;
-        world_close(world);
-        const char *missing = world_open(world, platform, &with_content);
-        world->inputs = INPUTS_VISIBLE;
-        world->uses_two_queues = world->records_secondary = false;
+        fixture_close(fixture);
+        const char *missing = fixture_open(fixture, platform, &with_content);
+        fixture->inputs = INPUTS_VISIBLE;
+        fixture->uses_two_queues = fixture->records_secondary = false;
         if (missing == NULL)
-            play(world, &texts[i], tally);
+            play(fixture, &texts[i], tally);
         else
             tally_count(tally, OUTCOME_SKIPPED, texts[i].name, missing);
     }

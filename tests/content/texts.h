@@ -6,6 +6,6 @@
 #include "judge.h"
 
 /* Plays them in a world that is opened for them. */
-void texts_play(const struct platform *platform, struct world *world, struct tally *tally);
+void texts_play(const struct platform *platform, struct fixture *fixture, struct tally *tally);
 
 #endif

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "device_stage.h"
+#include "device_fixture.h"
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float) };
 
@@ -20,32 +20,33 @@ enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float)
 
 /* Three triangles, two structures for them, and commands that build from copies of their data. */
 struct scene {
-    struct stage_build host;
+    struct fixture_build host;
     struct device_build build;
-    struct stage_structure blas, other;
+    struct fixture_structure blas, other;
     VkCommandBuffer commands[2];
 };
 
 static void open_scene(struct scene *scene)
 {
-    stage_triangles(&scene->host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
-    scene->blas = stage_create_for(stage, &scene->host);
+    fixture_triangles(&scene->host, TRIANGLES,
+                      VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
+    scene->blas = fixture_create_for(fixture, &scene->host);
     scene->other =
-        stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene->blas.size);
+        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene->blas.size);
     device_build_create(&device, &scene->host, DATA_SIZE, &scene->build);
     for (int i = 0; i < 2; i++)
         scene->commands[i] = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    messages_clear(&stage->kit.messages);
+    messages_clear(&fixture->instance_fixture.messages);
 }
 
 static void close_scene(struct scene *scene)
 {
-    stage->vk.DeviceWaitIdle(stage->device);
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 2, scene->commands);
+    fixture->vk.DeviceWaitIdle(fixture->device);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 2, scene->commands);
     device_build_destroy(&device, &scene->build);
-    stage_destroy(stage, &scene->other);
-    stage_destroy(stage, &scene->blas);
-    stage_free(&scene->host);
+    fixture_destroy(fixture, &scene->other);
+    fixture_destroy(fixture, &scene->blas);
+    fixture_free(&scene->host);
 }
 
 /* Of the second triangle; in the host's data, or in what is copied when commands run. */
@@ -69,7 +70,7 @@ static void run(struct scene *scene, int commands)
 /* What came since the last time: one message, or none. */
 static void expect(const char *id)
 {
-    struct messages *messages = &stage->kit.messages;
+    struct messages *messages = &fixture->instance_fixture.messages;
     if (messages->count != (id != NULL) || (id && !messages_count(messages, id, "primitive 1")))
         for (uint32_t i = 0; i < messages_kept(messages); i++)
             print_error("%s\n", messages->items[i].text);
@@ -86,7 +87,7 @@ static void test_built_by_the_host(void **state)
     (void)state;
     open_scene(&scene);
     assert_int_equal(
-        stage_build(stage, VK_NULL_HANDLE, &scene.host, scene.blas.handle, VK_NULL_HANDLE),
+        fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, VK_NULL_HANDLE),
         VK_SUCCESS);
     set_asleep(scene.host.data, true);
     record(&scene, 0, scene.blas.handle);
@@ -106,11 +107,11 @@ static void test_updated_by_the_host(void **state)
     run(&scene, 0);
     expect(NULL);
     assert_int_equal(
-        stage_build(stage, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle),
+        fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle),
         VK_SUCCESS);
     expect(NULL);
     set_asleep(scene.host.data, false);
-    stage_build(stage, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
+    fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
     expect(HOST WOKEN);
     close_scene(&scene);
 }
@@ -122,8 +123,8 @@ static void test_in_one_command_buffer(void **state)
     open_scene(&scene);
     const float asleep = NAN;
     record(&scene, 0, VK_NULL_HANDLE);
-    stage->vk.CmdUpdateBuffer(scene.commands[0], scene.build.data.handle, FLOATS * sizeof(float),
-                              sizeof(asleep), &asleep);
+    fixture->vk.CmdUpdateBuffer(scene.commands[0], scene.build.data.handle, FLOATS * sizeof(float),
+                                sizeof(asleep), &asleep);
     device_barrier(&device, scene.commands[0]);
     device_build(&device, scene.commands[0], &scene.build, scene.blas.handle, scene.blas.handle);
     expect(NULL);
@@ -186,7 +187,7 @@ static void copy(struct scene *scene, VkCommandBuffer commands)
         .dst = scene->other.handle,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
     };
-    stage->vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
     device_barrier(&device, commands);
 }
 
@@ -201,7 +202,7 @@ static void test_cloned(void **state)
     run(&scene, 0);
     set_asleep(scene.host.data, true);
     assert_int_equal(
-        stage_build(stage, VK_NULL_HANDLE, &scene.host, scene.blas.handle, VK_NULL_HANDLE),
+        fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, VK_NULL_HANDLE),
         VK_SUCCESS);
     record(&scene, 1, scene.blas.handle);
     record(&scene, 1, scene.other.handle);
@@ -219,8 +220,8 @@ static void test_all_at_once(void **state)
     record(&scene, 0, VK_NULL_HANDLE);
     copy(&scene, scene.commands[0]);
     const float asleep = NAN;
-    stage->vk.CmdUpdateBuffer(scene.commands[1], scene.build.data.handle, FLOATS * sizeof(float),
-                              sizeof(asleep), &asleep);
+    fixture->vk.CmdUpdateBuffer(scene.commands[1], scene.build.data.handle, FLOATS * sizeof(float),
+                                sizeof(asleep), &asleep);
     device_barrier(&device, scene.commands[1]);
     device_build(&device, scene.commands[1], &scene.build, scene.blas.handle, scene.other.handle);
     for (int i = 0; i < 2; i++)
@@ -229,10 +230,10 @@ static void test_all_at_once(void **state)
         const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                      .commandBufferCount = 1,
                                      .pCommandBuffers = &scene.commands[i]};
-        assert_int_equal(stage->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE),
+        assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE),
                          VK_SUCCESS);
     }
-    stage->vk.QueueWaitIdle(device.queue);
+    fixture->vk.QueueWaitIdle(device.queue);
     expect(DEVICE PUT_TO_SLEEP);
     close_scene(&scene);
 }
@@ -241,7 +242,7 @@ static void test_all_at_once(void **state)
 static void test_built_indirectly(void **state)
 {
     static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
-    const struct messages *messages = &stage->kit.messages;
+    const struct messages *messages = &fixture->instance_fixture.messages;
     const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
     const uint32_t *const counts = &most;
     struct scene scene;
@@ -253,8 +254,8 @@ static void test_built_indirectly(void **state)
     device_upload(&device, scene.commands[0], &scene.build);
     scene.build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     scene.build.info.dstAccelerationStructure = scene.blas.handle;
-    stage->vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
-                                                        &range.address, &stride, &counts);
+    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
+                                                          &range.address, &stride, &counts);
     device_barrier(&device, scene.commands[0]);
     run(&scene, 0);
     record(&scene, 1, scene.blas.handle);
@@ -284,12 +285,12 @@ static void test_told_at_destruction(void **state)
     const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                  .commandBufferCount = 1,
                                  .pCommandBuffers = &scene.commands[1]};
-    assert_int_equal(stage->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
-    for (int i = 0; i < 1000 && !stage->kit.messages.count; i++) {
+    assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    for (int i = 0; i < 1000 && !fixture->instance_fixture.messages.count; i++) {
         nanosleep(&pause, NULL);
-        struct stage_structure other =
-            stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-        stage_destroy(stage, &other);
+        struct fixture_structure other = fixture_create(
+            fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+        fixture_destroy(fixture, &other);
     }
     expect(DEVICE PUT_TO_SLEEP);
     close_scene(&scene);
@@ -309,12 +310,12 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_told_at_destruction),
     };
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    const char *reason = argc == 2 ? device_fixture_open(&device, argv[1]) : "name a platform";
     if (reason) {
         printf("skipped: %s\n", reason);
         return 77;
     }
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
+    device_fixture_close(&device);
     return failed;
 }

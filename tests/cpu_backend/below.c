@@ -2,8 +2,8 @@
 /* The device, in place of the registry and of the reporter. */
 #include "below.h"
 
-#include "layer/cpu/driver/refuse.h"
-#include "layer/cpu/offer.h"
+#include "layer/cpu/advertise.h"
+#include "layer/cpu/driver/unsupported.h"
 
 static struct cpu_overlay overlay;
 static struct layer_instance instance;
@@ -30,14 +30,15 @@ struct layer_instance *layer_find_instance(const void *dispatchable)
     return &instance;
 }
 
-bool cpu_offers(const struct layer_instance *of, VkPhysicalDevice physical_device)
+bool cpu_advertises(const struct layer_instance *of, VkPhysicalDevice physical_device)
 {
     (void)of;
     (void)physical_device;
     return true;
 }
 
-void cpu_refuse(const struct layer_instance *of_instance, const char *command, const char *what)
+void cpu_report_unsupported(const struct layer_instance *of_instance, const char *command,
+                            const char *what)
 {
     (void)of_instance;
     (void)what;

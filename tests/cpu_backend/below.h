@@ -13,7 +13,7 @@ extern struct cpu_overlay *const below;
 #define QUEUE ((VkQueue)(uintptr_t)2)
 #define COMMAND_BUFFER ((VkCommandBuffer)(uintptr_t)3)
 
-/* What cpu_refuse() was last told, and how often; the test clears it. */
+/* What cpu_report_unsupported() was last told, and how often; the test clears it. */
 extern const char *refused_command;
 extern unsigned refusals;
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct stage *const stage = &device.stage;
+static struct fixture *const fixture = &device.fixture;
 
 static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 
@@ -22,12 +22,13 @@ static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize si
     };
     VkBuffer alias;
     VkMemoryRequirements requirements;
-    expect(stage->vk.CreateBuffer(stage->device, &info, NULL, &alias));
-    stage->vk.GetBufferMemoryRequirements(stage->device, alias, &requirements);
-    expect(stage->vk.BindBufferMemory(stage->device, alias, buffer->memory, 0));
+    expect(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
+    fixture->vk.GetBufferMemoryRequirements(fixture->device, alias, &requirements);
+    expect(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
     const VkBufferDeviceAddressInfo address = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = alias};
-    assert_int_equal(stage->vk.GetBufferDeviceAddress(stage->device, &address), buffer->address);
+    assert_int_equal(fixture->vk.GetBufferDeviceAddress(fixture->device, &address),
+                     buffer->address);
     return alias;
 }
 
@@ -39,7 +40,7 @@ struct lures {
 
 static void replace(struct device_buffer *buffer, VkDeviceSize size, struct lures *lures)
 {
-    stage->vk.DestroyBuffer(stage->device, buffer->handle, NULL);
+    fixture->vk.DestroyBuffer(fixture->device, buffer->handle, NULL);
     for (int i = 0; i < LURES; i++)
         lures->buffers[i] = device_buffer_create(&device, size);
     buffer->handle = create_alias(buffer, size);
@@ -63,7 +64,7 @@ static void test_builds(void **state)
     device_build(&device, commands, &scene.build, scene.blas.handle, VK_NULL_HANDLE);
     replace(data, scene.build.size, &lures);
     device_finish(&device, commands);
-    assert_true(stage_trace(stage, scene.blas.handle, 0.25f, 0.25f).isHit);
+    assert_true(fixture_trace(fixture, scene.blas.handle, 0.25f, 0.25f).isHit);
     free_lures(&lures);
     result_scene_close(&scene);
 }
@@ -87,7 +88,7 @@ static void test_serializes(void **state)
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
     };
     commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+    fixture->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
     replace(&buffer, size, &lures);
     device_finish(&device, commands);
     assert_memory_equal(buffer.bytes, expected, size);
@@ -112,8 +113,8 @@ static void test_deserializes(void **state)
     void *bytes = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
     memcpy(buffer.bytes, bytes, size);
-    struct stage_structure loaded =
-        stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    struct fixture_structure loaded =
+        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
     const VkCopyMemoryToAccelerationStructureInfoKHR load = {
         .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
         .src.deviceAddress = buffer.address,
@@ -121,13 +122,13 @@ static void test_deserializes(void **state)
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
     };
     commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+    fixture->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
     replace(&buffer, size, &lures);
     device_finish(&device, commands);
-    assert_true(stage_trace(stage, loaded.handle, 0.25f, 0.25f).isHit);
+    assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
     free(bytes);
     free_lures(&lures);
-    stage_destroy(stage, &loaded);
+    fixture_destroy(fixture, &loaded);
     device_buffer_destroy(&device, &buffer);
     result_scene_close(&scene);
 }
@@ -144,5 +145,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of command buffers on backend cpu, through the loader: what they read is what was there
  * when they executed, whenever the tree is asked for; and none is made that nobody asks for. */
-#include "device_stage.h"
+#include "device_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 enum {
     TRIANGLES = 50,
@@ -22,20 +22,20 @@ static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
 /* ---- scenes: a BLAS of triangles, and a TLAS of two instances of it */
 
 struct scene {
-    struct stage_build host_triangles, host_instances;
+    struct fixture_build host_triangles, host_instances;
     struct device_build triangles, instances;
-    struct stage_structure blas, tlas;
+    struct fixture_structure blas, tlas;
 };
 
 static void open_scene(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    stage_triangles(&scene->host_triangles, TRIANGLES, flags);
-    scene->blas = stage_create_for(stage, &scene->host_triangles);
+    fixture_triangles(&scene->host_triangles, TRIANGLES, flags);
+    scene->blas = fixture_create_for(fixture, &scene->host_triangles);
     device_build_create(&device, &scene->host_triangles, TRIANGLES * TRIANGLE_SIZE,
                         &scene->triangles);
     const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
-    stage_instances(&scene->host_instances, blases, 2, flags);
-    scene->tlas = stage_create_for(stage, &scene->host_instances);
+    fixture_instances(&scene->host_instances, blases, 2, flags);
+    scene->tlas = fixture_create_for(fixture, &scene->host_instances);
     device_build_create(&device, &scene->host_instances,
                         2 * sizeof(VkAccelerationStructureInstanceKHR), &scene->instances);
 }
@@ -44,10 +44,10 @@ static void close_scene(struct scene *scene)
 {
     device_build_destroy(&device, &scene->triangles);
     device_build_destroy(&device, &scene->instances);
-    stage_destroy(stage, &scene->tlas);
-    stage_destroy(stage, &scene->blas);
-    stage_free(&scene->host_triangles);
-    stage_free(&scene->host_instances);
+    fixture_destroy(fixture, &scene->tlas);
+    fixture_destroy(fixture, &scene->blas);
+    fixture_free(&scene->host_triangles);
+    fixture_free(&scene->host_instances);
     device_expect_silence(&device);
 }
 
@@ -55,7 +55,7 @@ static void close_scene(struct scene *scene)
 static void record_triangles(struct scene *scene, VkCommandBuffer commands, float y,
                              VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
 {
-    stage_move(&scene->host_triangles, 0, y, 0);
+    fixture_move(&scene->host_triangles, 0, y, 0);
     device_upload(&device, commands, &scene->triangles);
     device_build(&device, commands, &scene->triangles, dst, src);
 }
@@ -70,20 +70,21 @@ static void record_scene(struct scene *scene, VkCommandBuffer commands)
 /* Whether the triangles of a structure are where they are after record_triangles(y). */
 static bool is_at(VkAccelerationStructureKHR structure, float y)
 {
-    return stage_trace(stage, structure, y + 0.25f, 0.25f).isHit &&
-           !stage_trace(stage, structure, y - 0.25f, 0.25f).isHit;
+    return fixture_trace(fixture, structure, y + 0.25f, 0.25f).isHit &&
+           !fixture_trace(fixture, structure, y - 0.25f, 0.25f).isHit;
 }
 
 /* Another structure for the same build. */
-static struct stage_structure create_twin(struct stage_build *build)
+static struct fixture_structure create_twin(struct fixture_build *build)
 {
     free(build->scratch);
-    return stage_create_for(stage, build);
+    return fixture_create_for(fixture, build);
 }
 
-static void host_build(struct stage_build *build, VkAccelerationStructureKHR dst)
+static void host_build(struct fixture_build *build, VkAccelerationStructureKHR dst)
 {
-    assert_int_equal(stage_build(stage, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_int_equal(fixture_build(fixture, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE),
+                     VK_SUCCESS);
 }
 
 static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR src,
@@ -94,7 +95,7 @@ static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR sr
         .src = src,
         .dst = dst,
     };
-    stage->vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
     device_barrier(&device, commands);
 }
 
@@ -108,18 +109,18 @@ static void test_same_as_host_build(void **state)
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     record_scene(&scene, commands);
     device_finish(&device, commands);
-    assert_true(stage_trace(stage, scene.tlas.handle, 0.25f, 0.25f).isHit);
-    assert_true(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
-    assert_false(stage_trace(stage, scene.tlas.handle, 1.25f, 0.25f).isHit);
+    assert_true(fixture_trace(fixture, scene.tlas.handle, 0.25f, 0.25f).isHit);
+    assert_true(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    assert_false(fixture_trace(fixture, scene.tlas.handle, 1.25f, 0.25f).isHit);
 
-    struct stage_structure blas = create_twin(&scene.host_triangles);
-    struct stage_structure tlas = create_twin(&scene.host_instances);
+    struct fixture_structure blas = create_twin(&scene.host_triangles);
+    struct fixture_structure tlas = create_twin(&scene.host_instances);
     host_build(&scene.host_triangles, blas.handle);
     host_build(&scene.host_instances, tlas.handle);
     device_expect_same_bytes(&device, scene.blas.handle, blas.handle);
     device_expect_same_bytes(&device, scene.tlas.handle, tlas.handle);
-    stage_destroy(stage, &blas);
-    stage_destroy(stage, &tlas);
+    fixture_destroy(fixture, &blas);
+    fixture_destroy(fixture, &tlas);
     close_scene(&scene);
 }
 
@@ -128,21 +129,21 @@ static void test_only_what_is_asked_for(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, UPDATABLE);
-    const AssayCounters before = stage_counters(stage);
+    const AssayCounters before = fixture_counters(fixture);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     record_scene(&scene, commands);
     device_end(&device, commands);
     for (int i = 0; i < 3; i++)
         device_run(&device, commands);
-    const AssayCounters submitted = stage_counters(stage);
+    const AssayCounters submitted = fixture_counters(fixture);
     assert_int_equal(submitted.builds, before.builds);
     assert_int_equal(submitted.bytesSnapshot - before.bytesSnapshot,
                      TRIANGLES * TRIANGLE_SIZE + 2 * sizeof(VkAccelerationStructureInstanceKHR));
     assert_true(is_at(scene.blas.handle, 0));
-    assert_int_equal(stage_counters(stage).builds - before.builds, 1);
-    stage_trace(stage, scene.tlas.handle, 0, 0);
-    assert_int_equal(stage_counters(stage).builds - before.builds, 2);
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &commands);
+    assert_int_equal(fixture_counters(fixture).builds - before.builds, 1);
+    fixture_trace(fixture, scene.tlas.handle, 0, 0);
+    assert_int_equal(fixture_counters(fixture).builds - before.builds, 2);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &commands);
     close_scene(&scene);
 }
 
@@ -152,7 +153,7 @@ static void test_updates(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, UPDATABLE);
-    const AssayCounters before = stage_counters(stage);
+    const AssayCounters before = fixture_counters(fixture);
     for (int i = 0; i < 20; i++) {
         VkCommandBuffer commands = device_begin(&device, PRIMARY);
         record_triangles(&scene, commands, (float)i, scene.blas.handle,
@@ -160,7 +161,7 @@ static void test_updates(void **state)
         device_finish(&device, commands);
     }
     assert_true(is_at(scene.blas.handle, 19));
-    const AssayCounters after = stage_counters(stage);
+    const AssayCounters after = fixture_counters(fixture);
     assert_int_equal(after.builds - before.builds, 1);
     assert_int_equal(after.updates - before.updates, 1);
     close_scene(&scene);
@@ -168,17 +169,17 @@ static void test_updates(void **state)
 
 /* A TLAS is built over its BLAS as it was then, though that is rebuilt, or gone, before anybody
  * asks. */
-static void test_tlas_keeps_its_moment(void **state)
+static void test_tlas_keeps_its_timestamp(void **state)
 {
     (void)state;
     struct scene scene;
     open_scene(&scene, 0);
-    struct stage_structure twin = create_twin(&scene.host_instances);
+    struct fixture_structure twin = create_twin(&scene.host_instances);
     host_build(&scene.host_triangles, scene.blas.handle);
     host_build(&scene.host_instances, twin.handle);
     size_t twin_size, size;
     void *twin_bytes = device_serialize(&device, twin.handle, &twin_size);
-    stage_destroy(stage, &twin);
+    fixture_destroy(fixture, &twin);
 
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     record_scene(&scene, commands);
@@ -186,7 +187,7 @@ static void test_tlas_keeps_its_moment(void **state)
     commands = device_begin(&device, PRIMARY);
     record_triangles(&scene, commands, 100, scene.blas.handle, VK_NULL_HANDLE);
     device_finish(&device, commands);
-    stage->vk.DestroyAccelerationStructureKHR(stage->device, scene.blas.handle, NULL);
+    fixture->vk.DestroyAccelerationStructureKHR(fixture->device, scene.blas.handle, NULL);
     scene.blas.handle = VK_NULL_HANDLE;
     void *bytes = device_serialize(&device, scene.tlas.handle, &size);
     assert_int_equal(size, twin_size);
@@ -203,7 +204,7 @@ static void test_resubmission(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, 0);
-    struct stage_structure clone = create_twin(&scene.host_triangles);
+    struct fixture_structure clone = create_twin(&scene.host_triangles);
     VkCommandBuffer build = device_begin(&device, PRIMARY);
     record_triangles(&scene, build, 0, scene.blas.handle, VK_NULL_HANDLE);
     device_end(&device, build);
@@ -211,18 +212,18 @@ static void test_resubmission(void **state)
     record_clone(copy, scene.blas.handle, clone.handle);
     device_end(&device, copy);
 
-    const AssayCounters before = stage_counters(stage);
+    const AssayCounters before = fixture_counters(fixture);
     device_run(&device, build);
     device_run(&device, copy);
-    stage_move(&scene.host_triangles, 0, 7, 0);
+    fixture_move(&scene.host_triangles, 0, 7, 0);
     memcpy(scene.triangles.staging.bytes, scene.host_triangles.data, TRIANGLES * TRIANGLE_SIZE);
     device_run(&device, build);
-    assert_int_equal(stage_counters(stage).builds, before.builds);
+    assert_int_equal(fixture_counters(fixture).builds, before.builds);
     assert_true(is_at(clone.handle, 0));
     assert_true(is_at(scene.blas.handle, 7));
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &build);
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &copy);
-    stage_destroy(stage, &clone);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &build);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &copy);
+    fixture_destroy(fixture, &clone);
     close_scene(&scene);
 }
 
@@ -235,11 +236,11 @@ static void test_secondary(void **state)
     record_scene(&scene, secondary);
     device_end(&device, secondary);
     VkCommandBuffer primary = device_begin(&device, PRIMARY);
-    stage->vk.CmdExecuteCommands(primary, 1, &secondary);
+    fixture->vk.CmdExecuteCommands(primary, 1, &secondary);
     device_finish(&device, primary);
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &secondary);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &secondary);
     assert_true(is_at(scene.blas.handle, 0));
-    assert_true(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    assert_true(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
     close_scene(&scene);
 }
 
@@ -249,14 +250,14 @@ static void test_executed_twice_at_once(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, 0);
-    struct stage_structure clone = create_twin(&scene.host_triangles);
+    struct fixture_structure clone = create_twin(&scene.host_triangles);
     VkCommandBuffer secondary = device_begin(&device, SECONDARY);
     record_triangles(&scene, secondary, 0, scene.blas.handle, VK_NULL_HANDLE);
     device_end(&device, secondary);
     VkCommandBuffer primary = device_begin(&device, PRIMARY);
-    stage->vk.CmdExecuteCommands(primary, 1, &secondary);
+    fixture->vk.CmdExecuteCommands(primary, 1, &secondary);
     record_clone(primary, scene.blas.handle, clone.handle);
-    stage->vk.CmdExecuteCommands(primary, 1, &secondary);
+    fixture->vk.CmdExecuteCommands(primary, 1, &secondary);
     device_end(&device, primary);
     for (int i = 0; i < 2; i++) {
         device_run(&device, primary);
@@ -264,16 +265,16 @@ static void test_executed_twice_at_once(void **state)
         device_expect_silence(&device);
     }
     assert_true(is_at(clone.handle, 0));
-    const struct messages *messages = &stage->kit.messages;
+    const struct messages *messages = &fixture->instance_fixture.messages;
     assert_int_equal(messages->count, 1);
     assert_non_null(strstr(messages->items[0].text, "what the last one copied"));
     device_run(&device, primary);
     assert_true(is_at(clone.handle, 0));
     assert_int_equal(messages->count, 1);
-    messages_clear(&stage->kit.messages);
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &primary);
-    stage->vk.FreeCommandBuffers(stage->device, device.pool, 1, &secondary);
-    stage_destroy(stage, &clone);
+    messages_clear(&fixture->instance_fixture.messages);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &primary);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &secondary);
+    fixture_destroy(fixture, &clone);
     close_scene(&scene);
 }
 
@@ -294,10 +295,10 @@ static void test_indirect(void **state)
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     device_upload(&device, commands, &scene.triangles);
     scene.triangles.info.dstAccelerationStructure = scene.blas.handle;
-    stage->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
-                                                        &address, &stride, &maxima);
+    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
+                                                          &address, &stride, &maxima);
     device_finish(&device, commands);
-    const AssayHit hit = stage_trace(stage, scene.blas.handle, 0.25f, 0.25f);
+    const AssayHit hit = fixture_trace(fixture, scene.blas.handle, 0.25f, 0.25f);
     assert_true(hit.isHit);
     assert_int_equal(hit.primitive, 0);
     assert_float_equal(hit.t, SKIPPED + 1, 0); /* the ray begins at x = -1 */
@@ -311,7 +312,7 @@ static int run_all(void)
         cmocka_unit_test(test_same_as_host_build),
         cmocka_unit_test(test_only_what_is_asked_for),
         cmocka_unit_test(test_updates),
-        cmocka_unit_test(test_tlas_keeps_its_moment),
+        cmocka_unit_test(test_tlas_keeps_its_timestamp),
         cmocka_unit_test(test_resubmission),
         cmocka_unit_test(test_secondary),
         cmocka_unit_test(test_executed_twice_at_once),
@@ -322,5 +323,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

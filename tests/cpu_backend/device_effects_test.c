@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Only what a scene uses is computed: pairs of scenes that differ in one thing, and all that the
  * counters of backend cpu say of the difference. */
-#include "device_stage.h"
+#include "device_fixture.h"
 
 #include <string.h>
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 enum { TRIANGLES = 12, DATA_SIZE = TRIANGLES * 9 * sizeof(float) };
 
@@ -21,13 +21,13 @@ struct deeds {
 
 static AssayCounters run(const struct deeds *deeds)
 {
-    struct stage_build host;
+    struct fixture_build host;
     struct device_build build;
-    const AssayCounters before = stage_counters(stage);
-    stage_triangles(&host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR);
-    struct stage_structure blas = stage_create_for(stage, &host);
-    struct stage_structure copy =
-        stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas.size);
+    const AssayCounters before = fixture_counters(fixture);
+    fixture_triangles(&host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR);
+    struct fixture_structure blas = fixture_create_for(fixture, &host);
+    struct fixture_structure copy =
+        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas.size);
     struct device_buffer transform = device_buffer_create(&device, sizeof(moved));
     device_build_create(&device, &host, DATA_SIZE, &build);
     memcpy(transform.bytes, &moved, sizeof(moved));
@@ -46,24 +46,24 @@ static AssayCounters run(const struct deeds *deeds)
     for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
         device_build(&device, commands, &build, blas.handle, VK_NULL_HANDLE);
     if (deeds->clones || deeds->compacts)
-        stage->vk.CmdCopyAccelerationStructureKHR(commands, &copying);
+        fixture->vk.CmdCopyAccelerationStructureKHR(commands, &copying);
     device_finish(&device, commands);
     const float y = deeds->transforms ? 3 : 0;
     if (deeds->is_traced)
-        stage_trace(stage, deeds->clones || deeds->compacts ? copy.handle : blas.handle,
-                    y + (deeds->grazes_an_edge ? 0.5f : 0.25f),
-                    deeds->grazes_an_edge ? 0.5f : 0.25f);
-    AssayCounters after = stage_counters(stage);
+        fixture_trace(fixture, deeds->clones || deeds->compacts ? copy.handle : blas.handle,
+                      y + (deeds->grazes_an_edge ? 0.5f : 0.25f),
+                      deeds->grazes_an_edge ? 0.5f : 0.25f);
+    AssayCounters after = fixture_counters(fixture);
     uint64_t *values = (uint64_t *)&after;
     for (size_t i = 0; i < sizeof(after) / sizeof(*values); i++)
         values[i] -= ((const uint64_t *)&before)[i];
 
     device_build_destroy(&device, &build);
     device_buffer_destroy(&device, &transform);
-    stage_destroy(stage, &copy);
-    stage_destroy(stage, &blas);
-    stage_free(&host);
-    assert_int_equal(stage->kit.messages.count, 0);
+    fixture_destroy(fixture, &copy);
+    fixture_destroy(fixture, &blas);
+    fixture_free(&host);
+    assert_int_equal(fixture->instance_fixture.messages.count, 0);
     return after;
 }
 
@@ -146,5 +146,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What moves, built by command buffers on backend cpu, through the loader: the same as by the host,
  * from what was there when they executed. */
-#include "device_stage.h"
+#include "device_fixture.h"
 #include "host_scene.h"
 #include "motion_scene.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static struct device_stage device;
+static struct device_fixture device;
 
 /* ---- the scene, with its data in buffers */
 
@@ -21,7 +21,7 @@ struct device_scene {
 
 static void open_device_scene(struct device_scene *scene)
 {
-    moving_scene_open(&device.stage, &scene->host, 0);
+    moving_scene_open(&device.fixture, &scene->host, 0);
     device_build_create(&device, &scene->host.triangles, MOTION_VERTICES_SIZE, &scene->triangles);
     device_build_create(&device, &scene->host.instances, MOTION_INSTANCES_SIZE, &scene->instances);
     scene->then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
@@ -36,10 +36,10 @@ static void close_device_scene(struct device_scene *scene)
     device_buffer_destroy(&device, &scene->then);
     device_build_destroy(&device, &scene->triangles);
     device_build_destroy(&device, &scene->instances);
-    moving_scene_close(&device.stage, &scene->host);
-    for (uint32_t i = 0; i < messages_kept(&device.stage.kit.messages); i++)
-        print_error("%s\n", device.stage.kit.messages.items[i].text);
-    assert_int_equal(device.stage.kit.messages.count, 0);
+    moving_scene_close(&device.fixture, &scene->host);
+    for (uint32_t i = 0; i < messages_kept(&device.fixture.instance_fixture.messages); i++)
+        print_error("%s\n", device.fixture.instance_fixture.messages.items[i].text);
+    assert_int_equal(device.fixture.instance_fixture.messages.count, 0);
 }
 
 /* Once they have executed, nothing is left of the data. */
@@ -62,7 +62,7 @@ static void expect_same_as_by_the_host(struct moving_scene *scene)
     void *bytes[4];
     bytes[0] = serialize(scene->blas.handle, &sizes[0]);
     bytes[1] = serialize(scene->tlas.handle, &sizes[1]);
-    moving_scene_build(&device.stage, scene);
+    moving_scene_build(&device.fixture, scene);
     bytes[2] = serialize(scene->blas.handle, &sizes[2]);
     bytes[3] = serialize(scene->tlas.handle, &sizes[3]);
     for (int i = 0; i < 2; i++) {
@@ -80,12 +80,12 @@ static void test_same_as_host_build(void **state)
     (void)state;
     struct device_scene scene;
     open_device_scene(&scene);
-    const AssayCounters before = stage_counters(&device.stage);
+    const AssayCounters before = fixture_counters(&device.fixture);
     build_scene(&scene);
-    assert_int_equal(stage_counters(&device.stage).bytesSnapshot - before.bytesSnapshot,
+    assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
                      2 * MOTION_VERTICES_SIZE + MOTION_INSTANCES_SIZE);
-    expect_moving_blas(&device.stage, scene.host.blas.handle, 4);
-    expect_moving_tlas(&device.stage, scene.host.tlas.handle);
+    expect_moving_blas(&device.fixture, scene.host.blas.handle, 4);
+    expect_moving_tlas(&device.fixture, scene.host.tlas.handle);
     expect_same_as_by_the_host(&scene.host);
     close_device_scene(&scene);
 }
@@ -103,7 +103,7 @@ static void test_offsets(void **state)
         .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
     build_scene(&scene);
     /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
-    const AssayHit hit = stage_trace_at(&device.stage, scene.host.tlas.handle, 2.25f, 0.25f, 1);
+    const AssayHit hit = fixture_trace_at(&device.fixture, scene.host.tlas.handle, 2.25f, 0.25f, 1);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
     expect_same_as_by_the_host(&scene.host);
@@ -124,10 +124,11 @@ static void test_indirect(void **state)
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     device_upload(&device, commands, &scene.triangles);
     scene.triangles.info.dstAccelerationStructure = scene.host.blas.handle;
-    device.stage.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
-                                                              &ranges.address, &stride, &maxima);
+    device.fixture.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
+                                                                &ranges.address, &stride, &maxima);
     device_finish(&device, commands);
-    const AssayHit hit = stage_trace_at(&device.stage, scene.host.blas.handle, 0.25f, 0.25f, 0.5f);
+    const AssayHit hit =
+        fixture_trace_at(&device.fixture, scene.host.blas.handle, 0.25f, 0.25f, 0.5f);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
     device_buffer_destroy(&device, &ranges);
@@ -169,14 +170,14 @@ static void test_array_of_pointers(void **state)
     scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     scene.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
     scene.host.instances.range.primitiveCount = POINTERS;
-    stage_destroy(&device.stage, &scene.host.tlas);
+    fixture_destroy(&device.fixture, &scene.host.tlas);
     free(scene.host.instances.scratch);
-    scene.host.tlas = stage_create_for(&device.stage, &scene.host.instances);
+    scene.host.tlas = fixture_create_for(&device.fixture, &scene.host.instances);
     build_scene(&scene);
     memset(instances.bytes, 0, (size_t)MOVING_INSTANCES * APART); /* too late to matter */
-    expect_moving_tlas(&device.stage, scene.host.tlas.handle);
+    expect_moving_tlas(&device.fixture, scene.host.tlas.handle);
     /* Content may tell of the null pointer. */
-    messages_clear(&device.stage.kit.messages);
+    messages_clear(&device.fixture.instance_fixture.messages);
     device_buffer_destroy(&device, &instances);
     device_buffer_destroy(&device, &pointers);
     close_device_scene(&scene);
@@ -190,11 +191,11 @@ static int run_all(void)
         cmocka_unit_test(test_indirect),
         cmocka_unit_test(test_array_of_pointers),
     };
-    stage = device.stage; /* for what host_scene.h serializes */
+    fixture = device.fixture; /* for what host_scene.h serializes */
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

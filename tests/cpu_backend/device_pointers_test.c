@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arrays of pointers in builds of command buffers on backend cpu, through the loader: instances are
  * gathered at that point of the command buffer, and what the application has bound stays bound. */
-#include "device_stage.h"
+#include "device_fixture.h"
 
 #include <string.h>
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 static const uint32_t fill_code[] = {
 #include "fill_comp.h"
@@ -16,9 +16,10 @@ static const uint32_t fill_code[] = {
 
 static void expect_silence(void)
 {
-    for (uint32_t i = 0; i < messages_kept(&stage->kit.messages); i++)
-        print_error("%s: %s\n", stage->kit.messages.items[i].id, stage->kit.messages.items[i].text);
-    assert_int_equal(stage->kit.messages.count, 0);
+    for (uint32_t i = 0; i < messages_kept(&fixture->instance_fixture.messages); i++)
+        print_error("%s: %s\n", fixture->instance_fixture.messages.items[i].id,
+                    fixture->instance_fixture.messages.items[i].text);
+    assert_int_equal(fixture->instance_fixture.messages.count, 0);
 }
 
 /* ---- four pointers to instances that lie apart: the second, null, the first, and a wild one */
@@ -26,22 +27,22 @@ static void expect_silence(void)
 enum { COUNT = 4, APART = 128 };
 
 struct scene {
-    struct stage_build triangles, pairs;
-    struct stage_structure blas, tlas;
+    struct fixture_build triangles, pairs;
+    struct fixture_structure blas, tlas;
     struct device_build build;
     struct device_buffer instances, pointers;
 };
 
 static void open_scene(struct scene *scene)
 {
-    stage_triangles(&scene->triangles, 1, 0);
-    scene->blas = stage_create_for(stage, &scene->triangles);
-    expect(
-        stage_build(stage, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle, VK_NULL_HANDLE));
+    fixture_triangles(&scene->triangles, 1, 0);
+    scene->blas = fixture_create_for(fixture, &scene->triangles);
+    expect(fixture_build(fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
+                         VK_NULL_HANDLE));
     const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
-    stage_instances(&scene->pairs, blases, 2, 0);
+    fixture_instances(&scene->pairs, blases, 2, 0);
     scene->pairs.range.primitiveCount = COUNT;
-    scene->tlas = stage_create_for(stage, &scene->pairs);
+    scene->tlas = fixture_create_for(fixture, &scene->pairs);
     device_build_create(&device, &scene->pairs, 1, &scene->build);
     scene->instances = device_buffer_create(&device, COUNT * APART);
     scene->pointers = device_buffer_create(&device, COUNT * sizeof(uint64_t));
@@ -60,16 +61,16 @@ static void close_scene(struct scene *scene)
     device_buffer_destroy(&device, &scene->instances);
     device_buffer_destroy(&device, &scene->pointers);
     device_build_destroy(&device, &scene->build);
-    stage_destroy(stage, &scene->blas);
-    stage_destroy(stage, &scene->tlas);
-    stage_free(&scene->triangles);
-    stage_free(&scene->pairs);
+    fixture_destroy(fixture, &scene->blas);
+    fixture_destroy(fixture, &scene->tlas);
+    fixture_free(&scene->triangles);
+    fixture_free(&scene->pairs);
 }
 
 static void expect_instances(const struct scene *scene)
 {
-    const AssayHit upper = stage_trace(stage, scene->tlas.handle, 2.25f, 0.25f);
-    const AssayHit lower = stage_trace(stage, scene->tlas.handle, 0.25f, 0.25f);
+    const AssayHit upper = fixture_trace(fixture, scene->tlas.handle, 2.25f, 0.25f);
+    const AssayHit lower = fixture_trace(fixture, scene->tlas.handle, 0.25f, 0.25f);
     assert_true(upper.isHit && lower.isHit);
     assert_int_equal(upper.instance, 0);
     assert_int_equal(upper.customIndex, 101);
@@ -90,7 +91,7 @@ static void test_gathered(void **state)
     memset(scene.instances.bytes, 0, COUNT * APART); /* too late to matter */
     expect_instances(&scene);
     /* Content tells of the null pointer and the wild one, where it is asked. */
-    messages_clear(&stage->kit.messages);
+    messages_clear(&fixture->instance_fixture.messages);
     close_scene(&scene);
     expect_silence();
 }
@@ -108,15 +109,15 @@ static void test_gathered_by_indirect_build(void **state)
     memcpy(range.bytes, &two, sizeof(two));
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     scene.build.info.dstAccelerationStructure = scene.tlas.handle;
-    stage->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.build.info,
-                                                        &range.address, &stride, &maxima);
+    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.build.info,
+                                                          &range.address, &stride, &maxima);
     device_finish(&device, commands);
-    const AssayHit lower = stage_trace(stage, scene.tlas.handle, 0.25f, 0.25f);
+    const AssayHit lower = fixture_trace(fixture, scene.tlas.handle, 0.25f, 0.25f);
     assert_true(lower.isHit);
     assert_int_equal(lower.instance, 0);
     assert_int_equal(lower.customIndex, 100);
-    assert_false(stage_trace(stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
-    messages_clear(&stage->kit.messages);
+    assert_false(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    messages_clear(&fixture->instance_fixture.messages);
     device_buffer_destroy(&device, &range);
     close_scene(&scene);
     expect_silence();
@@ -138,7 +139,7 @@ struct fill {
 
 static struct fill create_fill(void)
 {
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     struct fill fill;
     const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
                                        .offset = CONSTANTS_AT,
@@ -154,8 +155,8 @@ static struct fill create_fill(void)
         .pCode = fill_code,
     };
     VkShaderModule module;
-    expect(vk->CreatePipelineLayout(stage->device, &layout, NULL, &fill.layout));
-    expect(vk->CreateShaderModule(stage->device, &code, NULL, &module));
+    expect(vk->CreatePipelineLayout(fixture->device, &layout, NULL, &fill.layout));
+    expect(vk->CreateShaderModule(fixture->device, &code, NULL, &module));
     const VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -164,16 +165,16 @@ static struct fill create_fill(void)
                   .pName = "main"},
         .layout = fill.layout,
     };
-    expect(
-        vk->CreateComputePipelines(stage->device, VK_NULL_HANDLE, 1, &info, NULL, &fill.pipeline));
-    vk->DestroyShaderModule(stage->device, module, NULL);
+    expect(vk->CreateComputePipelines(fixture->device, VK_NULL_HANDLE, 1, &info, NULL,
+                                      &fill.pipeline));
+    vk->DestroyShaderModule(fixture->device, module, NULL);
     return fill;
 }
 
 static void test_bound_state_stays(void **state)
 {
     (void)state;
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     struct scene scene;
     open_scene(&scene);
     const struct fill fill = create_fill();
@@ -188,9 +189,9 @@ static void test_bound_state_stays(void **state)
     device_finish(&device, commands);
     assert_int_equal(*(uint32_t *)target.bytes, constants.value);
     expect_instances(&scene);
-    messages_clear(&stage->kit.messages);
-    vk->DestroyPipeline(stage->device, fill.pipeline, NULL);
-    vk->DestroyPipelineLayout(stage->device, fill.layout, NULL);
+    messages_clear(&fixture->instance_fixture.messages);
+    vk->DestroyPipeline(fixture->device, fill.pipeline, NULL);
+    vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
     device_buffer_destroy(&device, &target);
     close_scene(&scene);
     expect_silence();
@@ -200,9 +201,9 @@ static void test_bound_state_stays(void **state)
 static void test_condition_stays(void **state)
 {
     (void)state;
-    if (!kit_has_conditions(&stage->kit))
+    if (!instance_fixture_has_conditions(&fixture->instance_fixture))
         skip();
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     struct scene scene;
     open_scene(&scene);
     const struct fill fill = create_fill();
@@ -229,9 +230,9 @@ static void test_condition_stays(void **state)
     device_finish(&device, commands);
     assert_int_equal(*(uint32_t *)target.bytes, 0);
     expect_instances(&scene);
-    messages_clear(&stage->kit.messages);
-    vk->DestroyPipeline(stage->device, fill.pipeline, NULL);
-    vk->DestroyPipelineLayout(stage->device, fill.layout, NULL);
+    messages_clear(&fixture->instance_fixture.messages);
+    vk->DestroyPipeline(fixture->device, fill.pipeline, NULL);
+    vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
     device_buffer_destroy(&device, &condition);
     device_buffer_destroy(&device, &target);
     close_scene(&scene);
@@ -251,5 +252,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -4,7 +4,7 @@
 
 #include "result_scene.h"
 
-static struct stage *const stage = &device.stage;
+static struct fixture *const fixture = &device.fixture;
 
 static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
@@ -24,23 +24,24 @@ static void test_queries(void **state)
     const VkDeviceSize expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE);
     assert_in_range(expected, 1, scene.blas.size - 1);
     uint64_t wide[2][2];
-    expect(stage->vk.GetQueryPoolResults(
-        stage->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
+    expect(fixture->vk.GetQueryPoolResults(
+        fixture->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
         VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     for (int i = 0; i < 2; i++) {
         assert_int_equal(wide[i][0], expected);
         assert_int_equal(wide[i][1], 1);
     }
     uint32_t narrow[QUERIES] = {7, 7, 7};
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, QUERIES,
-                                                   sizeof(narrow), narrow, sizeof(narrow[0]), 0),
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, QUERIES,
+                                                     sizeof(narrow), narrow, sizeof(narrow[0]), 0),
                      VK_NOT_READY);
     assert_int_equal(narrow[1], expected);
     assert_int_equal(narrow[2], 7);
     uint32_t partial[2] = {7, 7};
-    assert_int_equal(stage->vk.GetQueryPoolResults(
-                         stage->device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
-                         VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 2, 1,
+                                                     sizeof(partial), partial, sizeof(partial),
+                                                     VK_QUERY_RESULT_PARTIAL_BIT |
+                                                         VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
                      VK_NOT_READY);
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
@@ -48,7 +49,7 @@ static void test_queries(void **state)
 }
 
 /* A query tells of the structure as it was when the query was written. */
-static void test_query_keeps_its_moment(void **state)
+static void test_query_keeps_its_timestamp(void **state)
 {
     (void)state;
     struct result_scene scene;
@@ -60,8 +61,8 @@ static void test_query_keeps_its_moment(void **state)
     result_scene_record_build(&scene, commands);
     device_finish(&device, commands);
     uint64_t value = 0;
-    expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 1, 1, sizeof(value), &value,
-                                         sizeof(value), VK_QUERY_RESULT_64_BIT));
+    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 1, 1, sizeof(value), &value,
+                                           sizeof(value), VK_QUERY_RESULT_64_BIT));
     assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
                     UINT64_MAX);
     scene.host.range.primitiveCount = TRIANGLES;
@@ -77,15 +78,15 @@ static void test_other_queries(void **state)
         .queryCount = 1,
     };
     VkQueryPool pool;
-    expect(stage->vk.CreateQueryPool(stage->device, &info, NULL, &pool));
+    expect(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool));
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdResetQueryPool(commands, pool, 0, 1);
+    fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
     device_finish(&device, commands);
     uint32_t value;
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 0, 1, sizeof(value), &value,
-                                                   sizeof(value), 0),
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(value),
+                                                     &value, sizeof(value), 0),
                      VK_NOT_READY);
-    stage->vk.DestroyQueryPool(stage->device, pool, NULL);
+    fixture->vk.DestroyQueryPool(fixture->device, pool, NULL);
     device_expect_silence(&device);
 }
 
@@ -99,10 +100,10 @@ static void test_copied_queries(void **state)
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     result_scene_record_build(&scene, commands);
     result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
-    stage->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
-                                      VK_QUERY_RESULT_64_BIT |
-                                          VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
-    stage->vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
+    fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
+                                        VK_QUERY_RESULT_64_BIT |
+                                            VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    fixture->vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
     device_finish(&device, commands);
     const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
                    untouched = ~0ull / 255 * 0xee;
@@ -127,25 +128,27 @@ static void test_wild_counts(void **state)
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     result_scene_record_build(&scene, commands);
     result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
-    stage->vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
-                                      VK_QUERY_RESULT_64_BIT);
-    stage->vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
+    fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
+                                        VK_QUERY_RESULT_64_BIT);
+    fixture->vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
     device_finish(&device, commands);
     const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
                    untouched = ~0ull / 255 * 0xee;
     const uint64_t wanted[] = {expected, untouched, untouched};
     assert_memory_equal(buffer.bytes, wanted, sizeof(wanted));
     uint64_t values[2] = {0};
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 2, sizeof(values),
-                                                   values, 8, VK_QUERY_RESULT_64_BIT),
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 2,
+                                                     sizeof(values), values, 8,
+                                                     VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
     assert_int_equal(values[0], expected);
-    stage->vk.ResetQueryPool(stage->device, scene.pool, 1, UINT32_MAX);
-    expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 1, sizeof(values), values, 8,
-                                         VK_QUERY_RESULT_64_BIT));
-    stage->vk.ResetQueryPool(stage->device, scene.pool, 0, UINT32_MAX);
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 1, sizeof(values),
-                                                   values, 8, VK_QUERY_RESULT_64_BIT),
+    fixture->vk.ResetQueryPool(fixture->device, scene.pool, 1, UINT32_MAX);
+    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values),
+                                           values, 8, VK_QUERY_RESULT_64_BIT));
+    fixture->vk.ResetQueryPool(fixture->device, scene.pool, 0, UINT32_MAX);
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1,
+                                                     sizeof(values), values, 8,
+                                                     VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
     device_buffer_destroy(&device, &buffer);
     result_scene_close(&scene);
@@ -154,7 +157,7 @@ static void test_wild_counts(void **state)
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_moment),
+        cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_timestamp),
         cmocka_unit_test(test_other_queries), cmocka_unit_test(test_copied_queries),
         cmocka_unit_test(test_wild_counts),
     };
@@ -163,5 +166,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct stage *const stage = &device.stage;
+static struct fixture *const fixture = &device.fixture;
 
 static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
@@ -23,10 +23,10 @@ static void test_compaction(void **state)
     result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
     device_finish(&device, commands);
     uint64_t size = 0;
-    expect(stage->vk.GetQueryPoolResults(stage->device, scene.pool, 0, 1, sizeof(size), &size,
-                                         sizeof(size), VK_QUERY_RESULT_64_BIT));
-    struct stage_structure compacted =
-        stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
+    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(size), &size,
+                                           sizeof(size), VK_QUERY_RESULT_64_BIT));
+    struct fixture_structure compacted =
+        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
     const VkCopyAccelerationStructureInfoKHR copy = {
         .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
         .src = scene.blas.handle,
@@ -34,10 +34,10 @@ static void test_compaction(void **state)
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
     };
     commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdCopyAccelerationStructureKHR(commands, &copy);
+    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &copy);
     device_finish(&device, commands);
-    assert_true(stage_trace(stage, compacted.handle, 0.25f, 0.25f).isHit);
-    stage_destroy(stage, &compacted);
+    assert_true(fixture_trace(fixture, compacted.handle, 0.25f, 0.25f).isHit);
+    fixture_destroy(fixture, &compacted);
     result_scene_close(&scene);
 }
 
@@ -46,7 +46,7 @@ enum learning { BY_FENCE, BY_FENCE_STATUS, BY_SEMAPHORE, BY_SEMAPHORE_VALUE, BY_
 
 static void learn(enum learning learning, VkFence fence, VkSemaphore semaphore)
 {
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     const uint64_t one = 1;
     const VkSemaphoreWaitInfo wait = {
         .sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
@@ -57,24 +57,24 @@ static void learn(enum learning learning, VkFence fence, VkSemaphore semaphore)
     uint64_t value = 0;
     switch (learning) {
     case BY_FENCE:
-        expect(vk->WaitForFences(stage->device, 1, &fence, VK_TRUE, UINT64_MAX));
+        expect(vk->WaitForFences(fixture->device, 1, &fence, VK_TRUE, UINT64_MAX));
         break;
     case BY_FENCE_STATUS:
-        while (vk->GetFenceStatus(stage->device, fence) == VK_NOT_READY)
+        while (vk->GetFenceStatus(fixture->device, fence) == VK_NOT_READY)
             continue;
         break;
     case BY_SEMAPHORE:
-        expect(vk->WaitSemaphores(stage->device, &wait, UINT64_MAX));
+        expect(vk->WaitSemaphores(fixture->device, &wait, UINT64_MAX));
         break;
     case BY_SEMAPHORE_VALUE:
         while (value < one)
-            expect(vk->GetSemaphoreCounterValue(stage->device, semaphore, &value));
+            expect(vk->GetSemaphoreCounterValue(fixture->device, semaphore, &value));
         break;
     case BY_QUEUE:
         expect(vk->QueueWaitIdle(device.queue));
         break;
     case BY_DEVICE:
-        expect(vk->DeviceWaitIdle(stage->device));
+        expect(vk->DeviceWaitIdle(fixture->device));
         break;
     }
 }
@@ -87,9 +87,9 @@ struct submission {
 
 static void end_submission(const struct submission *submission)
 {
-    expect(stage->vk.DeviceWaitIdle(stage->device));
-    stage->vk.DestroyFence(stage->device, submission->fence, NULL);
-    stage->vk.DestroySemaphore(stage->device, submission->semaphore, NULL);
+    expect(fixture->vk.DeviceWaitIdle(fixture->device));
+    fixture->vk.DestroyFence(fixture->device, submission->fence, NULL);
+    fixture->vk.DestroySemaphore(fixture->device, submission->semaphore, NULL);
 }
 
 static VkSemaphore create_timeline(void)
@@ -101,13 +101,13 @@ static VkSemaphore create_timeline(void)
     const VkSemaphoreCreateInfo semaphore_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                                   .pNext = &timeline};
     VkSemaphore semaphore;
-    expect(stage->vk.CreateSemaphore(stage->device, &semaphore_info, NULL, &semaphore));
+    expect(fixture->vk.CreateSemaphore(fixture->device, &semaphore_info, NULL, &semaphore));
     return semaphore;
 }
 
 static struct submission run_and_learn(VkCommandBuffer commands, enum learning learning)
 {
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     const uint64_t one = 1;
     const VkTimelineSemaphoreSubmitInfo values = {
@@ -116,7 +116,7 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
         .pSignalSemaphoreValues = &one,
     };
     struct submission submission = {.semaphore = create_timeline()};
-    expect(vk->CreateFence(stage->device, &fence_info, NULL, &submission.fence));
+    expect(vk->CreateFence(fixture->device, &fence_info, NULL, &submission.fence));
     const VkSubmitInfo submit = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .pNext = &values,
@@ -152,7 +152,7 @@ static void test_serialization(void **state)
             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
         };
         commands = device_begin(&device, PRIMARY);
-        stage->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+        fixture->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
         const struct submission submission = run_and_learn(commands, learning);
         size_t expected_size;
         void *expected = device_serialize(&device, scene.blas.handle, &expected_size);
@@ -161,8 +161,8 @@ static void test_serialization(void **state)
         free(expected);
         end_submission(&submission);
 
-        struct stage_structure loaded =
-            stage_create(stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+        struct fixture_structure loaded = fixture_create(
+            fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
         const VkCopyMemoryToAccelerationStructureInfoKHR load = {
             .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
             .src.deviceAddress = address,
@@ -170,10 +170,10 @@ static void test_serialization(void **state)
             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
         };
         commands = device_begin(&device, PRIMARY);
-        stage->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+        fixture->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
         device_finish(&device, commands);
-        assert_true(stage_trace(stage, loaded.handle, 0.25f, 0.25f).isHit);
-        stage_destroy(stage, &loaded);
+        assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
+        fixture_destroy(fixture, &loaded);
         device_buffer_destroy(&device, &buffer);
         result_scene_close(&scene);
     }
@@ -183,7 +183,7 @@ static void test_serialization(void **state)
 static void test_batch_that_waits_for_the_host(void **state)
 {
     (void)state;
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     struct result_scene scene;
     result_scene_open(&scene, COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -213,7 +213,7 @@ static void test_batch_that_waits_for_the_host(void **state)
     learn(BY_SEMAPHORE, VK_NULL_HANDLE, submission.semaphore);
     const VkSemaphoreSignalInfo signal = {VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, NULL,
                                           submission.semaphore, two};
-    expect(vk->SignalSemaphore(stage->device, &signal));
+    expect(vk->SignalSemaphore(fixture->device, &signal));
     end_submission(&submission);
     const uint64_t *words = buffer.bytes;
     assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
@@ -233,5 +233,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -2,7 +2,7 @@
 /* Threads that record, submit, query and trace at once on backend cpu, each with structures of its
  * own over one BLAS that all of them share, for thread sanitizers: over the null driver, which
  * copies nothing, so that boxes are points at the origin. */
-#include "device_stage.h"
+#include "device_fixture.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -11,16 +11,16 @@
 
 enum { THREADS = 4, ROUNDS = 40 };
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
-static struct stage_structure shared;
+static struct fixture_structure shared;
 
 struct worker {
-    struct device_stage own; /* with a command pool of its own */
-    struct stage_build host_triangles, host_instances;
+    struct device_fixture own; /* with a command pool of its own */
+    struct fixture_build host_triangles, host_instances;
     struct device_build triangles, instances;
-    struct stage_structure blas, tlas;
+    struct fixture_structure blas, tlas;
     VkQueryPool queries;
     VkFence fence;
     unsigned failures;
@@ -35,39 +35,39 @@ static void open_worker(struct worker *worker)
         .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
         .queryCount = 1,
     };
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     worker->own = device;
-    assert_int_equal(vk->CreateCommandPool(stage->device, &pool, NULL, &worker->own.pool), 0);
-    assert_int_equal(vk->CreateFence(stage->device, &fence, NULL, &worker->fence), 0);
-    assert_int_equal(vk->CreateQueryPool(stage->device, &queries, NULL, &worker->queries), 0);
-    stage_triangles(&worker->host_triangles, 4, 0);
-    worker->blas = stage_create_for(stage, &worker->host_triangles);
+    assert_int_equal(vk->CreateCommandPool(fixture->device, &pool, NULL, &worker->own.pool), 0);
+    assert_int_equal(vk->CreateFence(fixture->device, &fence, NULL, &worker->fence), 0);
+    assert_int_equal(vk->CreateQueryPool(fixture->device, &queries, NULL, &worker->queries), 0);
+    fixture_triangles(&worker->host_triangles, 4, 0);
+    worker->blas = fixture_create_for(fixture, &worker->host_triangles);
     device_build_create(&device, &worker->host_triangles, 4 * 9 * sizeof(float),
                         &worker->triangles);
     const VkAccelerationStructureKHR blases[] = {worker->blas.handle, shared.handle};
-    stage_instances(&worker->host_instances, blases, 2, 0);
-    worker->tlas = stage_create_for(stage, &worker->host_instances);
+    fixture_instances(&worker->host_instances, blases, 2, 0);
+    worker->tlas = fixture_create_for(fixture, &worker->host_instances);
     device_build_create(&device, &worker->host_instances,
                         2 * sizeof(VkAccelerationStructureInstanceKHR), &worker->instances);
 }
 
 static void close_worker(struct worker *worker)
 {
-    const VkuDeviceDispatchTable *vk = &stage->vk;
-    vk->DestroyCommandPool(stage->device, worker->own.pool, NULL);
-    vk->DestroyFence(stage->device, worker->fence, NULL);
-    vk->DestroyQueryPool(stage->device, worker->queries, NULL);
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
+    vk->DestroyCommandPool(fixture->device, worker->own.pool, NULL);
+    vk->DestroyFence(fixture->device, worker->fence, NULL);
+    vk->DestroyQueryPool(fixture->device, worker->queries, NULL);
     device_build_destroy(&device, &worker->triangles);
     device_build_destroy(&device, &worker->instances);
-    stage_destroy(stage, &worker->tlas);
-    stage_destroy(stage, &worker->blas);
-    stage_free(&worker->host_triangles);
-    stage_free(&worker->host_instances);
+    fixture_destroy(fixture, &worker->tlas);
+    fixture_destroy(fixture, &worker->blas);
+    fixture_free(&worker->host_triangles);
+    fixture_free(&worker->host_instances);
 }
 
 static VkCommandBuffer record(struct worker *worker)
 {
-    const VkuDeviceDispatchTable *vk = &stage->vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     VkCommandBuffer commands = device_begin(&worker->own, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     device_build(&worker->own, commands, &worker->triangles, worker->blas.handle, VK_NULL_HANDLE);
     device_build(&worker->own, commands, &worker->instances, worker->tlas.handle, VK_NULL_HANDLE);
@@ -89,20 +89,20 @@ static bool run(struct worker *worker, VkCommandBuffer commands)
         .pCommandBuffers = &commands,
     };
     pthread_mutex_lock(&queue_lock);
-    VkResult result = stage->vk.QueueSubmit(device.queue, 1, &info, worker->fence);
+    VkResult result = fixture->vk.QueueSubmit(device.queue, 1, &info, worker->fence);
     pthread_mutex_unlock(&queue_lock);
     return result == VK_SUCCESS &&
-           stage->vk.WaitForFences(stage->device, 1, &worker->fence, VK_TRUE, UINT64_MAX) ==
+           fixture->vk.WaitForFences(fixture->device, 1, &worker->fence, VK_TRUE, UINT64_MAX) ==
                VK_SUCCESS &&
-           stage->vk.ResetFences(stage->device, 1, &worker->fence) == VK_SUCCESS;
+           fixture->vk.ResetFences(fixture->device, 1, &worker->fence) == VK_SUCCESS;
 }
 
 /* The host rebuilds what all TLASes may refer to. */
-static bool rebuild_shared(struct stage_build *build)
+static bool rebuild_shared(struct fixture_build *build)
 {
     static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     pthread_mutex_lock(&lock);
-    VkResult result = stage_build(stage, VK_NULL_HANDLE, build, shared.handle, VK_NULL_HANDLE);
+    VkResult result = fixture_build(fixture, VK_NULL_HANDLE, build, shared.handle, VK_NULL_HANDLE);
     pthread_mutex_unlock(&lock);
     return result == VK_SUCCESS;
 }
@@ -110,9 +110,10 @@ static bool rebuild_shared(struct stage_build *build)
 static bool look(const struct worker *worker)
 {
     uint64_t size = 0;
-    stage_trace(stage, worker->tlas.handle, 0, 0);
-    return stage->vk.GetQueryPoolResults(stage->device, worker->queries, 0, 1, sizeof(size), &size,
-                                         sizeof(size), VK_QUERY_RESULT_64_BIT) == VK_SUCCESS &&
+    fixture_trace(fixture, worker->tlas.handle, 0, 0);
+    return fixture->vk.GetQueryPoolResults(fixture->device, worker->queries, 0, 1, sizeof(size),
+                                           &size, sizeof(size),
+                                           VK_QUERY_RESULT_64_BIT) == VK_SUCCESS &&
            size > 0;
 }
 
@@ -124,7 +125,7 @@ static void *work(void *argument)
         bool is_well = run(worker, commands);
         is_well = is_well && run(worker, commands);
         is_well = is_well && rebuild_shared(&worker->host_triangles) && look(worker);
-        stage->vk.FreeCommandBuffers(stage->device, worker->own.pool, 1, &commands);
+        fixture->vk.FreeCommandBuffers(fixture->device, worker->own.pool, 1, &commands);
         worker->failures += !is_well;
     }
     return NULL;
@@ -135,9 +136,9 @@ static void test_threads(void **state)
     (void)state;
     static struct worker workers[THREADS];
     pthread_t threads[THREADS];
-    struct stage_build build;
-    stage_triangles(&build, 4, 0);
-    shared = stage_create_for(stage, &build);
+    struct fixture_build build;
+    fixture_triangles(&build, 4, 0);
+    shared = fixture_create_for(fixture, &build);
     for (int i = 0; i < THREADS; i++)
         open_worker(&workers[i]);
     for (int i = 0; i < THREADS; i++)
@@ -148,20 +149,20 @@ static void test_threads(void **state)
         assert_int_equal(workers[i].failures, 0);
         close_worker(&workers[i]);
     }
-    stage_destroy(stage, &shared);
-    stage_free(&build);
-    assert_int_equal(stage->kit.messages.count, 0);
+    fixture_destroy(fixture, &shared);
+    fixture_free(&build);
+    assert_int_equal(fixture->instance_fixture.messages.count, 0);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
-    const char *reason = device_stage_open(&device, "null");
+    const char *reason = device_fixture_open(&device, "null");
     if (reason) {
         printf("skipped: %s\n", reason);
         return 77;
     }
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
+    device_fixture_close(&device);
     return failed;
 }

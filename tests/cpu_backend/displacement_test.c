@@ -131,8 +131,8 @@ static void test_builds(void **state)
         build_micromap(&micromap, 2047, way % 2);
         if (way < 2) {
             describe(&user, &micromap, true);
-            assert_int_equal(stage_build(&device.stage, VK_NULL_HANDLE, &user.scene.build,
-                                         user.scene.blas.handle, VK_NULL_HANDLE),
+            assert_int_equal(fixture_build(&device.fixture, VK_NULL_HANDLE, &user.scene.build,
+                                           user.scene.blas.handle, VK_NULL_HANDLE),
                              VK_SUCCESS);
         } else {
             input_scene_build(&user.scene, &user.scene.build.range, way >= 4);
@@ -157,7 +157,7 @@ static void test_micromap_that_changes(void **state)
     expect_surface(&user, 2);
     fill_triangles(&user);
     input_scene_build(&user.scene, &user.scene.build.range, false);
-    device.stage.vk.DestroyMicromapEXT(device.stage.device, micromap.ext, NULL);
+    device.fixture.vk.DestroyMicromapEXT(device.fixture.device, micromap.ext, NULL);
     micromap.ext = VK_NULL_HANDLE;
     expect_surface(&user, 0);
     input_scene_close(&user.scene);
@@ -171,7 +171,7 @@ static void clone(const struct micromap *from, const struct micromap *to)
                                         .dst = to->ext,
                                         .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT};
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    device.stage.vk.CmdCopyMicromapEXT(commands, &info);
+    device.fixture.vk.CmdCopyMicromapEXT(commands, &info);
     device_finish(&device, commands);
 }
 
@@ -190,10 +190,10 @@ static void copy_through_memory(const struct micromap *from, const struct microm
         .dst = to->ext,
         .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
     };
-    const struct stage *stage = &device.stage;
-    assert_int_equal(stage->vk.CopyMicromapToMemoryEXT(stage->device, VK_NULL_HANDLE, &out),
+    const struct fixture *fixture = &device.fixture;
+    assert_int_equal(fixture->vk.CopyMicromapToMemoryEXT(fixture->device, VK_NULL_HANDLE, &out),
                      VK_SUCCESS);
-    assert_int_equal(stage->vk.CopyMemoryToMicromapEXT(stage->device, VK_NULL_HANDLE, &in),
+    assert_int_equal(fixture->vk.CopyMemoryToMicromapEXT(fixture->device, VK_NULL_HANDLE, &in),
                      VK_SUCCESS);
 }
 
@@ -231,10 +231,10 @@ static void test_updates(void **state)
     user.scene.build.info.srcAccelerationStructure = user.scene.blas.handle;
     user.displacement.micromap = other.ext;
     fill_triangles(&user);
-    const AssayCounters before = stage_counters(&device.stage);
+    const AssayCounters before = fixture_counters(&device.fixture);
     input_scene_build(&user.scene, &user.scene.build.range, false);
     expect_surface(&user, 0);
-    assert_int_equal(stage_counters(&device.stage).updates, before.updates + 1);
+    assert_int_equal(fixture_counters(&device.fixture).updates, before.updates + 1);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
     micromap_close(&other);
@@ -260,11 +260,11 @@ static void test_mistakes(void **state)
             user.displacement.displacedMicromapPrimitiveFlags.deviceAddress = 0x1000;
         if (i == 4)
             user.displacement.pUsageCounts = (void *)(uintptr_t)0x1000;
-        assert_int_equal(stage_build(&device.stage, VK_NULL_HANDLE, &user.scene.build,
-                                     user.scene.blas.handle, VK_NULL_HANDLE),
+        assert_int_equal(fixture_build(&device.fixture, VK_NULL_HANDLE, &user.scene.build,
+                                       user.scene.blas.handle, VK_NULL_HANDLE),
                          VK_ERROR_VALIDATION_FAILED);
     }
-    messages_clear(&device.stage.kit.messages);
+    messages_clear(&device.fixture.instance_fixture.messages);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
 }
@@ -281,5 +281,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -11,7 +11,7 @@ static void test_build_and_trace(void **state)
     struct scene scene;
     open_scene(&scene, 10, 0);
     expect_scene(scene.tlas.handle, 1);
-    AssayHit hit = stage_trace(&stage, scene.blas.handle, 0.25f, 0.25f);
+    AssayHit hit = fixture_trace(&fixture, scene.blas.handle, 0.25f, 0.25f);
     assert_true(hit.isHit);
     assert_int_equal(hit.instance, 0);
     assert_int_equal(hit.customIndex, 0);
@@ -22,28 +22,28 @@ static void test_build_and_trace(void **state)
 static void test_sizes(void **state)
 {
     (void)state;
-    struct stage_build build;
-    stage_triangles(&build, 1000, 0);
-    VkAccelerationStructureBuildSizesInfoKHR sizes = stage_sizes(&stage, &build), other = sizes;
+    struct fixture_build build;
+    fixture_triangles(&build, 1000, 0);
+    VkAccelerationStructureBuildSizesInfoKHR sizes = fixture_sizes(&fixture, &build), other = sizes;
     assert_true(sizes.accelerationStructureSize > 1000 * 48);
     assert_true(sizes.buildScratchSize > sizes.updateScratchSize);
-    stage.vk.GetAccelerationStructureBuildSizesKHR(
-        stage.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_OR_DEVICE_KHR, &build.info,
+    fixture.vk.GetAccelerationStructureBuildSizesKHR(
+        fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_OR_DEVICE_KHR, &build.info,
         &build.range.primitiveCount, &other);
     assert_memory_equal(&sizes, &other, sizeof(sizes));
     build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
-    VkDeviceSize fast = stage_sizes(&stage, &build).buildScratchSize;
+    VkDeviceSize fast = fixture_sizes(&fixture, &build).buildScratchSize;
     build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-    assert_true(stage_sizes(&stage, &build).buildScratchSize > fast);
+    assert_true(fixture_sizes(&fixture, &build).buildScratchSize > fast);
 
     const VkAccelerationStructureGeometryKHR *pointer = &build.geometry;
     build.info.pGeometries = NULL;
     build.info.ppGeometries = &pointer;
-    assert_int_equal(stage_sizes(&stage, &build).accelerationStructureSize,
+    assert_int_equal(fixture_sizes(&fixture, &build).accelerationStructureSize,
                      sizes.accelerationStructureSize);
     build.info.geometryCount = 0;
-    assert_true(stage_sizes(&stage, &build).accelerationStructureSize > 0);
-    stage_free(&build);
+    assert_true(fixture_sizes(&fixture, &build).accelerationStructureSize > 0);
+    fixture_free(&build);
     expect_silence();
 }
 
@@ -53,18 +53,19 @@ static void test_update(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
-    struct stage_structure other =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    stage_move(&scene.triangles, 2, 0, 0);
-    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
-    assert_float_equal(stage_trace(&stage, other.handle, 0.25f, 0.25f).t, 3, 0);
+    struct fixture_structure other =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    fixture_move(&scene.triangles, 2, 0, 0);
+    expect(
+        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
+    assert_float_equal(fixture_trace(&fixture, other.handle, 0.25f, 0.25f).t, 3, 0);
     expect_scene(scene.tlas.handle, 1);
-    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                       scene.blas.handle));
-    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                       scene.tlas.handle));
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                         scene.blas.handle));
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
+                         scene.tlas.handle));
     expect_scene(scene.tlas.handle, 3);
-    stage_destroy(&stage, &other);
+    fixture_destroy(&fixture, &other);
     close_scene(&scene);
     expect_silence();
 }
@@ -82,16 +83,16 @@ static void test_boxes(void **state)
 {
     (void)state;
     static const VkAabbPositionsKHR boxes[] = {{3, 0, 0, 4, 1, 1}, {1, 0, 0, 2, 1, 1}};
-    struct stage_build build;
-    stage_triangles(&build, 2, 0);
+    struct fixture_build build;
+    fixture_triangles(&build, 2, 0);
     build.geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
     build.geometry.geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
         .data.hostAddress = boxes,
         .stride = sizeof(boxes[0])};
-    struct stage_structure blas = stage_create_for(&stage, &build);
-    expect(stage_build(&stage, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
-    AssayHit hit = stage_trace(&stage, blas.handle, 0.5f, 0.5f);
+    struct fixture_structure blas = fixture_create_for(&fixture, &build);
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
+    AssayHit hit = fixture_trace(&fixture, blas.handle, 0.5f, 0.5f);
     assert_true(hit.isHit && hit.isAabb);
     assert_int_equal(hit.primitive, 1);
     assert_float_equal(hit.t, 2, 0);
@@ -107,13 +108,13 @@ static void test_boxes(void **state)
                                  .hits = &hit,
                                  .candidate = enter_half_way,
                                  .userData = &asked};
-    expect(stage.trace_rays(stage.device, &info));
+    expect(fixture.trace_rays(fixture.device, &info));
     assert_true(hit.isHit);
     assert_int_equal(hit.primitive, 1);
     assert_float_equal(hit.t, 2.5, 0);
     assert_true(asked >= 1);
-    stage_destroy(&stage, &blas);
-    stage_free(&build);
+    fixture_destroy(&fixture, &blas);
+    fixture_free(&build);
     expect_silence();
 }
 
@@ -130,42 +131,42 @@ static AssayCounters minus(AssayCounters after, AssayCounters before)
 static void test_counters(void **state)
 {
     (void)state;
-    AssayCounters start = stage_counters(&stage);
+    AssayCounters start = fixture_counters(&fixture);
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
-    AssayCounters did = minus(stage_counters(&stage), start);
+    AssayCounters did = minus(fixture_counters(&fixture), start);
     AssayCounters expected = {
         .builds = 2, .primitives = 12, .bytesBuilt = scene.blas.size + scene.tlas.size};
     assert_memory_equal(&did, &expected, sizeof(did));
 
-    start = stage_counters(&stage);
-    stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, scene.blas.handle);
-    did = minus(stage_counters(&stage), start);
+    start = fixture_counters(&fixture);
+    fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, scene.blas.handle);
+    did = minus(fixture_counters(&fixture), start);
     expected = (AssayCounters){.updates = 1, .primitives = 10, .bytesBuilt = scene.blas.size};
     assert_memory_equal(&did, &expected, sizeof(did));
 
     /* Beside the triangles nothing is tested; within one, without need of exactness; through an
      * edge with. */
-    start = stage_counters(&stage);
-    stage_trace(&stage, scene.blas.handle, 5, 5);
-    did = minus(stage_counters(&stage), start);
+    start = fixture_counters(&fixture);
+    fixture_trace(&fixture, scene.blas.handle, 5, 5);
+    did = minus(fixture_counters(&fixture), start);
     assert_int_equal(did.rays, 1);
     assert_int_equal(did.primitivesTested, 0);
-    stage_trace(&stage, scene.blas.handle, 0.25f, 0.25f);
-    did = minus(stage_counters(&stage), start);
+    fixture_trace(&fixture, scene.blas.handle, 0.25f, 0.25f);
+    did = minus(fixture_counters(&fixture), start);
     assert_true(did.primitivesTested > 0);
     assert_int_equal(did.exactCalls, 0);
-    stage_trace(&stage, scene.blas.handle, 0.5f, 0.5f);
-    did = minus(stage_counters(&stage), start);
+    fixture_trace(&fixture, scene.blas.handle, 0.5f, 0.5f);
+    did = minus(fixture_counters(&fixture), start);
     assert_true(did.exactCalls > 0);
     assert_int_equal(did.builds + did.updates + did.copies + did.instancesEntered, 0);
 
     char part[12];
     memset(part, 0x55, sizeof(part));
-    stage.get_counters(stage.device, 8, (AssayCounters *)(void *)part);
+    fixture.get_counters(fixture.device, 8, (AssayCounters *)(void *)part);
     uint64_t builds;
     memcpy(&builds, part, 8);
-    assert_int_equal(builds, stage_counters(&stage).builds);
+    assert_int_equal(builds, fixture_counters(&fixture).builds);
     assert_int_equal(part[8], 0x55);
     close_scene(&scene);
     expect_silence();
@@ -188,29 +189,29 @@ static void test_trace_arguments(void **state)
                                   .rays = rays,
                                   .hits = hits};
     AssayTraceInfo info = valid;
-    expect(stage.trace_rays(stage.device, &info));
+    expect(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit); /* no direction */
     info.raySize--;
-    expect_mistake(stage.trace_rays(stage.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
     info = valid;
     info.hitSize++;
-    expect_mistake(stage.trace_rays(stage.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
     info = valid;
     info.accuracy = (AssayAccuracy)3;
-    expect_mistake(stage.trace_rays(stage.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
     info = valid;
     info.rays = NULL;
-    expect_mistake(stage.trace_rays(stage.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
     info = valid;
     info.hits = (AssayHit *)(uintptr_t)0x1000;
-    expect_mistake(stage.trace_rays(stage.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
     info = valid;
     info.accelerationStructure++;
-    expect_mistake(stage.trace_rays(stage.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
     info.rayCount = 0;
     info = valid;
-    expect(stage.trace_rays(stage.device, &info));
-    expect_mistake(stage.trace_rays(stage.device, NULL));
+    expect(fixture.trace_rays(fixture.device, &info));
+    expect_mistake(fixture.trace_rays(fixture.device, NULL));
     close_scene(&scene);
     expect_silence();
 }
@@ -248,7 +249,7 @@ static void test_trace_candidates(void **state)
                                  .hits = hits,
                                  .candidate = answer,
                                  .userData = &answers};
-    expect(stage.trace_rays(stage.device, &info));
+    expect(fixture.trace_rays(fixture.device, &info));
     for (int i = 0; i < 2; i++) {
         assert_true(hits[i].isHit);
         assert_float_equal(hits[i].t, 4, 0);
@@ -256,7 +257,7 @@ static void test_trace_candidates(void **state)
     }
     assert_true(answers.asked >= 8);
     answers = (struct answers){ASSAY_ANSWER_STOP, 0};
-    expect(stage.trace_rays(stage.device, &info));
+    expect(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit);
     close_scene(&scene);
     expect_silence();
@@ -275,5 +276,5 @@ static int run(void)
 
 int main(int argc, char **argv)
 {
-    return stage_main(argc, argv, run);
+    return fixture_main(argc, argv, run);
 }

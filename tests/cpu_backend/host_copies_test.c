@@ -15,31 +15,32 @@ static void test_copies(void **state)
     assert_true(size > 0 && size <= scene.blas.size);
     assert_int_equal(property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR),
                      scene.blas.size);
-    struct stage_structure compact =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
-    struct stage_structure clone =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    struct fixture_structure compact =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
+    struct fixture_structure clone =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
     expect(copy_structure(scene.blas.handle, compact.handle,
                           VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
     expect(copy_structure(scene.blas.handle, clone.handle,
                           VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     expect_silence();
     assert_int_equal(property(compact.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR), size);
-    stage_move(&scene.triangles, 2, 0, 0);
-    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
-    assert_float_equal(stage_trace(&stage, compact.handle, 0.25f, 0.25f).t, 3, 0);
-    assert_float_equal(stage_trace(&stage, clone.handle, 0.25f, 0.25f).t, 1, 0);
+    fixture_move(&scene.triangles, 2, 0, 0);
+    expect(
+        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
+    assert_float_equal(fixture_trace(&fixture, compact.handle, 0.25f, 0.25f).t, 3, 0);
+    assert_float_equal(fixture_trace(&fixture, clone.handle, 0.25f, 0.25f).t, 1, 0);
     expect_silence();
 
     if (size < scene.blas.size)
         expect_mistake(copy_structure(scene.blas.handle, compact.handle,
                                       VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-    stage_destroy(&stage, &clone);
+    fixture_destroy(&fixture, &clone);
     expect_mistake(copy_structure(scene.blas.handle, clone.handle,
                                   VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     expect_mistake(copy_structure(clone.handle, compact.handle,
                                   VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
-    stage_destroy(&stage, &compact);
+    fixture_destroy(&fixture, &compact);
     close_scene(&scene);
     forget_messages();
 }
@@ -51,7 +52,7 @@ static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
         .src.hostAddress = bytes,
         .dst = dst,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
-    return stage.vk.CopyMemoryToAccelerationStructureKHR(stage.device, VK_NULL_HANDLE, &info);
+    return fixture.vk.CopyMemoryToAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, &info);
 }
 
 static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
@@ -59,7 +60,7 @@ static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
     const VkAccelerationStructureVersionInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_VERSION_INFO_KHR, .pVersionData = bytes};
     VkAccelerationStructureCompatibilityKHR answer;
-    stage.vk.GetDeviceAccelerationStructureCompatibilityKHR(stage.device, &info, &answer);
+    fixture.vk.GetDeviceAccelerationStructureCompatibilityKHR(fixture.device, &info, &answer);
     return answer;
 }
 
@@ -82,18 +83,20 @@ static void test_serialize_and_relocate(void **state)
     assert_int_equal(tlas[7], (uint64_t)scene.blas.handle);
     close_scene(&scene);
 
-    struct stage_structure new_blas =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas[5]);
-    struct stage_structure new_tlas =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
+    struct fixture_structure new_blas =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas[5]);
+    struct fixture_structure new_tlas =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
     assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
     expect(deserialize(blas, new_blas.handle));
     expect(deserialize(tlas, new_tlas.handle));
-    assert_false(stage_trace(&stage, new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
+    assert_false(
+        fixture_trace(&fixture, new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
     const VkAccelerationStructureDeviceAddressInfoKHR address = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
         .accelerationStructure = new_blas.handle};
-    tlas[7] = tlas[8] = stage.vk.GetAccelerationStructureDeviceAddressKHR(stage.device, &address);
+    tlas[7] = tlas[8] =
+        fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &address);
     expect(deserialize(tlas, new_tlas.handle));
     expect_scene(new_tlas.handle, 1);
     expect_silence();
@@ -108,8 +111,8 @@ static void test_serialize_and_relocate(void **state)
     expect_mistake(deserialize(NULL, new_tlas.handle));
     expect_mistake(deserialize((void *)(uintptr_t)0x1000, new_tlas.handle));
     expect_scene(new_tlas.handle, 1);
-    stage_destroy(&stage, &new_tlas);
-    stage_destroy(&stage, &new_blas);
+    fixture_destroy(&fixture, &new_tlas);
+    fixture_destroy(&fixture, &new_blas);
     free(blas);
     free(tlas);
     forget_messages();
@@ -126,5 +129,5 @@ static int run(void)
 
 int main(int argc, char **argv)
 {
-    return stage_main(argc, argv, run);
+    return fixture_main(argc, argv, run);
 }

@@ -12,7 +12,7 @@ enum { THREADS = 2, BUILDS = 32, TRIANGLES = 20000 };
 static VkDeferredOperationKHR create_operation(void)
 {
     VkDeferredOperationKHR operation;
-    expect(stage.vk.CreateDeferredOperationKHR(stage.device, NULL, &operation));
+    expect(fixture.vk.CreateDeferredOperationKHR(fixture.device, NULL, &operation));
     return operation;
 }
 
@@ -21,8 +21,8 @@ static void *join(void *operation)
 {
     VkResult result;
     do {
-        result =
-            stage.vk.DeferredOperationJoinKHR(stage.device, *(VkDeferredOperationKHR *)operation);
+        result = fixture.vk.DeferredOperationJoinKHR(fixture.device,
+                                                     *(VkDeferredOperationKHR *)operation);
     } while (result == VK_THREAD_IDLE_KHR);
     return (void *)(intptr_t)result;
 }
@@ -32,8 +32,9 @@ static VkResult complete(VkDeferredOperationKHR operation)
 {
     pthread_t threads[THREADS];
     int successes = 0;
-    assert_int_equal(stage.vk.GetDeferredOperationResultKHR(stage.device, operation), VK_NOT_READY);
-    assert_true(stage.vk.GetDeferredOperationMaxConcurrencyKHR(stage.device, operation) >= 1);
+    assert_int_equal(fixture.vk.GetDeferredOperationResultKHR(fixture.device, operation),
+                     VK_NOT_READY);
+    assert_true(fixture.vk.GetDeferredOperationMaxConcurrencyKHR(fixture.device, operation) >= 1);
     for (int i = 0; i < THREADS; i++)
         pthread_create(&threads[i], NULL, join, &operation);
     for (int i = 0; i < THREADS; i++) {
@@ -42,21 +43,22 @@ static VkResult complete(VkDeferredOperationKHR operation)
         successes += (intptr_t)result == VK_SUCCESS;
     }
     assert_true(successes >= 1);
-    assert_int_equal(stage.vk.GetDeferredOperationMaxConcurrencyKHR(stage.device, operation), 0);
-    return stage.vk.GetDeferredOperationResultKHR(stage.device, operation);
+    assert_int_equal(fixture.vk.GetDeferredOperationMaxConcurrencyKHR(fixture.device, operation),
+                     0);
+    return fixture.vk.GetDeferredOperationResultKHR(fixture.device, operation);
 }
 
 static void destroy_operation(VkDeferredOperationKHR operation)
 {
-    stage.vk.DestroyDeferredOperationKHR(stage.device, operation, NULL);
+    fixture.vk.DestroyDeferredOperationKHR(fixture.device, operation, NULL);
 }
 
 /* ---- builds */
 
 /* Many structures in one call. */
 struct many {
-    struct stage_build builds[BUILDS];
-    struct stage_structure structures[BUILDS];
+    struct fixture_build builds[BUILDS];
+    struct fixture_structure structures[BUILDS];
     VkAccelerationStructureBuildGeometryInfoKHR infos[BUILDS];
     const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILDS];
 };
@@ -65,9 +67,9 @@ static struct many *open_many(uint32_t triangles)
 {
     struct many *many = calloc(1, sizeof(*many));
     for (uint32_t i = 0; i < BUILDS; i++) {
-        stage_triangles(&many->builds[i], triangles + i, 0);
-        stage_move(&many->builds[i], (float)i, 0, 0);
-        many->structures[i] = stage_create_for(&stage, &many->builds[i]);
+        fixture_triangles(&many->builds[i], triangles + i, 0);
+        fixture_move(&many->builds[i], (float)i, 0, 0);
+        many->structures[i] = fixture_create_for(&fixture, &many->builds[i]);
         many->infos[i] = many->builds[i].info;
         many->infos[i].dstAccelerationStructure = many->structures[i].handle;
         many->ranges[i] = &many->builds[i].range;
@@ -78,8 +80,8 @@ static struct many *open_many(uint32_t triangles)
 static void close_many(struct many *many)
 {
     for (uint32_t i = 0; i < BUILDS; i++) {
-        stage_destroy(&stage, &many->structures[i]);
-        stage_free(&many->builds[i]);
+        fixture_destroy(&fixture, &many->structures[i]);
+        fixture_free(&many->builds[i]);
     }
     free(many);
 }
@@ -90,18 +92,19 @@ static void test_many_builds(void **state)
     (void)state;
     struct many *many = open_many(1000);
     VkDeferredOperationKHR operation = create_operation();
-    assert_int_equal(stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS,
-                                                             many->infos, many->ranges),
+    assert_int_equal(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS,
+                                                               many->infos, many->ranges),
                      VK_OPERATION_DEFERRED_KHR);
     memset(many->infos, 0xff, sizeof(many->infos));
     memset(many->ranges, 0xff, sizeof(many->ranges));
-    stage_move(&many->builds[3], 30, 0, 0);
-    AssayCounters before = stage_counters(&stage);
+    fixture_move(&many->builds[3], 30, 0, 0);
+    AssayCounters before = fixture_counters(&fixture);
     expect(complete(operation));
-    assert_int_equal(stage_counters(&stage).builds - before.builds, BUILDS);
+    assert_int_equal(fixture_counters(&fixture).builds - before.builds, BUILDS);
     for (uint32_t i = 0; i < BUILDS; i++) {
         float t = i == 3 ? 31 : (float)i + 1;
-        assert_float_equal(stage_trace(&stage, many->structures[i].handle, 0.25f, 0.25f).t, t, 0);
+        assert_float_equal(fixture_trace(&fixture, many->structures[i].handle, 0.25f, 0.25f).t, t,
+                           0);
     }
     destroy_operation(operation);
     close_many(many);
@@ -118,22 +121,22 @@ static void expect_same(VkAccelerationStructureKHR a, VkAccelerationStructureKHR
 }
 
 /* The same bytes, whoever built it, and wherever. */
-static void build_both_ways(struct stage_build *build, struct stage_structure *structure)
+static void build_both_ways(struct fixture_build *build, struct fixture_structure *structure)
 {
-    *structure = stage_create_for(&stage, build);
-    struct stage_structure shared = stage_create(&stage, build->info.type, structure->size);
-    expect(stage_build(&stage, VK_NULL_HANDLE, build, structure->handle, VK_NULL_HANDLE));
+    *structure = fixture_create_for(&fixture, build);
+    struct fixture_structure shared = fixture_create(&fixture, build->info.type, structure->size);
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, build, structure->handle, VK_NULL_HANDLE));
     VkDeferredOperationKHR operation = create_operation();
-    assert_int_equal(stage_build(&stage, operation, build, shared.handle, VK_NULL_HANDLE),
+    assert_int_equal(fixture_build(&fixture, operation, build, shared.handle, VK_NULL_HANDLE),
                      VK_OPERATION_DEFERRED_KHR);
     expect(complete(operation));
     expect_same(structure->handle, shared.handle);
-    assert_int_equal(stage_build(&stage, operation, build, shared.handle, shared.handle),
+    assert_int_equal(fixture_build(&fixture, operation, build, shared.handle, shared.handle),
                      VK_OPERATION_DEFERRED_KHR);
     expect(complete(operation));
     expect_same(structure->handle, shared.handle);
     destroy_operation(operation);
-    stage_destroy(&stage, &shared);
+    fixture_destroy(&fixture, &shared);
 }
 
 static void test_same_bytes(void **state)
@@ -143,17 +146,17 @@ static void test_same_bytes(void **state)
         0, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR,
         VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR};
     for (int i = 0; i < 3; i++) {
-        struct stage_build triangles, instances;
-        struct stage_structure blas, tlas;
-        stage_triangles(&triangles, TRIANGLES, UPDATABLE | qualities[i]);
+        struct fixture_build triangles, instances;
+        struct fixture_structure blas, tlas;
+        fixture_triangles(&triangles, TRIANGLES, UPDATABLE | qualities[i]);
         build_both_ways(&triangles, &blas);
         const VkAccelerationStructureKHR blases[] = {blas.handle, blas.handle, blas.handle};
-        stage_instances(&instances, blases, 3, UPDATABLE | qualities[i]);
+        fixture_instances(&instances, blases, 3, UPDATABLE | qualities[i]);
         build_both_ways(&instances, &tlas);
-        stage_destroy(&stage, &tlas);
-        stage_destroy(&stage, &blas);
-        stage_free(&instances);
-        stage_free(&triangles);
+        fixture_destroy(&fixture, &tlas);
+        fixture_destroy(&fixture, &blas);
+        fixture_free(&instances);
+        fixture_free(&triangles);
     }
     expect_silence();
 }
@@ -165,15 +168,15 @@ static void test_copies(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, 100, 0);
-    struct stage_structure clone =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
+    struct fixture_structure clone =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
     VkDeferredOperationKHR operation = create_operation();
     const VkCopyAccelerationStructureInfoKHR copy = {
         .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
         .src = scene.tlas.handle,
         .dst = clone.handle,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
-    assert_int_equal(stage.vk.CopyAccelerationStructureKHR(stage.device, operation, &copy),
+    assert_int_equal(fixture.vk.CopyAccelerationStructureKHR(fixture.device, operation, &copy),
                      VK_OPERATION_DEFERRED_KHR);
     expect(complete(operation));
     expect_scene(clone.handle, 1);
@@ -186,7 +189,7 @@ static void test_copies(void **state)
         .dst.hostAddress = late,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
     assert_int_equal(
-        stage.vk.CopyAccelerationStructureToMemoryKHR(stage.device, operation, &to_memory),
+        fixture.vk.CopyAccelerationStructureToMemoryKHR(fixture.device, operation, &to_memory),
         VK_OPERATION_DEFERRED_KHR);
     expect(complete(operation));
     assert_memory_equal(bytes, late, size);
@@ -196,14 +199,14 @@ static void test_copies(void **state)
         .dst = clone.handle,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
     assert_int_equal(
-        stage.vk.CopyMemoryToAccelerationStructureKHR(stage.device, operation, &from_memory),
+        fixture.vk.CopyMemoryToAccelerationStructureKHR(fixture.device, operation, &from_memory),
         VK_OPERATION_DEFERRED_KHR);
     expect(complete(operation));
     expect_scene(clone.handle, 1);
     free(bytes);
     free(late);
     destroy_operation(operation);
-    stage_destroy(&stage, &clone);
+    fixture_destroy(&fixture, &clone);
     close_scene(&scene);
     expect_silence();
 }
@@ -217,14 +220,14 @@ static void test_failing(void **state)
     struct many *many = open_many(10);
     many->builds[5].geometry.geometry.triangles.vertexData.hostAddress = (void *)(uintptr_t)0x1000;
     VkDeferredOperationKHR operation = create_operation();
-    stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS, many->infos,
-                                            many->ranges);
+    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
+                                              many->ranges);
     assert_int_equal(complete(operation), VK_ERROR_VALIDATION_FAILED);
-    assert_true(stage_trace(&stage, many->structures[6].handle, 0.25f, 0.25f).isHit);
+    assert_true(fixture_trace(&fixture, many->structures[6].handle, 0.25f, 0.25f).isHit);
     const AssayTraceInfo trace = {.accelerationStructure = (uint64_t)many->structures[5].handle,
                                   .raySize = sizeof(AssayRay),
                                   .hitSize = sizeof(AssayHit)};
-    expect_mistake(stage.trace_rays(stage.device, &trace));
+    expect_mistake(fixture.trace_rays(fixture.device, &trace));
     destroy_operation(operation);
     close_many(many);
     forget_messages();
@@ -236,23 +239,23 @@ static void test_destroyed(void **state)
     (void)state;
     struct many *many = open_many(10);
     VkDeferredOperationKHR operation = create_operation();
-    stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS, many->infos,
-                                            many->ranges);
-    expect_mistake(stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS,
-                                                           many->infos, many->ranges));
+    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
+                                              many->ranges);
+    expect_mistake(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS,
+                                                             many->infos, many->ranges));
     destroy_operation(operation);
 
     operation = create_operation();
-    assert_int_equal(stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, 0,
-                                                             many->infos, many->ranges),
+    assert_int_equal(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, 0,
+                                                               many->infos, many->ranges),
                      VK_OPERATION_NOT_DEFERRED_KHR);
-    assert_int_equal(stage.vk.DeferredOperationJoinKHR(stage.device, operation), VK_SUCCESS);
-    stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS, many->infos,
-                                            many->ranges);
-    stage_destroy(&stage, &many->structures[0]);
+    assert_int_equal(fixture.vk.DeferredOperationJoinKHR(fixture.device, operation), VK_SUCCESS);
+    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
+                                              many->ranges);
+    fixture_destroy(&fixture, &many->structures[0]);
     assert_int_equal(complete(operation), VK_ERROR_VALIDATION_FAILED);
-    many->structures[0] = stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                                       many->structures[0].size);
+    many->structures[0] = fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                         many->structures[0].size);
     close_many(many);
     destroy_operation(operation);
     forget_messages();
@@ -266,11 +269,11 @@ static void test_shared_scratch(void **state)
     for (uint32_t i = 0; i < BUILDS; i++) /* the last is the largest */
         many->infos[i].scratchData = many->infos[BUILDS - 1].scratchData;
     VkDeferredOperationKHR operation = create_operation();
-    stage.vk.BuildAccelerationStructuresKHR(stage.device, operation, BUILDS, many->infos,
-                                            many->ranges);
+    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
+                                              many->ranges);
     expect(complete(operation));
     for (uint32_t i = 0; i < BUILDS; i++)
-        assert_true(stage_trace(&stage, many->structures[i].handle, 0.25f, 0.25f).isHit);
+        assert_true(fixture_trace(&fixture, many->structures[i].handle, 0.25f, 0.25f).isHit);
     destroy_operation(operation);
     close_many(many);
     forget_messages();
@@ -288,5 +291,5 @@ static int run(void)
 
 int main(int argc, char **argv)
 {
-    return stage_main(argc, argv, run);
+    return fixture_main(argc, argv, run);
 }

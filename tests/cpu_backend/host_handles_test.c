@@ -9,7 +9,7 @@ static uint64_t address_of(VkAccelerationStructureKHR structure)
     const VkAccelerationStructureDeviceAddressInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
         .accelerationStructure = structure};
-    return stage.vk.GetAccelerationStructureDeviceAddressKHR(stage.device, &info);
+    return fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &info);
 }
 
 static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
@@ -21,7 +21,7 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
         .size = 256,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR};
     VkAccelerationStructureKHR structure;
-    expect(stage.vk.CreateAccelerationStructureKHR(stage.device, &info, NULL, &structure));
+    expect(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
     return structure;
 }
 
@@ -36,14 +36,14 @@ static void test_addresses(void **state)
     assert_int_equal(address_of(scene.blas.handle), blas);
     assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
 
-    struct stage_structure first =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 4096);
+    struct fixture_structure first =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 4096);
     VkAccelerationStructureKHR a = create_generic(first.buffer, 256);
     VkAccelerationStructureKHR b = create_generic(first.buffer, 2048);
     assert_int_equal(address_of(b) - address_of(a), 2048 - 256);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, a, NULL);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, b, NULL);
-    stage_destroy(&stage, &first);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, a, NULL);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, b, NULL);
+    fixture_destroy(&fixture, &first);
     close_scene(&scene);
     expect_silence();
 }
@@ -58,37 +58,37 @@ static void test_names(void **state)
                                           .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                           .objectHandle = (uint64_t)scene.blas.handle,
                                           .pObjectName = "bunny"};
-    expect(stage.vk.SetDebugUtilsObjectNameEXT(stage.device, &name));
+    expect(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
     const VkDebugUtilsObjectTagInfoEXT tag = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_TAG_INFO_EXT,
         .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
         .objectHandle = (uint64_t)scene.blas.handle,
         .tagSize = 4,
         .pTag = "tag"};
-    expect(stage.vk.SetDebugUtilsObjectTagEXT(stage.device, &tag));
+    expect(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
     name.objectHandle = (uint64_t)scene.blas.buffer;
-    expect(stage.vk.SetDebugUtilsObjectNameEXT(stage.device, &name));
+    expect(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
     close_scene(&scene);
     expect_silence();
 }
 
 static void set_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object, uint64_t value)
 {
-    expect(stage.vk.SetPrivateData(stage.device, type, object, slot, value));
+    expect(fixture.vk.SetPrivateData(fixture.device, type, object, slot, value));
 }
 
 static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object)
 {
     uint64_t value = 99;
-    stage.vk.GetPrivateData(stage.device, type, object, slot, &value);
+    fixture.vk.GetPrivateData(fixture.device, type, object, slot, &value);
     return value;
 }
 
 static void test_private_data(void **state)
 {
     (void)state;
-    if (!stage.vk.SetPrivateData)
+    if (!fixture.vk.SetPrivateData)
         skip();
     const VkPrivateDataSlotCreateInfo info = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
@@ -99,7 +99,7 @@ static void test_private_data(void **state)
     const uint64_t buffer = (uint64_t)scene.blas.buffer;
     VkPrivateDataSlot slots[2];
     for (int i = 0; i < 2; i++)
-        expect(stage.vk.CreatePrivateDataSlot(stage.device, &info, NULL, &slots[i]));
+        expect(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[i]));
     set_data(slots[0], type, blas, 1);
     set_data(slots[1], type, blas, 2);
     set_data(slots[0], type, tlas, 3);
@@ -110,43 +110,45 @@ static void test_private_data(void **state)
     assert_int_equal(get_data(slots[0], type, tlas), 3);
     assert_int_equal(get_data(slots[1], type, tlas), 0);
     assert_int_equal(get_data(slots[0], VK_OBJECT_TYPE_BUFFER, buffer), 4);
-    stage.vk.DestroyPrivateDataSlot(stage.device, slots[0], NULL);
-    expect(stage.vk.CreatePrivateDataSlot(stage.device, &info, NULL, &slots[0]));
+    fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[0], NULL);
+    expect(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[0]));
     assert_int_equal(get_data(slots[0], type, tlas), 0);
     assert_int_equal(get_data(slots[1], type, blas), 2);
     set_data(slots[0], type, blas, 6);
     close_scene(&scene);
     assert_int_equal(get_data(slots[0], type, blas), 0);
     for (int i = 0; i < 2; i++)
-        stage.vk.DestroyPrivateDataSlot(stage.device, slots[i], NULL);
+        fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[i], NULL);
     expect_silence();
 }
 
 /* The layer's own commands are those of backend cpu, where acceleration structures are enabled. */
-static void expect_own_commands(const struct kit_setup *setup, bool has_extensions, bool expected)
+static void expect_own_commands(const struct instance_fixture_setup *setup, bool has_extensions,
+                                bool expected)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
-    struct kit kit;
+    struct instance_fixture instance_fixture;
     VkDevice device;
     VkuDeviceDispatchTable vk;
-    kit_open(&kit, &stage.platform, setup);
-    expect(kit_create_device(&kit, NULL, extensions, has_extensions ? 2 : 0, &device, &vk));
+    instance_fixture_open(&instance_fixture, &fixture.platform, setup);
+    expect(instance_fixture_create_device(&instance_fixture, NULL, extensions,
+                                          has_extensions ? 2 : 0, &device, &vk));
     for (int i = 0; i < 2; i++)
-        assert_int_equal(kit.get_device_proc_addr(device, names[i]) != NULL, expected);
+        assert_int_equal(instance_fixture.get_device_proc_addr(device, names[i]) != NULL, expected);
     vk.DestroyDevice(device, NULL);
-    kit_close(&kit);
+    instance_fixture_close(&instance_fixture);
 }
 
 static void test_own_commands(void **state)
 {
     (void)state;
-    expect_own_commands(&(struct kit_setup){.backend = "cpu"}, true, true);
-    expect_own_commands(&(struct kit_setup){.backend = "cpu"}, false, false);
-    expect_own_commands(&(struct kit_setup){.backend = "driver", .driver_traces = true}, true,
-                        false);
-    expect_own_commands(&(struct kit_setup){.backend = "driver"}, false, false);
+    expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, true, true);
+    expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, false, false);
+    expect_own_commands(
+        &(struct instance_fixture_setup){.backend = "driver", .driver_traces = true}, true, false);
+    expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
 }
 
 static int run(void)
@@ -162,5 +164,5 @@ static int run(void)
 
 int main(int argc, char **argv)
 {
-    return stage_main(argc, argv, run);
+    return fixture_main(argc, argv, run);
 }

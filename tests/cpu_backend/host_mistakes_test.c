@@ -14,26 +14,28 @@ static void test_wild_handles(void **state)
     (void)state;
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
-    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, WILD, VK_NULL_HANDLE));
-    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, WILD));
+    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, WILD, VK_NULL_HANDLE));
+    expect_mistake(
+        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, WILD));
     expect_mistake(
         copy_structure(WILD, scene.blas.handle, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     uint64_t value = 1;
     const VkAccelerationStructureKHR wild = WILD;
-    expect_mistake(stage.vk.WriteAccelerationStructuresPropertiesKHR(
-        stage.device, 1, &wild, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8, &value, 8));
+    expect_mistake(fixture.vk.WriteAccelerationStructuresPropertiesKHR(
+        fixture.device, 1, &wild, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8, &value, 8));
     assert_int_equal(value, 0);
-    expect_mistake(stage.vk.WriteAccelerationStructuresPropertiesKHR(
-        stage.device, 1, &scene.blas.handle, VK_QUERY_TYPE_OCCLUSION, 8, &value, 8));
+    expect_mistake(fixture.vk.WriteAccelerationStructuresPropertiesKHR(
+        fixture.device, 1, &scene.blas.handle, VK_QUERY_TYPE_OCCLUSION, 8, &value, 8));
     const VkDeferredOperationKHR operation = (VkDeferredOperationKHR)0x42;
     expect_mistake(
-        stage_build(&stage, operation, &scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
-    expect_mistake(stage.vk.DeferredOperationJoinKHR(stage.device, operation));
-    expect_mistake(stage.vk.GetDeferredOperationResultKHR(stage.device, operation));
-    assert_int_equal(stage.vk.GetDeferredOperationMaxConcurrencyKHR(stage.device, operation), 0);
-    stage.vk.DestroyDeferredOperationKHR(stage.device, operation, NULL);
-    stage.vk.DestroyDeferredOperationKHR(stage.device, VK_NULL_HANDLE, NULL);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, VK_NULL_HANDLE, NULL);
+        fixture_build(&fixture, operation, &scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
+    expect_mistake(fixture.vk.DeferredOperationJoinKHR(fixture.device, operation));
+    expect_mistake(fixture.vk.GetDeferredOperationResultKHR(fixture.device, operation));
+    assert_int_equal(fixture.vk.GetDeferredOperationMaxConcurrencyKHR(fixture.device, operation),
+                     0);
+    fixture.vk.DestroyDeferredOperationKHR(fixture.device, operation, NULL);
+    fixture.vk.DestroyDeferredOperationKHR(fixture.device, VK_NULL_HANDLE, NULL);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, NULL);
     expect_scene(scene.tlas.handle, 1);
     close_scene(&scene);
     forget_messages();
@@ -46,31 +48,31 @@ static void test_destroyed(void **state)
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
     expect_scene(scene.tlas.handle, 1);
-    struct stage_structure empty =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    struct fixture_structure empty =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
     VkAccelerationStructureInstanceKHR *instances = scene.instances.data;
     instances[1].accelerationStructureReference = (uint64_t)empty.handle;
-    expect(
-        stage_build(&stage, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
+                         VK_NULL_HANDLE));
     expect_hit(scene.tlas.handle, 0.25f, 1, 0);
-    assert_false(stage_trace(&stage, scene.tlas.handle, 2.25f, 0.25f).isHit);
-    stage_destroy(&stage, &scene.blas);
-    assert_false(stage_trace(&stage, scene.tlas.handle, 0.25f, 0.25f).isHit);
-    stage_destroy(&stage, &empty);
-    stage_destroy(&stage, &scene.tlas);
+    assert_false(fixture_trace(&fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
+    fixture_destroy(&fixture, &scene.blas);
+    assert_false(fixture_trace(&fixture, scene.tlas.handle, 0.25f, 0.25f).isHit);
+    fixture_destroy(&fixture, &empty);
+    fixture_destroy(&fixture, &scene.tlas);
     AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
                            .raySize = sizeof(AssayRay),
                            .hitSize = sizeof(AssayHit)};
-    expect_mistake(stage.trace_rays(stage.device, &info));
-    stage_free(&scene.triangles);
-    stage_free(&scene.instances);
+    expect_mistake(fixture.trace_rays(fixture.device, &info));
+    fixture_free(&scene.triangles);
+    fixture_free(&scene.instances);
     forget_messages();
 }
 
 static VkResult build_again(struct scene *scene)
 {
-    return stage_build(&stage, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                       VK_NULL_HANDLE);
+    return fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
+                         VK_NULL_HANDLE);
 }
 
 /* Each leaves the structure as it was. */
@@ -118,10 +120,10 @@ static void test_bad_pointers(void **state)
     expect_mistake(build_again(&scene));
     scene.triangles.info.pGeometries = &scene.triangles.geometry;
     scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    expect_mistake(
-        stage_build(&stage, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
-    expect_mistake(stage.vk.WriteAccelerationStructuresPropertiesKHR(
-        stage.device, 1, &scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8,
+    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
+                                 VK_NULL_HANDLE));
+    expect_mistake(fixture.vk.WriteAccelerationStructuresPropertiesKHR(
+        fixture.device, 1, &scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8,
         hole + page, 8));
     expect(build_again(&scene));
     expect_scene(scene.tlas.handle, 1);
@@ -137,16 +139,16 @@ static void test_bad_builds(void **state)
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
     scene.triangles.range.primitiveCount = 9;
-    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                               scene.blas.handle));
+    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                                 scene.blas.handle));
     scene.triangles.range.primitiveCount = 10;
-    struct stage_structure small =
-        stage_create(&stage, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 256);
+    struct fixture_structure small =
+        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 256);
     expect_mistake(
-        stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, small.handle, VK_NULL_HANDLE));
+        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, small.handle, VK_NULL_HANDLE));
     expect_mistake(
-        stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, small.handle));
-    stage_destroy(&stage, &small);
+        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, small.handle));
+    fixture_destroy(&fixture, &small);
     expect_scene(scene.tlas.handle, 1);
     close_scene(&scene);
     forget_messages();
@@ -165,5 +167,5 @@ static int run(void)
 
 int main(int argc, char **argv)
 {
-    return stage_main(argc, argv, run);
+    return fixture_main(argc, argv, run);
 }

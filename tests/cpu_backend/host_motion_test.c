@@ -11,11 +11,11 @@ static void test_triangles_and_instances(void **state)
 {
     (void)state;
     struct moving_scene scene;
-    moving_scene_open(&stage, &scene, 0);
-    moving_scene_build(&stage, &scene);
-    expect_moving_blas(&stage, scene.blas.handle, 4);
-    expect_moving_tlas(&stage, scene.tlas.handle);
-    moving_scene_close(&stage, &scene);
+    moving_scene_open(&fixture, &scene, 0);
+    moving_scene_build(&fixture, &scene);
+    expect_moving_blas(&fixture, scene.blas.handle, 4);
+    expect_moving_tlas(&fixture, scene.tlas.handle);
+    moving_scene_close(&fixture, &scene);
     expect_silence();
 }
 
@@ -24,11 +24,11 @@ static void test_still_triangles(void **state)
 {
     (void)state;
     struct moving_scene scene;
-    moving_scene_open(&stage, &scene, 0);
+    moving_scene_open(&fixture, &scene, 0);
     scene.triangles.geometry.geometry.triangles.pNext = NULL;
-    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
-    expect_moving_blas(&stage, scene.blas.handle, 0);
-    moving_scene_close(&stage, &scene);
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    expect_moving_blas(&fixture, scene.blas.handle, 0);
+    moving_scene_close(&fixture, &scene);
     expect_silence();
 }
 
@@ -36,14 +36,14 @@ static void test_update(void **state)
 {
     (void)state;
     struct moving_scene scene;
-    moving_scene_open(&stage, &scene, UPDATABLE);
-    moving_scene_build(&stage, &scene);
+    moving_scene_open(&fixture, &scene, UPDATABLE);
+    moving_scene_build(&fixture, &scene);
     for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
         scene.then[i] += 3;
-    expect(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                       scene.blas.handle));
-    expect_moving_blas(&stage, scene.blas.handle, 7);
-    moving_scene_close(&stage, &scene);
+    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                         scene.blas.handle));
+    expect_moving_blas(&fixture, scene.blas.handle, 7);
+    moving_scene_close(&fixture, &scene);
     expect_silence();
 }
 
@@ -52,7 +52,7 @@ static void test_array_of_pointers(void **state)
 {
     (void)state;
     struct moving_scene scene;
-    moving_scene_open(&stage, &scene, 0);
+    moving_scene_open(&fixture, &scene, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
         aligned_alloc(16, MOVING_INSTANCES * sizeof(*data));
     uint64_t pointers[MOVING_INSTANCES];
@@ -65,9 +65,9 @@ static void test_array_of_pointers(void **state)
     }
     scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     scene.instances.geometry.geometry.instances.data.hostAddress = pointers;
-    moving_scene_build(&stage, &scene);
-    expect_moving_tlas(&stage, scene.tlas.handle);
-    moving_scene_close(&stage, &scene);
+    moving_scene_build(&fixture, &scene);
+    expect_moving_tlas(&fixture, scene.tlas.handle);
+    moving_scene_close(&fixture, &scene);
     free(data);
     expect_silence();
 }
@@ -77,13 +77,13 @@ static void test_unreadable(void **state)
 {
     (void)state;
     struct moving_scene scene;
-    moving_scene_open(&stage, &scene, 0);
+    moving_scene_open(&fixture, &scene, 0);
     scene.motion.vertexData.deviceAddress = 0x1000;
-    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
     scene.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
-    expect_mistake(stage_build(&stage, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
-    assert_int_equal(stage_sizes(&stage, &scene.triangles).accelerationStructureSize, 0);
-    moving_scene_close(&stage, &scene);
+    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    assert_int_equal(fixture_sizes(&fixture, &scene.triangles).accelerationStructureSize, 0);
+    moving_scene_close(&fixture, &scene);
     forget_messages();
 }
 
@@ -96,8 +96,8 @@ static void test_rays_without_time(void **state)
         uint32_t flags, cullMask;
     };
     struct moving_scene scene;
-    moving_scene_open(&stage, &scene, 0);
-    moving_scene_build(&stage, &scene);
+    moving_scene_open(&fixture, &scene, 0);
+    moving_scene_build(&fixture, &scene);
     const struct untimed rays[] = {
         {.origin = {-1, 9, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
         {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
@@ -110,11 +110,11 @@ static void test_rays_without_time(void **state)
                                  .hitSize = sizeof(hits[0]),
                                  .rays = (const AssayRay *)(const void *)rays,
                                  .hits = hits};
-    expect(stage.trace_rays(stage.device, &info));
+    expect(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit);
     assert_true(hits[1].isHit);
     assert_float_equal(hits[1].t, 1, 0);
-    moving_scene_close(&stage, &scene);
+    moving_scene_close(&fixture, &scene);
     expect_silence();
 }
 
@@ -134,9 +134,9 @@ static struct cost cost_of_still_scene(void)
     open_scene(&scene, 10, 0);
     expect_scene(scene.tlas.handle, 1);
     cost.bytes = serialize(scene.blas.handle, &cost.size);
-    cost.sizes[0] = stage_sizes(&stage, &scene.triangles);
-    cost.sizes[1] = stage_sizes(&stage, &scene.instances);
-    cost.counters = stage_counters(&stage);
+    cost.sizes[0] = fixture_sizes(&fixture, &scene.triangles);
+    cost.sizes[1] = fixture_sizes(&fixture, &scene.instances);
+    cost.counters = fixture_counters(&fixture);
     close_scene(&scene);
     return cost;
 }
@@ -159,18 +159,19 @@ static void test_no_motion_costs_nothing(void **state)
         .accelerationStructure = VK_TRUE,
         .accelerationStructureHostCommands = VK_TRUE,
     };
-    const VkDevice first = stage.device;
-    const VkuDeviceDispatchTable vk = stage.vk;
+    const VkDevice first = fixture.device;
+    const VkuDeviceDispatchTable vk = fixture.vk;
     VkuDeviceDispatchTable with_vk, without_vk;
-    VkDevice with = kit_open_device(&stage.kit, &with_vk), without;
-    expect(kit_create_device(&stage.kit, &features, extensions, 2, &without, &without_vk));
-    stage_use_device(&stage, with, &with_vk);
+    VkDevice with = instance_fixture_open_device(&fixture.instance_fixture, &with_vk), without;
+    expect(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
+                                          &without, &without_vk));
+    fixture_use_device(&fixture, with, &with_vk);
     struct cost a = cost_of_still_scene();
-    stage.vk.DestroyDevice(with, NULL);
-    stage_use_device(&stage, without, &without_vk);
+    fixture.vk.DestroyDevice(with, NULL);
+    fixture_use_device(&fixture, without, &without_vk);
     struct cost b = cost_of_still_scene();
-    stage.vk.DestroyDevice(without, NULL);
-    stage_use_device(&stage, first, &vk);
+    fixture.vk.DestroyDevice(without, NULL);
+    fixture_use_device(&fixture, first, &vk);
 
     assert_memory_equal(&a.counters, &b.counters, sizeof(a.counters));
     for (int i = 0; i < 2; i++)
@@ -198,5 +199,5 @@ static int run(void)
 
 int main(int argc, char **argv)
 {
-    return stage_main(argc, argv, run);
+    return fixture_main(argc, argv, run);
 }

@@ -119,10 +119,10 @@ static void release(void *context)
     atomic_fetch_add(&((struct late *)context)->releases, 1);
 }
 
-static struct cpu_tree *make_late(struct late *late)
+static struct cpu_tree *make_lazy(struct late *late)
 {
     const struct cpu_tree_work work = {.make = make, .release = release, .context = late};
-    struct cpu_tree *tree = cpu_tree_create_late(&work);
+    struct cpu_tree *tree = cpu_tree_create_lazy(&work);
     assert_non_null(tree);
     return tree;
 }
@@ -132,11 +132,11 @@ static void *read_tree(void *tree)
     return (void *)(uintptr_t)cpu_tree_read(tree);
 }
 
-static void test_late_trees(void **state)
+static void test_lazy_bvh(void **state)
 {
     (void)state;
     struct late late = {.result = VK_SUCCESS};
-    struct cpu_tree *tree = make_late(&late);
+    struct cpu_tree *tree = make_lazy(&late);
     pthread_t threads[4];
     for (int i = 0; i < 4; i++)
         pthread_create(&threads[i], NULL, read_tree, tree);
@@ -150,7 +150,7 @@ static void test_late_trees(void **state)
     assert_int_equal(late.releases, 1);
 
     late = (struct late){.result = VK_ERROR_VALIDATION_FAILED};
-    tree = make_late(&late);
+    tree = make_lazy(&late);
     assert_null(cpu_tree_read(tree));
     assert_null(cpu_tree_read(tree));
     cpu_tree_release(tree);
@@ -158,7 +158,7 @@ static void test_late_trees(void **state)
     assert_int_equal(late.releases, 1);
 
     late = (struct late){0};
-    cpu_tree_release(make_late(&late));
+    cpu_tree_release(make_lazy(&late));
     assert_int_equal(late.makes, 0);
     assert_int_equal(late.releases, 1);
 }
@@ -171,13 +171,13 @@ static void test_trees_of_structures(void **state)
     uint64_t handle = add_bottom(structures);
     struct late first = {.result = VK_SUCCESS}, second = first, third = first;
     assert_null(cpu_structures_tree(structures, handle));
-    assert_true(cpu_structures_set_tree(structures, handle, make_late(&first)));
+    assert_true(cpu_structures_set_tree(structures, handle, make_lazy(&first)));
     struct cpu_tree *held = cpu_structures_tree(structures, handle);
-    assert_true(cpu_structures_set_tree(structures, handle, make_late(&second)));
+    assert_true(cpu_structures_set_tree(structures, handle, make_lazy(&second)));
     assert_int_equal(first.releases, 0);
     cpu_structures_remove(structures, handle);
     assert_int_equal(second.releases, 1);
-    assert_false(cpu_structures_set_tree(structures, handle, make_late(&third)));
+    assert_false(cpu_structures_set_tree(structures, handle, make_lazy(&third)));
     assert_int_equal(third.releases, 1);
     assert_string_equal(cpu_tree_read(held), "made");
     cpu_tree_release(held);
@@ -275,9 +275,9 @@ static void test_scratch(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_handles),    cmocka_unit_test(test_generic_handles),
-        cmocka_unit_test(test_late_trees), cmocka_unit_test(test_trees_of_structures),
-        cmocka_unit_test(test_probing),    cmocka_unit_test(test_scratch),
+        cmocka_unit_test(test_handles),  cmocka_unit_test(test_generic_handles),
+        cmocka_unit_test(test_lazy_bvh), cmocka_unit_test(test_trees_of_structures),
+        cmocka_unit_test(test_probing),  cmocka_unit_test(test_scratch),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

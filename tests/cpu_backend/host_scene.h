@@ -3,9 +3,9 @@
 #ifndef CPU_BACKEND_HOST_SCENE_H
 #define CPU_BACKEND_HOST_SCENE_H
 
-#include "host_stage.h"
+#include "tests/cpu_backend/host_fixture.h"
 
-extern struct stage stage;
+extern struct fixture fixture;
 
 enum {
     UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
@@ -21,8 +21,8 @@ void forget_messages(void);
 
 /* A BLAS of some triangles, and a TLAS with two instances of it. */
 struct scene {
-    struct stage_build triangles, instances;
-    struct stage_structure blas, tlas;
+    struct fixture_build triangles, instances;
+    struct fixture_structure blas, tlas;
 };
 void open_scene(struct scene *scene, uint32_t triangles,
                 VkBuildAccelerationStructureFlagsKHR flags);
@@ -41,6 +41,6 @@ void *serialize(VkAccelerationStructureKHR src, size_t *size);
 
 /* Opens the stage on the platform that the arguments name, runs the tests, and returns what main
  * is to return. */
-int stage_main(int argc, char **argv, int (*run)(void));
+int fixture_main(int argc, char **argv, int (*run)(void));
 
 #endif

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-struct device_stage device;
+struct device_fixture device;
 
 void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const void *chain)
 {
@@ -28,8 +28,8 @@ void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const v
 void input_scene_close(struct input_scene *scene)
 {
     device_expect_silence(&device);
-    stage_destroy(&device.stage, &scene->blas);
-    stage_free(&scene->build);
+    fixture_destroy(&device.fixture, &scene->blas);
+    fixture_free(&scene->build);
     device_buffer_destroy(&device, &scene->vertices);
     device_buffer_destroy(&device, &scene->radii);
     device_buffer_destroy(&device, &scene->indices);
@@ -39,9 +39,9 @@ void input_scene_close(struct input_scene *scene)
 void input_scene_create(struct input_scene *scene)
 {
     enum { ALIGNMENT = 256 };
-    scene->blas = stage_create_for(&device.stage, &scene->build);
+    scene->blas = fixture_create_for(&device.fixture, &scene->build);
     scene->scratch = device_buffer_create(
-        &device, stage_sizes(&device.stage, &scene->build).buildScratchSize + ALIGNMENT);
+        &device, fixture_sizes(&device.fixture, &scene->build).buildScratchSize + ALIGNMENT);
     scene->build.info.scratchData.deviceAddress =
         (scene->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     scene->build.info.dstAccelerationStructure = scene->blas.handle;
@@ -55,8 +55,8 @@ static void record_indirect(struct input_scene *scene, VkCommandBuffer commands,
     *buffer = device_buffer_create(&device, sizeof(*ranges));
     if (ranges)
         memcpy(buffer->bytes, ranges, sizeof(*ranges));
-    device.stage.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info,
-                                                              &buffer->address, &stride, &counts);
+    device.fixture.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info,
+                                                                &buffer->address, &stride, &counts);
 }
 
 void input_scene_build(struct input_scene *scene,
@@ -67,7 +67,8 @@ void input_scene_build(struct input_scene *scene,
     if (is_indirect)
         record_indirect(scene, commands, ranges, &buffer);
     else
-        device.stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info, &ranges);
+        device.fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info,
+                                                            &ranges);
     device_barrier(&device, commands);
     device_finish(&device, commands);
     memset(scene->vertices.bytes, 0xff, INPUT_SIZE);
@@ -79,7 +80,7 @@ void input_scene_build(struct input_scene *scene,
 
 AssayHit input_scene_trace(const struct input_scene *scene, float y, float z)
 {
-    return stage_trace(&device.stage, scene->blas.handle, y, z);
+    return fixture_trace(&device.fixture, scene->blas.handle, y, z);
 }
 
 void input_scene_expect_hit(const struct input_scene *scene, float y, float z, float t,

@@ -3,16 +3,16 @@
 #ifndef CPU_BACKEND_INPUT_SCENE_H
 #define CPU_BACKEND_INPUT_SCENE_H
 
-#include "device_stage.h"
+#include "device_fixture.h"
 
-extern struct device_stage device;
+extern struct device_fixture device;
 
 enum { INPUT_SIZE = 4096 };
 
 /* What a geometry is read from: by the host in `bytes`, by command buffers at `address`. */
 struct input_scene {
-    struct stage_build build;
-    struct stage_structure blas;
+    struct fixture_build build;
+    struct fixture_structure blas;
     struct device_buffer vertices, radii, indices, scratch;
 };
 

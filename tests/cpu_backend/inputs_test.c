@@ -75,7 +75,7 @@ static void test_spheres(void **state)
             GIVE_ADDRESSES(&data, &scene, bytes);
             scene.build.info.scratchData.hostAddress = scene.build.scratch;
             assert_int_equal(
-                stage_build(&device.stage, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0),
+                fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0),
                 VK_SUCCESS);
         } else {
             GIVE_ADDRESSES(&data, &scene, address);
@@ -155,15 +155,16 @@ static void test_spheres_out_of_range(void **state)
     ((uint16_t *)scene.indices.bytes)[OFFSET / 2] = 0xffff;
     GIVE_ADDRESSES(&data, &scene, address);
     input_scene_build(&scene, &all_spheres, false);
-    assert_int_equal(device.stage.trace_rays(device.stage.device, &info),
+    assert_int_equal(device.fixture.trace_rays(device.fixture.device, &info),
                      VK_ERROR_VALIDATION_FAILED);
     fill_spheres(&scene);
     GIVE_ADDRESSES(&data, &scene, bytes);
     data.indexData.deviceAddress = 0x1000;
     scene.build.info.scratchData.hostAddress = scene.build.scratch;
-    assert_int_equal(stage_build(&device.stage, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0),
-                     VK_ERROR_VALIDATION_FAILED);
-    messages_clear(&device.stage.kit.messages);
+    assert_int_equal(
+        fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0),
+        VK_ERROR_VALIDATION_FAILED);
+    messages_clear(&device.fixture.instance_fixture.messages);
     input_scene_close(&scene);
 }
 
@@ -204,7 +205,7 @@ static void expect_dense(const struct input_scene *scene)
                                      .hitSize = sizeof(hit),
                                      .rays = &ray,
                                      .hits = &hit};
-        assert_int_equal(device.stage.trace_rays(device.stage.device, &info), VK_SUCCESS);
+        assert_int_equal(device.fixture.trace_rays(device.fixture.device, &info), VK_SUCCESS);
         assert_true(hit.isHit);
         assert_float_equal(hit.t, 2, 0);
         assert_int_equal(hit.primitive, 2 * i);
@@ -219,10 +220,10 @@ static void test_dense(void **state)
         struct input_scene scene;
         VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX data;
         open_dense(&scene, &data);
-        const AssayCounters before = stage_counters(&device.stage);
+        const AssayCounters before = fixture_counters(&device.fixture);
         input_scene_build(&scene, NULL, is_indirect);
         if (!is_indirect)
-            assert_int_equal(stage_counters(&device.stage).bytesSnapshot - before.bytesSnapshot,
+            assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
                              BLOCKS * DENSE_BLOCK);
         expect_dense(&scene);
         input_scene_close(&scene);
@@ -237,11 +238,12 @@ static void test_unreadable_chain(void **state)
     VkAccelerationStructureGeometrySpheresDataNV data;
     open_spheres(&scene, &data);
     scene.build.geometry.pNext = (void *)(uintptr_t)0x1000;
-    assert_int_equal(stage_sizes(&device.stage, &scene.build).accelerationStructureSize, 0);
+    assert_int_equal(fixture_sizes(&device.fixture, &scene.build).accelerationStructureSize, 0);
     scene.build.info.scratchData.hostAddress = scene.build.scratch;
-    assert_int_equal(stage_build(&device.stage, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0),
-                     VK_ERROR_VALIDATION_FAILED);
-    messages_clear(&device.stage.kit.messages);
+    assert_int_equal(
+        fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0),
+        VK_ERROR_VALIDATION_FAILED);
+    messages_clear(&device.fixture.instance_fixture.messages);
     input_scene_close(&scene);
 }
 
@@ -252,12 +254,12 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_swept_spheres), cmocka_unit_test(test_spheres_out_of_range),
         cmocka_unit_test(test_dense),         cmocka_unit_test(test_unreadable_chain),
     };
-    const char *reason = argc == 2 ? device_stage_open(&device, argv[1]) : "name a platform";
+    const char *reason = argc == 2 ? device_fixture_open(&device, argv[1]) : "name a platform";
     if (reason) {
         printf("skipped: %s\n", reason);
         return 77;
     }
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_stage_close(&device);
+    device_fixture_close(&device);
     return failed;
 }

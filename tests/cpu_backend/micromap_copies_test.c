@@ -8,8 +8,8 @@
 static uint64_t property(const struct micromap *micromap, VkQueryType type)
 {
     uint64_t value = 0;
-    assert_int_equal(device.stage.vk.WriteMicromapsPropertiesEXT(
-                         device.stage.device, 1, &micromap->ext, type, sizeof(value), &value, 8),
+    assert_int_equal(device.fixture.vk.WriteMicromapsPropertiesEXT(
+                         device.fixture.device, 1, &micromap->ext, type, sizeof(value), &value, 8),
                      VK_SUCCESS);
     return value;
 }
@@ -25,7 +25,7 @@ static void *serialize(const struct micromap *micromap, size_t *size)
         .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
     };
     assert_int_equal(
-        device.stage.vk.CopyMicromapToMemoryEXT(device.stage.device, VK_NULL_HANDLE, &info),
+        device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info),
         VK_SUCCESS);
     return bytes;
 }
@@ -62,19 +62,19 @@ static void test_copies_by_host(void **state)
                                             .src = from.ext,
                                             .dst = to.ext,
                                             .mode = modes[i % 2]};
-        assert_int_equal(
-            i == 2 ? device.stage.vk.CopyMemoryToMicromapEXT(device.stage.device, VK_NULL_HANDLE,
-                                                             &deserialize)
-                   : device.stage.vk.CopyMicromapEXT(device.stage.device, VK_NULL_HANDLE, &copy),
-            VK_SUCCESS);
+        assert_int_equal(i == 2 ? device.fixture.vk.CopyMemoryToMicromapEXT(
+                                      device.fixture.device, VK_NULL_HANDLE, &deserialize)
+                                : device.fixture.vk.CopyMicromapEXT(device.fixture.device,
+                                                                    VK_NULL_HANDLE, &copy),
+                         VK_SUCCESS);
         expect_copy(&to, bytes, size);
         micromap_close(&to);
     }
     VkAccelerationStructureCompatibilityKHR compatibility;
     const VkMicromapVersionInfoEXT version = {.sType = VK_STRUCTURE_TYPE_MICROMAP_VERSION_INFO_EXT,
                                               .pVersionData = bytes};
-    device.stage.vk.GetDeviceMicromapCompatibilityEXT(device.stage.device, &version,
-                                                      &compatibility);
+    device.fixture.vk.GetDeviceMicromapCompatibilityEXT(device.fixture.device, &version,
+                                                        &compatibility);
     assert_int_equal(compatibility, VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
     free(bytes);
     micromap_close(&from);
@@ -92,10 +92,11 @@ static void test_copies_by_device(void **state)
         .queryType = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT,
         .queryCount = 1,
     };
-    const VkuDeviceDispatchTable *vk = &device.stage.vk;
+    const VkuDeviceDispatchTable *vk = &device.fixture.vk;
     VkQueryPool pool;
     size_t size;
-    assert_int_equal(vk->CreateQueryPool(device.stage.device, &pool_info, NULL, &pool), VK_SUCCESS);
+    assert_int_equal(vk->CreateQueryPool(device.fixture.device, &pool_info, NULL, &pool),
+                     VK_SUCCESS);
     micromap_open(&from, true);
     micromap_open(&clone, true);
     micromap_open(&again, true);
@@ -126,14 +127,14 @@ static void test_copies_by_device(void **state)
     vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
     device_finish(&device, commands);
     uint64_t queried = 0;
-    assert_int_equal(vk->GetQueryPoolResults(device.stage.device, pool, 0, 1, sizeof(queried),
+    assert_int_equal(vk->GetQueryPoolResults(device.fixture.device, pool, 0, 1, sizeof(queried),
                                              &queried, sizeof(queried), VK_QUERY_RESULT_64_BIT),
                      VK_SUCCESS);
     void *expected = serialize(&from, &size);
     assert_int_equal(queried, size);
     expect_copy(&again, expected, size);
     free(expected);
-    vk->DestroyQueryPool(device.stage.device, pool, NULL);
+    vk->DestroyQueryPool(device.fixture.device, pool, NULL);
     device_buffer_destroy(&device, &bytes);
     micromap_close(&from);
     micromap_close(&clone);
@@ -152,5 +153,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -64,7 +64,7 @@ static void create_ext(struct micromap *micromap)
         .type = micromap->type,
     };
     assert_int_equal(
-        device.stage.vk.CreateMicromapEXT(device.stage.device, &info, NULL, &micromap->ext),
+        device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext),
         VK_SUCCESS);
 }
 
@@ -82,21 +82,21 @@ void micromap_open(struct micromap *micromap, bool is_ext)
         .addressRange = {micromap->storage.address, MICROMAP_SIZE},
         .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
     };
-    const struct stage *stage = &device.stage;
+    const struct fixture *fixture = &device.fixture;
     if (is_ext)
         create_ext(micromap);
     else
-        assert_int_equal(
-            stage->vk.CreateAccelerationStructure2KHR(stage->device, &khr, NULL, &micromap->khr),
-            VK_SUCCESS);
+        assert_int_equal(fixture->vk.CreateAccelerationStructure2KHR(fixture->device, &khr, NULL,
+                                                                     &micromap->khr),
+                         VK_SUCCESS);
     fill_micromap(micromap->input.bytes);
 }
 
 void micromap_close(struct micromap *micromap)
 {
-    const struct stage *stage = &device.stage;
-    stage->vk.DestroyMicromapEXT(stage->device, micromap->ext, NULL);
-    stage->vk.DestroyAccelerationStructureKHR(stage->device, micromap->khr, NULL);
+    const struct fixture *fixture = &device.fixture;
+    fixture->vk.DestroyMicromapEXT(fixture->device, micromap->ext, NULL);
+    fixture->vk.DestroyAccelerationStructureKHR(fixture->device, micromap->khr, NULL);
     device_buffer_destroy(&device, &micromap->storage);
     device_buffer_destroy(&device, &micromap->input);
 }
@@ -120,7 +120,7 @@ VkResult micromap_build_by_host(const struct micromap *micromap)
 {
     const VkMicromapBuildInfoEXT info =
         micromap_info(micromap, (uint64_t)(uintptr_t)micromap->input.bytes);
-    return device.stage.vk.BuildMicromapsEXT(device.stage.device, VK_NULL_HANDLE, 1, &info);
+    return device.fixture.vk.BuildMicromapsEXT(device.fixture.device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void record_khr(const struct micromap *micromap, VkCommandBuffer commands)
@@ -150,7 +150,7 @@ static void record_khr(const struct micromap *micromap, VkCommandBuffer commands
         .scratchData.deviceAddress = micromap->storage.address,
     };
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
-    device.stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
+    device.fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
 }
 
 void micromap_build_by_device(const struct micromap *micromap)
@@ -158,7 +158,7 @@ void micromap_build_by_device(const struct micromap *micromap)
     const VkMicromapBuildInfoEXT info = micromap_info(micromap, micromap->input.address);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     if (micromap->ext)
-        device.stage.vk.CmdBuildMicromapsEXT(commands, 1, &info);
+        device.fixture.vk.CmdBuildMicromapsEXT(commands, 1, &info);
     else
         record_khr(micromap, commands);
     device_finish(&device, commands);

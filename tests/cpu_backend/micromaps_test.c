@@ -92,8 +92,8 @@ static void test_builds(void **state)
             micromap_build_by_device(&micromap);
         input_scene_build(&user.scene, &user.scene.build.range, way == 2);
         expect_opacities(&user);
-        messages_clear(
-            &device.stage.kit.messages); /* of scratch, which KHR's build takes none of */
+        messages_clear(&device.fixture.instance_fixture
+                            .messages); /* of scratch, which KHR's build takes none of */
         input_scene_close(&user.scene);
         micromap_close(&micromap);
     }
@@ -109,16 +109,16 @@ static void test_rebuilt_and_destroyed(void **state)
     open_user(&user, &micromap);
     assert_int_equal(micromap_build_by_host(&micromap), VK_SUCCESS);
     input_scene_build(&user.scene, &user.scene.build.range, false);
-    const AssayCounters before = stage_counters(&device.stage);
+    const AssayCounters before = fixture_counters(&device.fixture);
     expect_opacity(&user, 0.1f, 0.1f, 3, 2, true);
-    assert_true(stage_counters(&device.stage).micromapsRead > before.micromapsRead);
+    assert_true(fixture_counters(&device.fixture).micromapsRead > before.micromapsRead);
     ((unsigned char *)micromap.input.bytes)[DATA + 1] = 1;
     assert_int_equal(micromap_build_by_host(&micromap), VK_SUCCESS);
     expect_opacity(&user, 0.1f, 0.1f, 1, 0, true);
-    device.stage.vk.DestroyMicromapEXT(device.stage.device, micromap.ext, NULL);
+    device.fixture.vk.DestroyMicromapEXT(device.fixture.device, micromap.ext, NULL);
     micromap.ext = VK_NULL_HANDLE;
     expect_opacity(&user, 0.1f, 0.1f, 1, 0, false);
-    messages_clear(&device.stage.kit.messages);
+    messages_clear(&device.fixture.instance_fixture.messages);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
 }
@@ -128,32 +128,32 @@ static void test_mistakes(void **state)
     (void)state;
     struct micromap micromap;
     micromap_open(&micromap, true);
-    const struct stage *stage = &device.stage;
+    const struct fixture *fixture = &device.fixture;
     VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
     VkMicromapBuildInfoEXT info =
         micromap_info(&micromap, (uint64_t)(uintptr_t)micromap.input.bytes);
-    stage->vk.GetMicromapBuildSizesEXT(stage->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
-                                       &info, &sizes);
+    fixture->vk.GetMicromapBuildSizesEXT(
+        fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &info, &sizes);
     assert_true(sizes.micromapSize > 0 && sizes.micromapSize <= MICROMAP_SIZE);
     assert_false(sizes.discardable);
     info.pUsageCounts = (void *)(uintptr_t)0x1000;
-    assert_int_equal(stage->vk.BuildMicromapsEXT(stage->device, VK_NULL_HANDLE, 1, &info),
+    assert_int_equal(fixture->vk.BuildMicromapsEXT(fixture->device, VK_NULL_HANDLE, 1, &info),
                      VK_ERROR_VALIDATION_FAILED);
-    stage->vk.GetMicromapBuildSizesEXT(stage->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
-                                       &info, &sizes);
+    fixture->vk.GetMicromapBuildSizesEXT(
+        fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &info, &sizes);
     assert_int_equal(sizes.micromapSize, 0);
     info.pUsageCounts = micromap_usages;
     info.data.deviceAddress = 0x1000;
-    assert_int_equal(stage->vk.BuildMicromapsEXT(stage->device, VK_NULL_HANDLE, 1, &info),
+    assert_int_equal(fixture->vk.BuildMicromapsEXT(fixture->device, VK_NULL_HANDLE, 1, &info),
                      VK_ERROR_VALIDATION_FAILED);
     assert_int_equal(micromap_build_by_host(&micromap), VK_SUCCESS);
     /* It is none that rays could be traced in. */
     const AssayTraceInfo trace = {.accelerationStructure = (uint64_t)micromap.ext,
                                   .raySize = sizeof(AssayRay),
                                   .hitSize = sizeof(AssayHit)};
-    assert_int_equal(stage->trace_rays(stage->device, &trace), VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(fixture->trace_rays(fixture->device, &trace), VK_ERROR_VALIDATION_FAILED);
     micromap_close(&micromap);
-    messages_clear(&device.stage.kit.messages);
+    messages_clear(&device.fixture.instance_fixture.messages);
 }
 
 static int run_all(void)
@@ -168,5 +168,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

@@ -3,7 +3,7 @@
 #ifndef CPU_BACKEND_MOTION_SCENE_H
 #define CPU_BACKEND_MOTION_SCENE_H
 
-#include "host_stage.h"
+#include "tests/cpu_backend/host_fixture.h"
 
 enum {
     MOVING_TRIANGLES = 3,
@@ -14,26 +14,26 @@ enum {
                             sizeof(VkAccelerationStructureMotionInstanceNV),
 };
 
-/* Triangles (stage_triangles) that go by (4, 0, 0) from time 0 to 1. Instance 0 stands still,
+/* Triangles (fixture_triangles) that go by (4, 0, 0) from time 0 to 1. Instance 0 stands still,
  * instance 1 goes by (8, 0, 0) between two matrices, instance 2 by (16, 0, 0) between two SRT
  * transforms; instance i is at y = 2 * i. Not to be moved in memory. */
 struct moving_scene {
-    struct stage_build triangles, instances;
+    struct fixture_build triangles, instances;
     float then[MOVING_TRIANGLES * 9]; /* the vertices at time 1 */
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
-    struct stage_structure blas, tlas;
+    struct fixture_structure blas, tlas;
 };
 
 /* Nothing is built yet. */
-void moving_scene_open(struct stage *stage, struct moving_scene *scene,
+void moving_scene_open(struct fixture *fixture, struct moving_scene *scene,
                        VkBuildAccelerationStructureFlagsKHR flags);
-void moving_scene_close(struct stage *stage, struct moving_scene *scene);
+void moving_scene_close(struct fixture *fixture, struct moving_scene *scene);
 
 /* By the host. */
-void moving_scene_build(struct stage *stage, struct moving_scene *scene);
+void moving_scene_build(struct fixture *fixture, struct moving_scene *scene);
 
 /* At times 0, 0.5 and 1 triangles are where they should be, and have left where they were. */
-void expect_moving_blas(struct stage *stage, VkAccelerationStructureKHR blas, float way);
-void expect_moving_tlas(struct stage *stage, VkAccelerationStructureKHR tlas);
+void expect_moving_blas(struct fixture *fixture, VkAccelerationStructureKHR blas, float way);
+void expect_moving_tlas(struct fixture *fixture, VkAccelerationStructureKHR tlas);
 
 #endif

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing on backend cpu, through the loader: what mistakes lead to, none of which
  * crashes; what is refused; and that no driver hears of the backend's handles. */
-#include "nv_stage.h"
+#include "tests/cpu_backend/nv_fixture.h"
 
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 #define WILD ((VkAccelerationStructureNV)0x1234567890)
 
@@ -62,7 +62,7 @@ static int close_scene(void **state)
     (void)state;
     nv_destroy(&device, &scene.blas);
     device_buffer_destroy(&device, &scene.data);
-    messages_clear(&stage->kit.messages);
+    messages_clear(&fixture->instance_fixture.messages);
     return 0;
 }
 
@@ -83,7 +83,7 @@ static bool is_built(void)
                                  .hitSize = sizeof(hit),
                                  .rays = &ray,
                                  .hits = &hit};
-    const VkResult result = stage->trace_rays(stage->device, &info);
+    const VkResult result = fixture->trace_rays(fixture->device, &info);
     if (result == VK_SUCCESS)
         return hit.isHit;
     assert_int_equal(result, VK_ERROR_VALIDATION_FAILED);
@@ -110,7 +110,7 @@ static VkBuffer create_unbound(void)
         .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV,
     };
     VkBuffer buffer;
-    assert_int_equal(stage->vk.CreateBuffer(stage->device, &info, NULL, &buffer), VK_SUCCESS);
+    assert_int_equal(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &buffer), VK_SUCCESS);
     return buffer;
 }
 
@@ -142,7 +142,7 @@ static void test_data_that_is_not_there(void **state)
     triangles->indexOffset = VERTICES_AT; /* floats are wild indices */
     triangles->indexCount = 3;
     expect_unbuilt();
-    stage->vk.DestroyBuffer(stage->device, unbound, NULL);
+    fixture->vk.DestroyBuffer(fixture->device, unbound, NULL);
 }
 
 static void test_geometries_that_are_none(void **state)
@@ -177,11 +177,11 @@ static void test_unreadable_parameters(void **state)
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene.info};
     VkAccelerationStructureNV created = WILD;
     assert_int_equal(
-        stage->vk.CreateAccelerationStructureNV(stage->device, &create_info, NULL, &created),
+        fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL, &created),
         VK_ERROR_VALIDATION_FAILED);
     assert_true(created == VK_NULL_HANDLE);
-    assert_int_equal(stage->vk.GetAccelerationStructureHandleNV(stage->device, scene.blas.handle,
-                                                                sizeof(uint64_t), hole),
+    assert_int_equal(fixture->vk.GetAccelerationStructureHandleNV(
+                         fixture->device, scene.blas.handle, sizeof(uint64_t), hole),
                      VK_ERROR_VALIDATION_FAILED);
     munmap(hole, page);
 }
@@ -193,11 +193,12 @@ static void test_wild_handles(void **state)
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
     const VkQueryPool no_pool = (VkQueryPool)WILD;
     uint64_t reference = 7;
-    assert_int_equal(stage->vk.GetAccelerationStructureHandleNV(stage->device, wild, 8, &reference),
-                     VK_ERROR_VALIDATION_FAILED);
     assert_int_equal(
-        stage->vk.GetAccelerationStructureHandleNV(stage->device, scene.blas.handle, 4, &reference),
+        fixture->vk.GetAccelerationStructureHandleNV(fixture->device, wild, 8, &reference),
         VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(fixture->vk.GetAccelerationStructureHandleNV(fixture->device,
+                                                                  scene.blas.handle, 4, &reference),
+                     VK_ERROR_VALIDATION_FAILED);
     assert_int_equal(reference, 7);
     assert_int_equal(
         nv_requirements(&device, wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV)
@@ -205,16 +206,16 @@ static void test_wild_handles(void **state)
         0);
     build(&scene.info, VK_NULL_HANDLE);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    stage->vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
-                                             VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    stage->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
-    stage->vk.CmdBuildAccelerationStructureNV(commands, &scene.info, VK_NULL_HANDLE, 0, VK_FALSE,
-                                              wild, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
+    fixture->vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
+                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
+    fixture->vk.CmdBuildAccelerationStructureNV(commands, &scene.info, VK_NULL_HANDLE, 0, VK_FALSE,
+                                                wild, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
     device_finish(&device, commands);
     assert_true(is_built());
     build(&scene.info, wild);
     assert_false(is_built());
-    stage->vk.DestroyAccelerationStructureNV(stage->device, VK_NULL_HANDLE, NULL);
+    fixture->vk.DestroyAccelerationStructureNV(fixture->device, VK_NULL_HANDLE, NULL);
 }
 
 static void test_names_and_private_data(void **state)
@@ -226,29 +227,31 @@ static void test_names_and_private_data(void **state)
         .objectType = type,
         .objectHandle = (uint64_t)scene.blas.handle,
         .pObjectName = "bunny"};
-    assert_int_equal(stage->vk.SetDebugUtilsObjectNameEXT(stage->device, &name), VK_SUCCESS);
+    assert_int_equal(fixture->vk.SetDebugUtilsObjectNameEXT(fixture->device, &name), VK_SUCCESS);
     const VkPrivateDataSlotCreateInfo info = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
     VkPrivateDataSlot slot;
     uint64_t value = 0;
-    assert_int_equal(stage->vk.CreatePrivateDataSlot(stage->device, &info, NULL, &slot),
+    assert_int_equal(fixture->vk.CreatePrivateDataSlot(fixture->device, &info, NULL, &slot),
                      VK_SUCCESS);
     assert_int_equal(
-        stage->vk.SetPrivateData(stage->device, type, (uint64_t)scene.blas.handle, slot, 5),
+        fixture->vk.SetPrivateData(fixture->device, type, (uint64_t)scene.blas.handle, slot, 5),
         VK_SUCCESS);
-    stage->vk.GetPrivateData(stage->device, type, (uint64_t)scene.blas.handle, slot, &value);
+    fixture->vk.GetPrivateData(fixture->device, type, (uint64_t)scene.blas.handle, slot, &value);
     assert_int_equal(value, 5);
-    stage->vk.DestroyPrivateDataSlot(stage->device, slot, NULL);
+    fixture->vk.DestroyPrivateDataSlot(fixture->device, slot, NULL);
     device_expect_silence(&device);
 }
 
 /* One message each, which names the setting. */
 static void expect_refusal(const char *command)
 {
-    assert_int_equal(messages_count(&stage->kit.messages, "ASSAY-error", command), 1);
-    assert_int_equal(
-        messages_count(&stage->kit.messages, "ASSAY-error", "assay_validation.backend"), 1);
-    messages_clear(&stage->kit.messages);
+    assert_int_equal(messages_count(&fixture->instance_fixture.messages, "ASSAY-error", command),
+                     1);
+    assert_int_equal(messages_count(&fixture->instance_fixture.messages, "ASSAY-error",
+                                    "assay_validation.backend"),
+                     1);
+    messages_clear(&fixture->instance_fixture.messages);
 }
 
 static void test_shader_side(void **state)
@@ -257,14 +260,14 @@ static void test_shader_side(void **state)
     const VkRayTracingPipelineCreateInfoNV info = {
         .sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_NV};
     VkPipeline pipeline = (VkPipeline)WILD;
-    assert_int_equal(stage->vk.CreateRayTracingPipelinesNV(stage->device, VK_NULL_HANDLE, 1, &info,
-                                                           NULL, &pipeline),
+    assert_int_equal(fixture->vk.CreateRayTracingPipelinesNV(fixture->device, VK_NULL_HANDLE, 1,
+                                                             &info, NULL, &pipeline),
                      VK_ERROR_VALIDATION_FAILED_EXT);
     assert_true(pipeline == VK_NULL_HANDLE);
     expect_refusal("vkCreateRayTracingPipelinesNV");
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    stage->vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE,
-                             0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
+    fixture->vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE,
+                               0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
     device_finish(&device, commands);
     expect_refusal("vkCmdTraceRaysNV");
     const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV, 1};
@@ -273,7 +276,7 @@ static void test_shader_side(void **state)
                                              .poolSizeCount = 1,
                                              .pPoolSizes = &size};
     VkDescriptorPool created;
-    assert_int_equal(stage->vk.CreateDescriptorPool(stage->device, &pool, NULL, &created),
+    assert_int_equal(fixture->vk.CreateDescriptorPool(fixture->device, &pool, NULL, &created),
                      VK_ERROR_VALIDATION_FAILED_EXT);
     expect_refusal("vkCreateDescriptorPool");
 }
@@ -293,5 +296,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

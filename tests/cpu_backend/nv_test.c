@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing's build side on backend cpu, through the loader: what it builds is, byte for
  * byte, what the host builds of the same input by VK_KHR_acceleration_structure. */
-#include "nv_stage.h"
+#include "tests/cpu_backend/nv_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static struct device_stage device;
-static struct stage *const stage = &device.stage;
+static struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 
@@ -198,24 +198,25 @@ static void expect_host_build(struct twins *twins, const struct nv_structure *bu
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = twins->ranges;
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    stage->vk.GetAccelerationStructureBuildSizesKHR(
-        stage->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &twins->khr, counts, &sizes);
+    fixture->vk.GetAccelerationStructureBuildSizesKHR(fixture->device,
+                                                      VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
+                                                      &twins->khr, counts, &sizes);
     assert_int_equal(built->size, sizes.accelerationStructureSize);
-    struct stage_structure twin =
-        stage_create(stage, twins->khr.type, sizes.accelerationStructureSize);
+    struct fixture_structure twin =
+        fixture_create(fixture, twins->khr.type, sizes.accelerationStructureSize);
     twins->khr.dstAccelerationStructure = twin.handle;
     twins->khr.scratchData.hostAddress = malloc(sizes.buildScratchSize);
-    assert_int_equal(stage->vk.BuildAccelerationStructuresKHR(stage->device, VK_NULL_HANDLE, 1,
-                                                              &twins->khr, &ranges),
+    assert_int_equal(fixture->vk.BuildAccelerationStructuresKHR(fixture->device, VK_NULL_HANDLE, 1,
+                                                                &twins->khr, &ranges),
                      VK_SUCCESS);
     device_expect_same_bytes(&device, as_khr(built), twin.handle);
     free(twins->khr.scratchData.hostAddress);
-    stage_destroy(stage, &twin);
+    fixture_destroy(fixture, &twin);
 }
 
 static bool is_hit(const struct nv_structure *structure, float y)
 {
-    return stage_trace(stage, as_khr(structure), y + 0.25f, 0.25f).isHit;
+    return fixture_trace(fixture, as_khr(structure), y + 0.25f, 0.25f).isHit;
 }
 
 /* ---- tests */
@@ -238,8 +239,8 @@ static void test_same_as_host_builds(void **state)
     device_finish(&device, commands);
     assert_true(is_hit(&blas, 0) && is_hit(&blas, 10) && !is_hit(&blas, 5));
     assert_true(is_hit(&tlas, 0) && is_hit(&tlas, 30) && !is_hit(&tlas, 40));
-    assert_int_equal(stage_trace(stage, as_khr(&tlas), 30.25f, 0.25f).geometry, 1);
-    assert_true(stage_trace(stage, as_khr(&of_boxes), 0.25f, 0.25f).isAabb);
+    assert_int_equal(fixture_trace(fixture, as_khr(&tlas), 30.25f, 0.25f).geometry, 1);
+    assert_true(fixture_trace(fixture, as_khr(&of_boxes), 0.25f, 0.25f).isAabb);
     expect_host_build(&triangles, &blas);
     expect_host_build(&boxes, &of_boxes);
     expect_host_build(&instances, &tlas);
@@ -258,9 +259,9 @@ static void test_snapshots(void **state)
     twins.nv_geometries[0].geometry.triangles.vertexOffset = SHARED_AT;
     twins.geometries[0].geometry.triangles.vertexData.hostAddress = data_at(SHARED_AT);
     struct nv_structure blas = nv_create(&device, &twins.nv, 0);
-    const AssayCounters before = stage_counters(stage);
+    const AssayCounters before = fixture_counters(fixture);
     build(&twins, &blas, VK_NULL_HANDLE);
-    const AssayCounters after = stage_counters(stage);
+    const AssayCounters after = fixture_counters(fixture);
     const uint64_t vertices = 3 * TRIANGLES * VERTEX_STRIDE, indices = 3 * TRIANGLES * 2;
     const uint64_t copied = after.bytesSnapshot - before.bytesSnapshot;
     assert_true(copied >= vertices + indices && copied < vertices + indices + 128);
@@ -279,7 +280,7 @@ static void test_updates(void **state)
     struct nv_structure second = nv_create(&device, &twins.nv, 0);
     describe_instances(&instances, nv_reference(&device, second.handle));
     struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
-    const AssayCounters before = stage_counters(stage);
+    const AssayCounters before = fixture_counters(fixture);
     build(&twins, &first, VK_NULL_HANDLE);
     put_triangles(PLAIN_AT, 3);
     build(&twins, &second, first.handle);
@@ -290,7 +291,7 @@ static void test_updates(void **state)
     assert_true(is_hit(&second, 3) && !is_hit(&second, 0) && !is_hit(&second, 6));
     assert_true(is_hit(&first, 6) && !is_hit(&first, 0) && !is_hit(&first, 3));
     assert_true(is_hit(&tlas, 23) && !is_hit(&tlas, 20));
-    const AssayCounters after = stage_counters(stage);
+    const AssayCounters after = fixture_counters(fixture);
     assert_int_equal(after.updates - before.updates, 2);
 
     nv_destroy(&device, &second); /* instances of what is gone aren't hit */
@@ -307,19 +308,19 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
         .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = type, .queryCount = 2};
     VkQueryPool pool;
     VkDeviceSize size = 0;
-    assert_int_equal(stage->vk.CreateQueryPool(stage->device, &info, NULL, &pool), VK_SUCCESS);
+    assert_int_equal(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool), VK_SUCCESS);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdResetQueryPool(commands, pool, 0, 2);
-    stage->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type,
-                                                         pool, 1);
+    fixture->vk.CmdResetQueryPool(commands, pool, 0, 2);
+    fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type,
+                                                           pool, 1);
     device_finish(&device, commands);
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 1, 1, sizeof(size), &size,
-                                                   sizeof(size), VK_QUERY_RESULT_64_BIT),
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 1, 1, sizeof(size),
+                                                     &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
                      VK_SUCCESS);
-    assert_int_equal(stage->vk.GetQueryPoolResults(stage->device, pool, 0, 1, sizeof(size), &size,
-                                                   sizeof(size), VK_QUERY_RESULT_64_BIT),
+    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(size),
+                                                     &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
-    stage->vk.DestroyQueryPool(stage->device, pool, NULL);
+    fixture->vk.DestroyQueryPool(fixture->device, pool, NULL);
     return size;
 }
 
@@ -340,10 +341,10 @@ static void test_copies(void **state)
     struct nv_structure compact = nv_create(&device, &nothing, size);
     assert_int_equal(compact.size, size);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    stage->vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
-                                             VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    stage->vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
-                                             VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    fixture->vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
+                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    fixture->vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
+                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     device_finish(&device, commands);
     device_expect_same_bytes(&device, as_khr(&blas), as_khr(&clone));
     nv_destroy(&device, &blas);
@@ -371,5 +372,5 @@ static int run_all(void)
 
 int main(int argc, char **argv)
 {
-    return device_stage_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, run_all);
 }

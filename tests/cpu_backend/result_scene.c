@@ -2,8 +2,8 @@
 /* A BLAS that is asked about. */
 #include "result_scene.h"
 
-struct device_stage device;
-static struct stage *const stage = &device.stage;
+struct device_fixture device;
+static struct fixture *const fixture = &device.fixture;
 
 enum {
     TRIANGLE_SIZE = 9 * sizeof(float),
@@ -17,18 +17,18 @@ void result_scene_open(struct result_scene *scene, VkQueryType type)
         .queryType = type,
         .queryCount = QUERIES,
     };
-    stage_triangles(&scene->host, TRIANGLES, COMPACTABLE);
-    scene->blas = stage_create_for(stage, &scene->host);
+    fixture_triangles(&scene->host, TRIANGLES, COMPACTABLE);
+    scene->blas = fixture_create_for(fixture, &scene->host);
     device_build_create(&device, &scene->host, TRIANGLES * TRIANGLE_SIZE, &scene->build);
-    expect(stage->vk.CreateQueryPool(stage->device, &info, NULL, &scene->pool));
+    expect(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &scene->pool));
 }
 
 void result_scene_close(struct result_scene *scene)
 {
-    stage->vk.DestroyQueryPool(stage->device, scene->pool, NULL);
+    fixture->vk.DestroyQueryPool(fixture->device, scene->pool, NULL);
     device_build_destroy(&device, &scene->build);
-    stage_destroy(stage, &scene->blas);
-    stage_free(&scene->host);
+    fixture_destroy(fixture, &scene->blas);
+    fixture_free(&scene->host);
     device_expect_silence(&device);
 }
 
@@ -42,15 +42,16 @@ void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer com
                                  VkQueryType type)
 {
     const VkAccelerationStructureKHR both[] = {scene->blas.handle, scene->blas.handle};
-    stage->vk.CmdResetQueryPool(commands, scene->pool, 0, QUERIES);
-    stage->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, scene->pool, 0);
+    fixture->vk.CmdResetQueryPool(commands, scene->pool, 0, QUERIES);
+    fixture->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, scene->pool,
+                                                            0);
     device_barrier(&device, commands);
 }
 
 VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
     VkDeviceSize value = 0;
-    expect(stage->vk.WriteAccelerationStructuresPropertiesKHR(
-        stage->device, 1, &structure, type, sizeof(value), &value, sizeof(value)));
+    expect(fixture->vk.WriteAccelerationStructuresPropertiesKHR(
+        fixture->device, 1, &structure, type, sizeof(value), &value, sizeof(value)));
     return value;
 }

@@ -3,18 +3,18 @@
 #ifndef CPU_BACKEND_RESULT_SCENE_H
 #define CPU_BACKEND_RESULT_SCENE_H
 
-#include "device_stage.h"
+#include "device_fixture.h"
 
-extern struct device_stage device;
+extern struct device_fixture device;
 
 #define expect(call) assert_int_equal(call, VK_SUCCESS)
 
 enum { QUERIES = 3, TRIANGLES = 50 };
 
 struct result_scene {
-    struct stage_build host;
+    struct fixture_build host;
     struct device_build build;
-    struct stage_structure blas;
+    struct fixture_structure blas;
     VkQueryPool pool; /* QUERIES of them */
 };
 

@@ -18,11 +18,11 @@ static bool is_secondary(uint32_t command_buffer)
 
 /* ---- objects */
 
-uint32_t machine_family(const struct world *world, uint32_t queue)
+uint32_t machine_family(const struct fixture *fixture, uint32_t queue)
 {
-    const uint32_t first = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
-    for (uint32_t i = first + 1; i < world->family_count && queue == 1; i++)
-        if ((world->families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0)
+    const uint32_t first = fixture_find_family(fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    for (uint32_t i = first + 1; i < fixture->family_count && queue == 1; i++)
+        if ((fixture->families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0)
             return i;
     return queue == 0 ? first : UINT32_MAX;
 }
@@ -52,7 +52,7 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer)
 
 void machine_create_pool(struct machine *machine, uint32_t command_buffer)
 {
-    const uint32_t family = machine_family(machine->scene->world, QUEUE_OF(command_buffer));
+    const uint32_t family = machine_family(machine->scene->fixture, QUEUE_OF(command_buffer));
     if (family == UINT32_MAX)
         return;
     machine->pools[command_buffer] = scene_pool(machine->scene, family, 0);
@@ -97,12 +97,13 @@ static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType typ
     return semaphore;
 }
 
-void machine_open(struct machine *machine, struct world *world, VkAccelerationStructureTypeKHR type)
+void machine_open(struct machine *machine, struct fixture *fixture,
+                  VkAccelerationStructureTypeKHR type)
 {
     memset(machine, 0, sizeof(*machine));
-    machine->scene = scene_open(world, COMMAND_DEVICE);
-    machine->vk = &world->vk;
-    machine->device = world->device;
+    machine->scene = scene_open(fixture, COMMAND_DEVICE);
+    machine->vk = &fixture->vk;
+    machine->device = fixture->device;
     machine->type = type;
     machine->last_update.command_buffer = machine->last_bad.command_buffer = NOWHERE;
     for (uint32_t i = 0; i < STRUCTURES; i++) {
@@ -114,7 +115,7 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
         machine->scene, (VkDeviceSize)COMMAND_BUFFERS * 2 * MACHINE_ACCEL_SIZE, SCRATCH_USAGE);
     machine->blob = scene_buffer(machine->scene, MACHINE_ACCEL_SIZE, SCRATCH_USAGE);
     for (uint32_t i = 0; i < QUEUES; i++) {
-        const uint32_t family = machine_family(world, i);
+        const uint32_t family = machine_family(fixture, i);
         if (family != UINT32_MAX)
             machine->vk->GetDeviceQueue(machine->device, family, 0, &machine->queues[i]);
     }
@@ -129,7 +130,7 @@ void machine_open(struct machine *machine, struct world *world, VkAccelerationSt
         machine->binaries[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_BINARY, false);
         machine->timelines[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, false);
     }
-    if (world->platform->is_null)
+    if (fixture->platform->is_null)
         machine->timelines[FOREIGN] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, true);
 }
 

@@ -61,7 +61,7 @@ struct machine {
 };
 
 /* `type` is that of the structures. */
-void machine_open(struct machine *machine, struct world *world,
+void machine_open(struct machine *machine, struct fixture *fixture,
                   VkAccelerationStructureTypeKHR type);
 void machine_close(struct machine *machine);
 
@@ -69,7 +69,7 @@ void machine_close(struct machine *machine);
 void machine_step(struct machine *machine, const struct step *step);
 
 /* The family of a queue, UINT32_MAX if there is none. */
-uint32_t machine_family(const struct world *world, uint32_t queue);
+uint32_t machine_family(const struct fixture *fixture, uint32_t queue);
 
 /* The name that a command buffer has in messages. */
 const char *machine_name(uint32_t command_buffer);

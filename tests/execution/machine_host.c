@@ -26,7 +26,7 @@ void machine_create_operation(struct machine *machine, uint32_t operation)
 static void arm(const struct machine *machine, const struct step *step, const char *name)
 {
     if (step->value != 0)
-        machine->scene->world->platform->null_driver.fail_next(name, VK_ERROR_OUT_OF_HOST_MEMORY);
+        machine->scene->fixture->platform->null_driver.fail_next(name, VK_ERROR_OUT_OF_HOST_MEMORY);
 }
 
 static void fill_build(struct machine *machine, struct shape_arguments *arguments,
@@ -105,8 +105,8 @@ void machine_host(struct machine *machine, const struct step *step)
         machine->result = machine->vk->GetDeferredOperationResultKHR(machine->device, operation);
         break;
     case ACTION_FAIL_OPERATION:
-        machine->scene->world->platform->null_driver.fail_next("vkGetDeferredOperationResultKHR",
-                                                               VK_ERROR_OUT_OF_HOST_MEMORY);
+        machine->scene->fixture->platform->null_driver.fail_next("vkGetDeferredOperationResultKHR",
+                                                                 VK_ERROR_OUT_OF_HOST_MEMORY);
         break;
     case ACTION_RENEW_OPERATION:
         scene_destroy(machine->scene, (uint64_t)operation);

@@ -52,8 +52,8 @@ void machine_query(struct machine *machine, const struct step *step)
         machine->vk->ResetQueryPool(machine->device, machine->queries, 0, QUERIES);
         break;
     case ACTION_CANNOT_READ:
-        machine->scene->world->platform->null_driver.fail_next("vkGetQueryPoolResults",
-                                                               VK_NOT_READY);
+        machine->scene->fixture->platform->null_driver.fail_next("vkGetQueryPoolResults",
+                                                                 VK_NOT_READY);
         break;
     case ACTION_HOST_QUERY:
         query_on_the_host(machine, step->src);

@@ -173,7 +173,7 @@ static void wait_on_host(struct machine *machine, const struct step *step)
 
 void machine_submit(struct machine *machine, const struct step *step)
 {
-    const struct world *world = machine->scene->world;
+    const struct fixture *fixture = machine->scene->fixture;
     switch (step->action) {
     case ACTION_BATCH:
         machine->batches[machine->batch_count++] = (struct machine_batch){0};
@@ -192,15 +192,15 @@ void machine_submit(struct machine *machine, const struct step *step)
         machine->batch_count = 0;
         break;
     case ACTION_LOST_SUBMIT:
-        world->platform->null_driver.set_device_lost(true);
+        fixture->platform->null_driver.set_device_lost(true);
         machine->result = submit(machine, machine->queues[step->object], VK_NULL_HANDLE);
-        world->platform->null_driver.set_device_lost(false);
+        fixture->platform->null_driver.set_device_lost(false);
         machine->batch_count = 0;
         break;
     case ACTION_FAIL_SUBMIT:
-        world->platform->null_driver.fail_next(step->value != 0 ? "vkQueueBindSparse"
-                                                                : "vkQueueSubmit",
-                                               VK_ERROR_OUT_OF_DEVICE_MEMORY);
+        fixture->platform->null_driver.fail_next(step->value != 0 ? "vkQueueBindSparse"
+                                                                  : "vkQueueSubmit",
+                                                 VK_ERROR_OUT_OF_DEVICE_MEMORY);
         break;
     case ACTION_BIND:
     case ACTION_FAILED_BIND:

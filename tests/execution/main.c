@@ -19,7 +19,7 @@ enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 struct run {
     struct platform platform;
     struct tally tally;
-    struct world world;
+    struct fixture fixture;
     struct report report;
     bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
@@ -77,7 +77,7 @@ static void play_one(struct run *run, const struct program_list *list, const str
     }
     if (run->tally.verbose)
         printf("[ RUN      ] %s\n", current_name);
-    play_program(play, &run->world, &run->report);
+    play_program(play, &run->fixture, &run->report);
     if (play->level == run->tally.level)
         write_results(run, play, play->is_twin || !program_reports(play->program));
     tell(run);
@@ -222,7 +222,7 @@ int main(int argc, char **argv)
     play_all(&run);
     if (run.platform.is_null && run.tally.level == NULL)
         play_at_level_state(&run);
-    world_close(&run.world);
+    fixture_close(&run.fixture);
     if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
         check_every_rule_has_fired(&run);
     return tally_close(&run.tally);

@@ -46,6 +46,6 @@ int main(int argc, char **argv)
            " findings\n",
            seed, programs, test.silent_programs, test.findings);
     machine_close(&test.machine);
-    world_close(&test.world);
+    fixture_close(&test.fixture);
     return test.failed ? 1 : 0;
 }

@@ -19,7 +19,7 @@ __attribute__((format(printf, 2, 3))) static void say(struct report *report, con
     va_end(arguments);
 }
 
-/* ---- worlds */
+/* ---- fixtures */
 
 static void recycle(struct null_driver_config *config)
 {
@@ -70,22 +70,22 @@ static struct setup setup_for(const struct play *play)
 }
 
 /* NULL, or why there is no such world here. */
-static const char *enter_world(const struct play *play, struct world *world)
+static const char *enter_fixture(const struct play *play, struct fixture *fixture)
 {
     const struct setup setup = setup_for(play);
-    const bool is_other = world->setup.configure != setup.configure ||
-                          world->setup.level != setup.level ||
-                          world->setup.enable != setup.enable ||
-                          world->setup.muted != setup.muted || play->program->needs & NEEDS_LOSS;
+    const bool is_other = fixture->setup.configure != setup.configure ||
+                          fixture->setup.level != setup.level ||
+                          fixture->setup.enable != setup.enable ||
+                          fixture->setup.muted != setup.muted || play->program->needs & NEEDS_LOSS;
     if (!play->platform->is_null &&
         play->program->needs &
             ~(NEEDS_TWO_QUEUES | NEEDS_HOST | NEEDS_DRIVER | NEEDS_SPARSE | NEEDS_NO_LOOK))
         return "needs the null driver";
     if (play->platform->is_cpu && play->program->needs & NEEDS_DRIVER)
         return "needs a driver that looks at nothing";
-    if (world->device == VK_NULL_HANDLE || is_other) {
-        world_close(world);
-        const char *missing = world_open(world, play->platform, &setup);
+    if (fixture->device == VK_NULL_HANDLE || is_other) {
+        fixture_close(fixture);
+        const char *missing = fixture_open(fixture, play->platform, &setup);
         if (missing != NULL)
             return missing;
     }
@@ -94,11 +94,11 @@ static const char *enter_world(const struct play *play, struct world *world)
     if (!play->platform->is_null && !play->is_twin &&
         program_has(play->program, ACTION_REPORTS_LATE))
         return "a bad update would execute";
-    if (play->command == COMMAND_INDIRECT && !world->has_indirect)
+    if (play->command == COMMAND_INDIRECT && !fixture->has_indirect)
         return "no accelerationStructureIndirectBuild";
-    if ((play->command == COMMAND_HOST || play->program->needs & NEEDS_HOST) && !world->has_host)
+    if ((play->command == COMMAND_HOST || play->program->needs & NEEDS_HOST) && !fixture->has_host)
         return "no accelerationStructureHostCommands";
-    if (play->program->needs & NEEDS_TWO_QUEUES && machine_family(world, 1) == UINT32_MAX)
+    if (play->program->needs & NEEDS_TWO_QUEUES && machine_family(fixture, 1) == UINT32_MAX)
         return "no second queue";
     return NULL;
 }
@@ -134,7 +134,7 @@ uint32_t play_rules(const struct play *play, enum rule rules[SHAPE_RULES])
     return count;
 }
 
-static void prepare(const struct play *play, struct machine *machine, struct world *world)
+static void prepare(const struct play *play, struct machine *machine, struct fixture *fixture)
 {
     struct shape good = shape_plain(), bad;
     if (play->program->shape != NULL)
@@ -144,7 +144,7 @@ static void prepare(const struct play *play, struct machine *machine, struct wor
     bad = play->difference != NULL && !play->is_twin ? play->difference->built : good;
     if (play->program->bad != NULL && !play->is_twin)
         bad = play->program->bad();
-    machine_open(machine, world,
+    machine_open(machine, fixture,
                  good.type == bad.type ? good.type : VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
     machine->update_command = play->command == COMMAND_HOST ? COMMAND_DEVICE : play->command;
     machine->good = good;
@@ -221,7 +221,7 @@ static bool is_submission(const struct step *step)
 static bool check_texts(const struct play *play, const struct machine *machine,
                         const struct step *step, struct report *report)
 {
-    const struct messages *messages = &machine->scene->world->messages;
+    const struct messages *messages = &machine->scene->fixture->messages;
     const bool is_update = machine->last_update.command_buffer != NOWHERE;
     const struct place *place = is_update ? &machine->last_update : &machine->last_build;
     char text[256];
@@ -246,7 +246,7 @@ static bool check_texts(const struct play *play, const struct machine *machine,
 static bool check_messages(const struct play *play, const struct machine *machine,
                            const struct step *step, struct report *report)
 {
-    const struct messages *messages = &machine->scene->world->messages;
+    const struct messages *messages = &machine->scene->fixture->messages;
     enum rule rules[SHAPE_RULES];
     const uint32_t count = play_rules(play, rules);
     uint32_t expected = 0;
@@ -313,7 +313,7 @@ static bool is_silent(const struct messages *messages)
 static bool play_step(const struct play *play, struct machine *machine, const struct step *step,
                       enum expectation expectation, struct report *report)
 {
-    struct messages *messages = &machine->scene->world->messages;
+    struct messages *messages = &machine->scene->fixture->messages;
     messages_clear(messages);
     messages->answer = expectation == EXPECT_SILENCE ? VK_FALSE : VK_TRUE;
     machine_step(machine, step);
@@ -363,18 +363,18 @@ static bool play_steps(const struct play *play, struct machine *machine, struct 
     return true;
 }
 
-void play_program(const struct play *play, struct world *world, struct report *report)
+void play_program(const struct play *play, struct fixture *fixture, struct report *report)
 {
     static struct machine machine;
-    const char *missing = enter_world(play, world);
+    const char *missing = enter_fixture(play, fixture);
 
     *report = (struct report){.outcome = OUTCOME_SKIPPED};
     if (missing != NULL) {
         say(report, "%s", missing);
         return;
     }
-    messages_clear(&world->messages);
-    prepare(play, &machine, world);
+    messages_clear(&fixture->messages);
+    prepare(play, &machine, fixture);
     report->outcome = play_steps(play, &machine, report) ? OUTCOME_PASSED : OUTCOME_FAILED;
     machine_close(&machine);
 }

@@ -23,7 +23,7 @@ struct report {
 };
 
 /* `world` is reused from play to play; zero-initialized before the first, closed after the last. */
-void play_program(const struct play *play, struct world *world, struct report *report);
+void play_program(const struct play *play, struct fixture *fixture, struct report *report);
 
 /* Whether the play's level sees what is broken. */
 bool play_sees(const struct play *play);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What recorded builds of VK_NV_ray_tracing use and no longer is there when they are submitted. */
-#include "deaths.h"
+#include "tests/execution/destroyed.h"
 
 static struct shape instances(void)
 {

@@ -43,9 +43,9 @@ void work_on_host(struct random_test *test)
     operation.asked =
         (struct content){.state = BUILT, .shape = random_shape(test), .counted = true};
     test->machine.good = operation.asked.shape;
-    test->world.messages.answer = may_skip;
+    test->fixture.messages.answer = may_skip;
     take_step(test, step);
-    test->world.messages.answer = VK_FALSE;
+    test->fixture.messages.answer = VK_FALSE;
 
     const uint32_t batch = model_judge_work(&test->model, &operation);
     const bool is_skipped = may_skip && has_findings(&test->model);
@@ -55,7 +55,7 @@ void work_on_host(struct random_test *test)
     }
     settle(test);
     if (is_skipped) {
-        test->world.platform->null_driver.reset(); /* of a failure that it has not met */
+        test->fixture.platform->null_driver.reset(); /* of a failure that it has not met */
         return;
     }
     model_begin_work(&test->model, &operation);

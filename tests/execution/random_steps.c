@@ -39,7 +39,7 @@ static void print_program(const struct random_test *test)
 
 static void compare(struct random_test *test)
 {
-    const struct messages *messages = &test->world.messages;
+    const struct messages *messages = &test->fixture.messages;
     uint32_t expected = 0;
     for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
         if (test->model.findings[rule] == 0)
@@ -79,7 +79,7 @@ void settle(struct random_test *test)
     compare(test);
     if (test->failed)
         print_program(test);
-    messages_clear(&test->world.messages);
+    messages_clear(&test->fixture.messages);
     memset(test->model.findings, 0, sizeof(test->model.findings));
 }
 

@@ -195,11 +195,11 @@ static void submit_in_vain(struct random_test *test)
 
     add_batches(test, queue);
     if (fails)
-        test->world.platform->null_driver.fail_next(
+        test->fixture.platform->null_driver.fail_next(
             second_form ? "vkQueueSubmit2" : "vkQueueSubmit", VK_ERROR_OUT_OF_HOST_MEMORY);
-    test->world.messages.answer = !fails;
+    test->fixture.messages.answer = !fails;
     call_submit(test, queue, second_form);
-    test->world.messages.answer = VK_FALSE;
+    test->fixture.messages.answer = VK_FALSE;
     model_run_queue(&test->model, queue);
     const bool succeeds = !fails && !has_findings(&test->model);
     if (succeeds != (test->machine.result == VK_SUCCESS)) {
@@ -313,9 +313,9 @@ static void recycle(struct null_driver_config *config)
 void random_test_open(struct random_test *test, const struct platform *platform)
 {
     const struct setup setup = {.configure = recycle};
-    if (world_open(&test->world, platform, &setup) != NULL)
+    if (fixture_open(&test->fixture, platform, &setup) != NULL)
         exit(1);
-    machine_open(&test->machine, &test->world, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+    machine_open(&test->machine, &test->fixture, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
     for (uint32_t i = 0; i < SEMAPHORES; i++)
         test->binary_signal[i] = -1;
     /* The layer lets held batches of the queue go first that it got to know first. */

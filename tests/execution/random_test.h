@@ -9,7 +9,7 @@
 enum { STEPS_MAX = 512 };
 
 struct random_test {
-    struct world world;
+    struct fixture fixture;
     struct machine machine;
     struct model model;
     uint64_t random;

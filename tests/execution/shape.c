@@ -107,7 +107,7 @@ VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape)
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
     shape_fill(&arguments, scene, shape, false);
     scene->vk->GetAccelerationStructureBuildSizesKHR(
-        scene->world->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &arguments.info,
+        scene->fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &arguments.info,
         arguments.counts, &sizes);
     return sizes.accelerationStructureSize;
 }

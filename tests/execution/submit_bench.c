@@ -15,7 +15,7 @@
 enum { BUILDS = 10000, ROUNDS = 15, BUILDS_A_CALL = 100, TIME_BAR = 100, MEMORY_BAR = 256 };
 
 struct bench {
-    struct world world;
+    struct fixture fixture;
     struct machine machine;
     uint32_t build_count, rounds;
     VkAccelerationStructureKHR *structures;
@@ -66,8 +66,8 @@ static void create_structures(struct bench *bench, const struct test_buffer *buf
             .size = bench->size,
             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
         };
-        expect_success(bench->world.vk.CreateAccelerationStructureKHR(bench->world.device, &info,
-                                                                      NULL, &bench->structures[i]),
+        expect_success(bench->fixture.vk.CreateAccelerationStructureKHR(
+                           bench->fixture.device, &info, NULL, &bench->structures[i]),
                        "vkCreateAccelerationStructureKHR");
     }
 }
@@ -75,8 +75,8 @@ static void create_structures(struct bench *bench, const struct test_buffer *buf
 static void destroy_structures(struct bench *bench)
 {
     for (uint32_t i = 0; i < bench->build_count; i++)
-        bench->world.vk.DestroyAccelerationStructureKHR(bench->world.device, bench->structures[i],
-                                                        NULL);
+        bench->fixture.vk.DestroyAccelerationStructureKHR(bench->fixture.device,
+                                                          bench->structures[i], NULL);
 }
 
 /* ---- recording and submitting */
@@ -96,8 +96,8 @@ static void record_call(struct bench *bench, uint32_t cb, uint32_t first, uint32
         }
         ranges[i] = bench->arguments.ranges;
     }
-    bench->world.vk.CmdBuildAccelerationStructuresKHR(bench->machine.command_buffers[cb], count,
-                                                      infos, ranges);
+    bench->fixture.vk.CmdBuildAccelerationStructuresKHR(bench->machine.command_buffers[cb], count,
+                                                        infos, ranges);
 }
 
 static void record(struct bench *bench, uint32_t cb, const struct shape *shape, bool update)
@@ -118,8 +118,9 @@ static double submit(struct bench *bench, uint32_t cb)
                                .commandBufferCount = 1,
                                .pCommandBuffers = &bench->machine.command_buffers[cb]};
     const double start = now();
-    expect_success(bench->world.vk.QueueSubmit(bench->machine.queues[0], 1, &info, VK_NULL_HANDLE),
-                   "vkQueueSubmit");
+    expect_success(
+        bench->fixture.vk.QueueSubmit(bench->machine.queues[0], 1, &info, VK_NULL_HANDLE),
+        "vkQueueSubmit");
     const double spent = now() - start;
     machine_step(&bench->machine, &(struct step)IDLE);
     return spent / bench->build_count;
@@ -132,8 +133,8 @@ static void find_size(struct bench *bench, const struct shape *shape)
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
     shape_fill(&bench->arguments, bench->machine.scene, shape, false);
-    bench->world.vk.GetAccelerationStructureBuildSizesKHR(
-        bench->world.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+    bench->fixture.vk.GetAccelerationStructureBuildSizesKHR(
+        bench->fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
         &bench->arguments.info, bench->arguments.counts, &sizes);
     bench->size = sizes.accelerationStructureSize;
     if (bench->size < sizes.buildScratchSize)
@@ -180,9 +181,9 @@ static void measure(struct bench *bench, const struct platform *platform, const 
 {
     const struct setup setup = {.level = level};
     const struct shape shape = shape_plain();
-    if (world_open(&bench->world, platform, &setup) != NULL)
+    if (fixture_open(&bench->fixture, platform, &setup) != NULL)
         exit(1);
-    machine_open(&bench->machine, &bench->world, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    machine_open(&bench->machine, &bench->fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     find_size(bench, &shape);
     struct scene *scene = bench->machine.scene;
     const struct test_buffer buffer =
@@ -190,13 +191,13 @@ static void measure(struct bench *bench, const struct platform *platform, const 
     bench->machine.scratch = scene_buffer(scene, BUILDS_A_CALL * bench->size, SCRATCH_USAGE);
     bench->structures = calloc(bench->build_count, sizeof(*bench->structures));
     measure_rounds(bench, &buffer, figures);
-    if (bench->world.messages.count != 0) {
-        printf("unexpected: %.600s\n", bench->world.messages.items[0].text);
+    if (bench->fixture.messages.count != 0) {
+        printf("unexpected: %.600s\n", bench->fixture.messages.items[0].text);
         exit(1);
     }
     free(bench->structures);
     machine_close(&bench->machine);
-    world_close(&bench->world);
+    fixture_close(&bench->fixture);
 }
 
 static bool meets(const char *what, double value, double bar, const char *unit)

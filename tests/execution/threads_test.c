@@ -16,7 +16,7 @@
 enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2 };
 
 static struct platform platform;
-static struct world world;
+static struct fixture fixture;
 static struct machine machines[3];
 static atomic_uint signalled; /* the value of the first machine's timeline */
 static atomic_bool working;
@@ -94,7 +94,7 @@ static void *join(void *unused)
 {
     (void)unused;
     while (atomic_load(&working))
-        world.vk.DeferredOperationJoinKHR(world.device, machines[2].operations[1]);
+        fixture.vk.DeferredOperationJoinKHR(fixture.device, machines[2].operations[1]);
     return NULL;
 }
 
@@ -110,9 +110,9 @@ static pthread_t start(void *(*run)(void *unused))
 static void open_machines(void)
 {
     static const struct setup plain;
-    assert_null(world_open(&world, &platform, &plain));
+    assert_null(fixture_open(&fixture, &platform, &plain));
     for (uint32_t i = 0; i < sizeof(machines) / sizeof(machines[0]); i++) {
-        machine_open(&machines[i], &world, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+        machine_open(&machines[i], &fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
         machines[i].good = machines[i].bad = shape_plain();
         machines[i].bad.max_vertex++;
     }
@@ -123,16 +123,16 @@ static void open_machines(void)
 /* Closes all. Every message is about a planted mistake. */
 static uint32_t count_messages(void)
 {
-    const uint32_t count = world.messages.count;
+    const uint32_t count = fixture.messages.count;
     const uint32_t of_device = messages_count(
-        &world.messages, "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03764", NULL);
-    const uint32_t of_host =
-        messages_count(&world.messages, "VUID-vkBuildAccelerationStructuresKHR-pInfos-03764", NULL);
+        &fixture.messages, "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03764", NULL);
+    const uint32_t of_host = messages_count(
+        &fixture.messages, "VUID-vkBuildAccelerationStructuresKHR-pInfos-03764", NULL);
     print_message("%u by the device, %u by the host\n", of_device, of_host);
     assert_int_equal(of_device + of_host, count);
     for (uint32_t i = 0; i < sizeof(machines) / sizeof(machines[0]); i++)
         machine_close(&machines[i]);
-    world_close(&world);
+    fixture_close(&fixture);
     return count;
 }
 

@@ -8,8 +8,8 @@
 
 #include "fuzz.h"
 #include "fuzz_displaced.h"
-#include "kit.h"
 #include "src/bvh/input/displacement.h"
+#include "tests/builder/fixture.h"
 
 /* Reads from the input until nothing is left, then zeros. */
 struct reader {
@@ -102,7 +102,7 @@ static void use(const void *structure, struct reader *reader)
 {
     struct builder_statistics statistics;
     uint64_t size = builder_compacted_size(structure);
-    void *copy = kit_allocate(size);
+    void *copy = fixture_allocate(size);
     builder_measure(structure, &statistics);
     trace_some(structure, reader);
     if (builder_compact(structure, copy, size) != BUILDER_OK)
@@ -146,11 +146,11 @@ static void fuzz_micromap(const uint8_t *bytes, size_t size)
     input.stride = 8 + size % 5;
     if (micromap_get_size(&input, &needed) != BUILDER_OK)
         return;
-    void *micromap = kit_allocate(needed);
+    void *micromap = fixture_allocate(needed);
     if (micromap_build(&input, micromap, needed) == BUILDER_OK)
         ask_micromap(micromap);
     free(micromap);
-    micromap = kit_allocate(size);
+    micromap = fixture_allocate(size);
     if (micromap_deserialize(bytes, size, &uuids, micromap, size) == BUILDER_OK)
         ask_micromap(micromap);
     free(micromap);
@@ -159,7 +159,7 @@ static void fuzz_micromap(const uint8_t *bytes, size_t size)
 static void fuzz_bytes(struct reader *reader)
 {
     uint64_t room = reader->left + 64;
-    void *structure = kit_allocate(room), *bytes = kit_allocate(reader->left);
+    void *structure = fixture_allocate(room), *bytes = fixture_allocate(reader->left);
     size_t size = reader->left;
     take(reader, bytes, size);
     fuzz_micromap(bytes, size);
@@ -218,7 +218,7 @@ static void refit(const struct builder_input *input, void *structure)
     uint32_t count = input->ranges[0].primitiveCount;
     if (builder_get_sizes(input, &count, &sizes) != BUILDER_OK)
         abort();
-    void *scratch = kit_allocate(sizes.update_scratch);
+    void *scratch = fixture_allocate(sizes.update_scratch);
     builder_refit(input, structure, structure, sizes.structure, scratch, sizes.update_scratch,
                   NULL);
     free(scratch);
@@ -298,7 +298,7 @@ static void fuzz_geometry(struct reader *reader)
     if (geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         describe_triangles(reader, &geometry.triangles);
     size_t size = reader->left;
-    uint8_t *data = kit_allocate(size);
+    uint8_t *data = fixture_allocate(size);
     take(reader, data, size);
     if (geometry.type != VK_GEOMETRY_TYPE_AABBS_KHR && split > size)
         split = (uint32_t)size;
@@ -334,7 +334,7 @@ static void fuzz_geometry(struct reader *reader)
         geometry.instances.array_of_pointers = true;
         input.memory = (struct builder_memory){read_span, &span};
     }
-    void *structure = kit_build(&input, NULL);
+    void *structure = fixture_build(&input, NULL);
     if (structure) {
         struct reader again = {data, size};
         use(structure, &again);
@@ -350,9 +350,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct reader reader = {data, size};
     if (!small_blas) {
         static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 1};
-        struct kit_input input;
-        kit_input_triangles(&input, triangle, 1);
-        small_blas = kit_build(&input.input, NULL);
+        struct fixture_input input;
+        fixture_input_triangles(&input, triangle, 1);
+        small_blas = fixture_build(&input.input, NULL);
     }
     if (take_number(&reader, 2) == 0)
         fuzz_bytes(&reader);

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 #define ROUNDS 20000
 #define INPUT_MAX 4096
@@ -30,24 +30,24 @@ static int run_file(const char *path)
 static size_t make_bytes(uint64_t *random)
 {
     static const struct builder_uuids uuids = {{'a'}, {'b'}};
-    struct kit_mesh mesh = kit_soup(1 + (uint32_t)(kit_random(random) % 24), *random);
-    struct kit_input kit;
-    kit_input_mesh(&kit, &mesh);
-    kit.input.quality = (enum builder_quality)(kit_random(random) % 3);
-    void *structure = kit_build(&kit.input, NULL);
+    struct fixture_mesh mesh = fixture_soup(1 + (uint32_t)(fixture_random(random) % 24), *random);
+    struct fixture_input fixture;
+    fixture_input_mesh(&fixture, &mesh);
+    fixture.input.quality = (enum builder_quality)(fixture_random(random) % 3);
+    void *structure = fixture_build(&fixture.input, NULL);
     uint64_t size = builder_serialized_size(structure);
     memset(input, 0, 2);
     builder_serialize(structure, &uuids, input + 2, size);
     free(structure);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
     return 2 + size;
 }
 
 static size_t make_noise(uint64_t *random)
 {
-    size_t size = kit_random(random) % INPUT_MAX;
+    size_t size = fixture_random(random) % INPUT_MAX;
     for (size_t i = 0; i < size; i++)
-        input[i] = kit_random(random) % 4 == 0 ? (uint8_t)kit_random(random) : 0;
+        input[i] = fixture_random(random) % 4 == 0 ? (uint8_t)fixture_random(random) : 0;
     input[0] = 1;
     input[1] = 0;
     return size < 2 ? 2 : size;
@@ -61,8 +61,10 @@ int main(int count, char **arguments)
     uint64_t random = 88172645463325252u;
     for (int round = 0; round < ROUNDS && count == 1; round++) {
         size_t size = round % 2 ? make_noise(&random) : make_bytes(&random);
-        for (uint64_t changes = kit_random(&random) % 4; round % 2 == 0 && changes > 0; changes--)
-            input[2 + kit_random(&random) % (size - 2)] ^= (uint8_t)(1 << kit_random(&random) % 8);
+        for (uint64_t changes = fixture_random(&random) % 4; round % 2 == 0 && changes > 0;
+             changes--)
+            input[2 + fixture_random(&random) % (size - 2)] ^=
+                (uint8_t)(1 << fixture_random(&random) % 8);
         LLVMFuzzerTestOneInput(input, size);
     }
     return failures > 0;

@@ -17,7 +17,7 @@
 #include "layer/cpu/commands.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/commands.h"
-#include "world.h"
+#include "tests/rules/fixture.h"
 
 #define WARNING_ID "ASSAY-warning"
 
@@ -66,8 +66,8 @@ typedef VkResult(VKAPI_PTR *any_command)(const void *handle, uint64_t, uint64_t,
 
 /* ---- a device with all extensions that are offered, so that it has all commands */
 
-struct fixture {
-    struct world world;
+struct command_fixture {
+    struct fixture fixture;
     VkDevice device, destroyed;
     VkuDeviceDispatchTable vk;
     const char *level;
@@ -75,13 +75,13 @@ struct fixture {
     uint32_t called; /* commands, by the last call_all() */
 };
 
-static VkDevice create_device(const struct world *world)
+static VkDevice create_device(const struct fixture *fixture)
 {
     static VkExtensionProperties offered[EXTENSIONS_MAX];
     static const char *names[EXTENSIONS_MAX];
     uint32_t count = EXTENSIONS_MAX;
-    expect_success(world->vki.EnumerateDeviceExtensionProperties(world->physical_device, NULL,
-                                                                 &count, offered),
+    expect_success(fixture->vki.EnumerateDeviceExtensionProperties(fixture->physical_device, NULL,
+                                                                   &count, offered),
                    "vkEnumerateDeviceExtensionProperties");
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
@@ -99,7 +99,7 @@ static VkDevice create_device(const struct world *world)
         .ppEnabledExtensionNames = names,
     };
     VkDevice device;
-    expect_success(world->create_device(world->physical_device, &create_info, NULL, &device),
+    expect_success(fixture->create_device(fixture->physical_device, &create_info, NULL, &device),
                    "vkCreateDevice");
     return device;
 }
@@ -141,9 +141,9 @@ static void *map_page(int protection, int byte)
 /* ---- the tests */
 
 /* Below that level the layer says nothing of an invalid handle, and passes down what it can. */
-static bool knows_command_buffers(const struct fixture *fixture)
+static bool knows_command_buffers(const struct command_fixture *command_fixture)
 {
-    return strcmp(fixture->level, "parameters") != 0;
+    return strcmp(command_fixture->level, "parameters") != 0;
 }
 
 static uint32_t findings(const struct messages *messages)
@@ -160,142 +160,144 @@ static bool is_of_layer(any_command command)
            strstr(info.dli_fname, "VkLayer_assay") != NULL;
 }
 
-static void call_all(struct fixture *fixture, const void *handle, const char *what)
+static void call_all(struct command_fixture *command_fixture, const void *handle, const char *what)
 {
-    const struct messages *messages = &fixture->world.messages;
-    fixture->called = 0;
+    const struct messages *messages = &command_fixture->fixture.messages;
+    command_fixture->called = 0;
     for (size_t i = 0; i < sizeof(intercepted) / sizeof(intercepted[0]); i++) {
         const char *name = intercepted[i], *id = id_of(name);
         const any_command command =
-            is_recorded(name)
-                ? (any_command)fixture->world.get_device_proc_addr(fixture->device, name)
-                : NULL;
+            is_recorded(name) ? (any_command)command_fixture->fixture.get_device_proc_addr(
+                                    command_fixture->device, name)
+                              : NULL;
         if (!is_of_layer(command))
             continue;
-        fixture->called++;
-        messages_clear(&fixture->world.messages);
+        command_fixture->called++;
+        messages_clear(&command_fixture->fixture.messages);
         const VkResult result = command(handle, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
         if (strncmp(name, "vkCmd", 5) != 0)
             assert_int_equal(result, VK_ERROR_VALIDATION_FAILED_EXT);
-        const bool is_reported = id && knows_command_buffers(fixture);
+        const bool is_reported = id && knows_command_buffers(command_fixture);
         if (findings(messages) != (is_reported ? 1 : 0) ||
             (is_reported && messages_count(messages, id, NULL) != 1))
-            fail_msg("%s(%s) at level %s: %u messages, the first of %s", name, what, fixture->level,
-                     messages->count, messages->items[0].id);
+            fail_msg("%s(%s) at level %s: %u messages, the first of %s", name, what,
+                     command_fixture->level, messages->count, messages->items[0].id);
     }
 }
 
 static void test_null(void **state)
 {
-    const struct fixture *fixture = *state;
+    const struct command_fixture *command_fixture = *state;
     call_all(*state, NULL, "NULL");
-    assert_true(fixture->called >= COMMANDS_AT_LEAST);
-    print_message("%u commands\n", fixture->called);
+    assert_true(command_fixture->called >= COMMANDS_AT_LEAST);
+    print_message("%u commands\n", command_fixture->called);
 }
 
 static void test_freed(void **state)
 {
-    struct fixture *fixture = *state;
-    if (!knows_command_buffers(fixture))
+    struct command_fixture *command_fixture = *state;
+    if (!knows_command_buffers(command_fixture))
         skip(); /* what was freed may still lead to the device */
-    const VkCommandPool pool = create_pool(fixture->device, &fixture->vk);
-    const VkCommandBuffer handle = allocate(fixture->device, &fixture->vk, pool);
-    fixture->vk.FreeCommandBuffers(fixture->device, pool, 1, &handle);
-    call_all(fixture, handle, "freed");
-    fixture->vk.DestroyCommandPool(fixture->device, pool, NULL);
+    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
+    const VkCommandBuffer handle = allocate(command_fixture->device, &command_fixture->vk, pool);
+    command_fixture->vk.FreeCommandBuffers(command_fixture->device, pool, 1, &handle);
+    call_all(command_fixture, handle, "freed");
+    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
 }
 
 static void test_freed_with_its_pool(void **state)
 {
-    struct fixture *fixture = *state;
-    if (!knows_command_buffers(fixture))
+    struct command_fixture *command_fixture = *state;
+    if (!knows_command_buffers(command_fixture))
         skip();
-    const VkCommandPool pool = create_pool(fixture->device, &fixture->vk);
-    const VkCommandBuffer handle = allocate(fixture->device, &fixture->vk, pool);
-    fixture->vk.DestroyCommandPool(fixture->device, pool, NULL);
-    call_all(fixture, handle, "freed with its pool");
+    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
+    const VkCommandBuffer handle = allocate(command_fixture->device, &command_fixture->vk, pool);
+    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
+    call_all(command_fixture, handle, "freed with its pool");
 }
 
 static void test_freed_with_its_device(void **state)
 {
-    struct fixture *fixture = *state;
+    struct command_fixture *command_fixture = *state;
     VkuDeviceDispatchTable vk;
-    const VkDevice device = create_device(&fixture->world);
-    vkuInitDeviceDispatchTable(device, &vk, fixture->world.get_device_proc_addr);
+    const VkDevice device = create_device(&command_fixture->fixture);
+    vkuInitDeviceDispatchTable(device, &vk, command_fixture->fixture.get_device_proc_addr);
     const VkCommandPool pool = create_pool(device, &vk);
     const VkCommandBuffer handle = allocate(device, &vk, pool);
     vk.DestroyDevice(device, NULL);
-    call_all(fixture, handle, "freed with its device");
+    call_all(command_fixture, handle, "freed with its device");
 }
 
 static void test_unreadable(void **state)
 {
-    const struct fixture *fixture = *state;
-    call_all(*state, fixture->unreadable, "unreadable");
+    const struct command_fixture *command_fixture = *state;
+    call_all(*state, command_fixture->unreadable, "unreadable");
     call_all(*state, (const void *)(uintptr_t)0x13, "near 0");
     call_all(*state, (const void *)(uintptr_t)0xdead00000000beef, "not canonical");
-    call_all(*state, (const char *)fixture->unreadable - 4, "half readable");
+    call_all(*state, (const char *)command_fixture->unreadable - 4, "half readable");
 }
 
 static void test_readable_garbage(void **state)
 {
-    const struct fixture *fixture = *state;
-    call_all(*state, fixture->garbage, "garbage");
-    call_all(*state, fixture->zeros, "zeros");
-    call_all(*state, (const char *)fixture->garbage + 3, "misaligned garbage");
+    const struct command_fixture *command_fixture = *state;
+    call_all(*state, command_fixture->garbage, "garbage");
+    call_all(*state, command_fixture->zeros, "zeros");
+    call_all(*state, (const char *)command_fixture->garbage + 3, "misaligned garbage");
 }
 
 /* Their first words lead to the device. */
 static void test_other_objects(void **state)
 {
-    struct fixture *fixture = *state;
-    if (!knows_command_buffers(fixture))
+    struct command_fixture *command_fixture = *state;
+    if (!knows_command_buffers(command_fixture))
         skip();
     VkQueue queue;
-    fixture->vk.GetDeviceQueue(fixture->device, 0, 0, &queue);
-    call_all(fixture, queue, "a queue");
-    call_all(fixture, fixture->device, "the device");
+    command_fixture->vk.GetDeviceQueue(command_fixture->device, 0, 0, &queue);
+    call_all(command_fixture, queue, "a queue");
+    call_all(command_fixture, command_fixture->device, "the device");
 }
 
 /* Beside a command buffer that lives, one byte on. */
 static void test_misaligned(void **state)
 {
-    struct fixture *fixture = *state;
-    const VkCommandPool pool = create_pool(fixture->device, &fixture->vk);
-    const VkCommandBuffer handle = allocate(fixture->device, &fixture->vk, pool);
+    struct command_fixture *command_fixture = *state;
+    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
+    const VkCommandBuffer handle = allocate(command_fixture->device, &command_fixture->vk, pool);
     for (int i = 1; i < 8; i++)
-        call_all(fixture, (const char *)handle + i, "misaligned");
-    assert_int_equal(fixture->vk.EndCommandBuffer(handle), VK_SUCCESS);
-    fixture->vk.DestroyCommandPool(fixture->device, pool, NULL);
+        call_all(command_fixture, (const char *)handle + i, "misaligned");
+    assert_int_equal(command_fixture->vk.EndCommandBuffer(handle), VK_SUCCESS);
+    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
 }
 
 /* The handle that was freed is good again once it is allocated again. */
 static void test_allocated_again(void **state)
 {
-    struct fixture *fixture = *state;
-    if (!knows_command_buffers(fixture))
+    struct command_fixture *command_fixture = *state;
+    if (!knows_command_buffers(command_fixture))
         skip();
-    const VkCommandPool pool = create_pool(fixture->device, &fixture->vk);
+    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
     for (int i = 0; i < 100; i++) {
-        const VkCommandBuffer handle = allocate(fixture->device, &fixture->vk, pool);
-        assert_int_equal(fixture->vk.EndCommandBuffer(handle), VK_SUCCESS);
-        fixture->vk.FreeCommandBuffers(fixture->device, pool, 1, &handle);
-        assert_int_equal(fixture->vk.EndCommandBuffer(handle), VK_ERROR_VALIDATION_FAILED_EXT);
+        const VkCommandBuffer handle =
+            allocate(command_fixture->device, &command_fixture->vk, pool);
+        assert_int_equal(command_fixture->vk.EndCommandBuffer(handle), VK_SUCCESS);
+        command_fixture->vk.FreeCommandBuffers(command_fixture->device, pool, 1, &handle);
+        assert_int_equal(command_fixture->vk.EndCommandBuffer(handle),
+                         VK_ERROR_VALIDATION_FAILED_EXT);
     }
-    fixture->vk.DestroyCommandPool(fixture->device, pool, NULL);
+    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
 }
 
 /* Commands that don't build are skipped with a warning, once a device. */
 static void test_one_warning(void **state)
 {
-    struct fixture *fixture = *state;
-    if (!knows_command_buffers(fixture))
+    struct command_fixture *command_fixture = *state;
+    if (!knows_command_buffers(command_fixture))
         skip();
-    struct messages *messages = &fixture->world.messages;
+    struct messages *messages = &command_fixture->fixture.messages;
     VkuDeviceDispatchTable vk;
     VkQueue queue;
-    const VkDevice device = create_device(&fixture->world);
-    vkuInitDeviceDispatchTable(device, &vk, fixture->world.get_device_proc_addr);
+    const VkDevice device = create_device(&command_fixture->fixture);
+    vkuInitDeviceDispatchTable(device, &vk, command_fixture->fixture.get_device_proc_addr);
     vk.GetDeviceQueue(device, 0, 0, &queue);
     messages_clear(messages);
     vk.EndCommandBuffer((VkCommandBuffer)queue);
@@ -310,19 +312,19 @@ static void test_one_warning(void **state)
 static void test_many_devices(void **state)
 {
     enum { DEVICES = 12 };
-    struct fixture *fixture = *state;
+    struct command_fixture *command_fixture = *state;
     VkDevice devices[DEVICES];
     VkCommandBuffer handles[DEVICES];
     VkuDeviceDispatchTable vk;
     for (int i = 0; i < DEVICES; i++) {
-        devices[i] = create_device(&fixture->world);
-        vkuInitDeviceDispatchTable(devices[i], &vk, fixture->world.get_device_proc_addr);
+        devices[i] = create_device(&command_fixture->fixture);
+        vkuInitDeviceDispatchTable(devices[i], &vk, command_fixture->fixture.get_device_proc_addr);
         handles[i] = allocate(devices[i], &vk, create_pool(devices[i], &vk));
     }
     for (int i = 0; i < DEVICES; i++)
         assert_int_equal(vk.EndCommandBuffer(handles[i]), VK_SUCCESS);
     for (int i = 0; i < DEVICES; i++) {
-        vkuInitDeviceDispatchTable(devices[i], &vk, fixture->world.get_device_proc_addr);
+        vkuInitDeviceDispatchTable(devices[i], &vk, command_fixture->fixture.get_device_proc_addr);
         vk.DestroyDevice(devices[i], NULL);
         assert_int_equal(vk.EndCommandBuffer(handles[i]), VK_ERROR_VALIDATION_FAILED_EXT);
     }
@@ -331,7 +333,7 @@ static void test_many_devices(void **state)
 int main(int argc, char **argv)
 {
     static struct platform platform;
-    static struct fixture fixture;
+    static struct command_fixture command_fixture;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_null),
         cmocka_unit_test(test_freed),
@@ -352,7 +354,7 @@ int main(int argc, char **argv)
     const char *missing = platform_open(&platform, argv[1]);
     struct setup setup = {.level = argv[2]};
     if (missing == NULL)
-        missing = world_open(&fixture.world, &platform, &setup);
+        missing = fixture_open(&command_fixture.fixture, &platform, &setup);
     if (missing != NULL) {
         fprintf(stderr, "%s\n", missing);
         return 77;
@@ -360,15 +362,16 @@ int main(int argc, char **argv)
     struct CMUnitTest with_fixture[sizeof(tests) / sizeof(tests[0])];
     memcpy(with_fixture, tests, sizeof(tests));
     for (size_t i = 0; i < sizeof(tests) / sizeof(tests[0]); i++)
-        with_fixture[i].initial_state = &fixture;
-    fixture.level = argv[2];
-    fixture.device = create_device(&fixture.world);
-    vkuInitDeviceDispatchTable(fixture.device, &fixture.vk, fixture.world.get_device_proc_addr);
-    fixture.unreadable = map_page(PROT_NONE, 0);
-    fixture.garbage = map_page(PROT_READ, 0xab);
-    fixture.zeros = map_page(PROT_READ, 0);
+        with_fixture[i].initial_state = &command_fixture;
+    command_fixture.level = argv[2];
+    command_fixture.device = create_device(&command_fixture.fixture);
+    vkuInitDeviceDispatchTable(command_fixture.device, &command_fixture.vk,
+                               command_fixture.fixture.get_device_proc_addr);
+    command_fixture.unreadable = map_page(PROT_NONE, 0);
+    command_fixture.garbage = map_page(PROT_READ, 0xab);
+    command_fixture.zeros = map_page(PROT_READ, 0);
     const int result = cmocka_run_group_tests(with_fixture, NULL, NULL);
-    fixture.vk.DestroyDevice(fixture.device, NULL);
-    world_close(&fixture.world);
+    command_fixture.vk.DestroyDevice(command_fixture.device, NULL);
+    fixture_close(&command_fixture.fixture);
     return result;
 }

@@ -44,21 +44,21 @@ static void find_implicit(void)
 /* How many messages a call with one mistake brings. */
 static uint32_t count_findings(bool named_by_the_instance)
 {
-    static struct world world;
+    static struct fixture fixture;
     const struct setup setup = {.by_environment = !named_by_the_instance};
 
-    assert_null(world_open(&world, &platform, &setup));
-    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
-    assert_int_equal(world.messages.count, 0);
+    assert_null(fixture_open(&fixture, &platform, &setup));
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
+    assert_int_equal(fixture.messages.count, 0);
     scene->info_count = 0;
-    world.messages.answer = VK_TRUE;
+    fixture.messages.answer = VK_TRUE;
     scene_call(scene);
-    const uint32_t count = world.messages.count;
+    const uint32_t count = fixture.messages.count;
     if (count == 1)
-        assert_string_equal(world.messages.items[0].id,
+        assert_string_equal(fixture.messages.items[0].id,
                             "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength");
     scene_close(scene);
-    world_close(&world);
+    fixture_close(&fixture);
     return count;
 }
 

@@ -15,30 +15,31 @@
 enum { INSTANCES = 4, ROUNDS = 100 };
 
 static struct platform platform;
-static struct world worlds[INSTANCES];
+static struct fixture fixtures[INSTANCES];
 static const struct setup plain;
 
-static void open_world(struct world *world)
+static void open_fixture(struct fixture *fixture)
 {
-    assert_null(world_open(world, &platform, &plain));
+    assert_null(fixture_open(fixture, &platform, &plain));
 }
 
 /* One valid call and one with a mistake; only this world's messenger may hear of the latter. */
-static void use_world(struct world *world)
+static void use_fixture(struct fixture *fixture)
 {
     uint32_t heard[INSTANCES];
-    struct scene *scene = scene_open(world, COMMAND_DEVICE);
+    struct scene *scene = scene_open(fixture, COMMAND_DEVICE);
 
     for (int i = 0; i < INSTANCES; i++)
-        heard[i] = worlds[i].messages.count;
+        heard[i] = fixtures[i].messages.count;
     scene_call(scene);
-    assert_int_equal(world->messages.count, heard[world - worlds]);
+    assert_int_equal(fixture->messages.count, heard[fixture - fixtures]);
     scene->info_count = 0;
-    world->messages.answer = VK_TRUE;
+    fixture->messages.answer = VK_TRUE;
     scene_call(scene);
-    world->messages.answer = VK_FALSE;
+    fixture->messages.answer = VK_FALSE;
     for (int i = 0; i < INSTANCES; i++)
-        assert_int_equal(worlds[i].messages.count, heard[i] + (i == world - worlds ? 1u : 0u));
+        assert_int_equal(fixtures[i].messages.count,
+                         heard[i] + (i == fixture - fixtures ? 1u : 0u));
     scene_close(scene);
 }
 
@@ -60,17 +61,17 @@ static void test_several_instances(void **state)
 {
     (void)state;
     for (int i = 0; i < INSTANCES; i++)
-        open_world(&worlds[i]);
+        open_fixture(&fixtures[i]);
     for (int i = 0; i < INSTANCES; i++)
-        use_world(&worlds[i]);
-    world_close(&worlds[1]);
-    use_world(&worlds[0]);
-    use_world(&worlds[3]);
-    open_world(&worlds[1]);
+        use_fixture(&fixtures[i]);
+    fixture_close(&fixtures[1]);
+    use_fixture(&fixtures[0]);
+    use_fixture(&fixtures[3]);
+    open_fixture(&fixtures[1]);
     for (int i = INSTANCES; i-- > 0;)
-        use_world(&worlds[i]);
+        use_fixture(&fixtures[i]);
     for (int i = 0; i < INSTANCES; i++)
-        world_close(&worlds[i]);
+        fixture_close(&fixtures[i]);
 }
 
 /* A device's structures are its own: those of a second device, made and destroyed meanwhile, leave
@@ -78,25 +79,25 @@ static void test_several_instances(void **state)
 static void test_several_devices(void **state)
 {
     (void)state;
-    struct world *world = &worlds[0];
-    open_world(world);
-    struct scene *first = scene_open(world, COMMAND_DEVICE);
+    struct fixture *fixture = &fixtures[0];
+    open_fixture(fixture);
+    struct scene *first = scene_open(fixture, COMMAND_DEVICE);
 
-    const VkDevice device = world->device;
-    const VkuDeviceDispatchTable vk = world->vk;
-    world->device = world_create_device(world);
-    vkuInitDeviceDispatchTable(world->device, &world->vk, world->get_device_proc_addr);
-    struct scene *second = scene_open(world, COMMAND_DEVICE);
+    const VkDevice device = fixture->device;
+    const VkuDeviceDispatchTable vk = fixture->vk;
+    fixture->device = fixture_create_device(fixture);
+    vkuInitDeviceDispatchTable(fixture->device, &fixture->vk, fixture->get_device_proc_addr);
+    struct scene *second = scene_open(fixture, COMMAND_DEVICE);
     scene_call(second);
     scene_close(second);
-    world->vk.DestroyDevice(world->device, NULL);
-    world->device = device;
-    world->vk = vk;
+    fixture->vk.DestroyDevice(fixture->device, NULL);
+    fixture->device = device;
+    fixture->vk = vk;
 
     scene_call(first);
-    assert_int_equal(world->messages.count, 0);
+    assert_int_equal(fixture->messages.count, 0);
     scene_close(first);
-    world_close(world);
+    fixture_close(fixture);
 }
 
 static void test_unload_and_load_again(void **state)
@@ -104,10 +105,10 @@ static void test_unload_and_load_again(void **state)
     (void)state;
     assert_false(layer_is_loaded());
     for (int round = 0; round < ROUNDS; round++) {
-        open_world(&worlds[0]);
+        open_fixture(&fixtures[0]);
         assert_true(layer_is_loaded());
-        use_world(&worlds[0]);
-        world_close(&worlds[0]);
+        use_fixture(&fixtures[0]);
+        fixture_close(&fixtures[0]);
         assert_false(layer_is_loaded());
     }
 }
@@ -117,12 +118,12 @@ static void test_interleaved_loading(void **state)
 {
     (void)state;
     for (int round = 0; round < ROUNDS / 10; round++) {
-        open_world(&worlds[0]);
-        open_world(&worlds[1]);
-        world_close(&worlds[0]);
-        use_world(&worlds[1]);
+        open_fixture(&fixtures[0]);
+        open_fixture(&fixtures[1]);
+        fixture_close(&fixtures[0]);
+        use_fixture(&fixtures[1]);
         assert_true(layer_is_loaded());
-        world_close(&worlds[1]);
+        fixture_close(&fixtures[1]);
         assert_false(layer_is_loaded());
     }
 }
@@ -133,14 +134,14 @@ static void test_one_warning_of_a_setting(void **state)
     (void)state;
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "bogus", 1);
     for (int round = 0; round < 3; round++) {
-        assert_null(world_open(&worlds[0], &platform, &plain));
-        assert_int_equal(worlds[0].messages.count, round == 0);
-        world_close(&worlds[0]);
+        assert_null(fixture_open(&fixtures[0], &platform, &plain));
+        assert_int_equal(fixtures[0].messages.count, round == 0);
+        fixture_close(&fixtures[0]);
     }
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "another", 1);
-    assert_null(world_open(&worlds[0], &platform, &plain));
-    assert_int_equal(worlds[0].messages.count, 1);
-    world_close(&worlds[0]);
+    assert_null(fixture_open(&fixtures[0], &platform, &plain));
+    assert_int_equal(fixtures[0].messages.count, 1);
+    fixture_close(&fixtures[0]);
     unsetenv("VK_ASSAY_VALIDATION_VUID_NAMES");
 }
 

@@ -40,7 +40,7 @@ static void need_layer(const char *name)
  * or by the folders in which they find them: the nearest to the application is first. */
 static void find_mistake(bool is_below, const char *other, const char *folder)
 {
-    static struct world world;
+    static struct fixture fixture;
     const struct setup setup = {.by_environment = true};
     char layers[256], path[1024];
 
@@ -50,18 +50,18 @@ static void find_mistake(bool is_below, const char *other, const char *folder)
              is_below ? EXPLICIT_FOLDER : folder);
     setenv("VK_INSTANCE_LAYERS", layers, 1);
     setenv("VK_LAYER_PATH", path, 1);
-    assert_null(world_open(&world, &platform, &setup));
-    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    assert_null(fixture_open(&fixture, &platform, &setup));
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     scene_call(scene);
-    assert_int_equal(world.messages.count, 0);
+    assert_int_equal(fixture.messages.count, 0);
     scene->info_count = 0;
-    world.messages.answer = VK_TRUE;
+    fixture.messages.answer = VK_TRUE;
     scene_call(scene);
-    assert_int_equal(world.messages.count, 1);
-    assert_string_equal(world.messages.items[0].id,
+    assert_int_equal(fixture.messages.count, 1);
+    assert_string_equal(fixture.messages.items[0].id,
                         "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength");
     scene_close(scene);
-    world_close(&world);
+    fixture_close(&fixture);
     unsetenv("VK_INSTANCE_LAYERS");
 }
 

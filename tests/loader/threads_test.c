@@ -23,14 +23,14 @@ enum {
 };
 
 static struct platform platform;
-static struct world world;
+static struct fixture fixture;
 static atomic_bool recording;
 
 static void *record(void *context)
 {
     const enum build_command command = *(const enum build_command *)context;
     for (int i = 0; i < SCENES; i++) {
-        struct scene *scene = scene_open(&world, command);
+        struct scene *scene = scene_open(&fixture, command);
         for (int call = 0; call < CALLS; call++) {
             const uint32_t count = scene->info_count;
             scene->info_count = call % MISTAKES == MISTAKES - 1 ? 0 : count;
@@ -47,7 +47,7 @@ static void *make(void *context)
 {
     (void)context;
     while (atomic_load(&recording)) {
-        struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+        struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
         for (int i = 0; i < MAKER_OBJECTS; i++) {
             const struct test_buffer buffer = scene_buffer(scene, 65536, PLACE_USAGE);
             const VkAccelerationStructureKHR accel = scene_accel_in(
@@ -71,7 +71,7 @@ static void *rename_objects(void *context)
     };
     for (unsigned i = 0; atomic_load(&recording); i++) {
         info.pObjectName = i % 2 == 0 ? "vertices of the bunny" : "vertices of the teapot";
-        scene->vk->SetDebugUtilsObjectNameEXT(world.device, &info);
+        scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info);
     }
     return NULL;
 }
@@ -82,10 +82,10 @@ static void *listen_now_and_then(void *context)
     const VkDebugUtilsMessengerCreateInfoEXT create_info = messages_messenger(context);
     while (atomic_load(&recording)) {
         VkDebugUtilsMessengerEXT messenger;
-        expect_success(
-            world.vki.CreateDebugUtilsMessengerEXT(world.instance, &create_info, NULL, &messenger),
-            "vkCreateDebugUtilsMessengerEXT");
-        world.vki.DestroyDebugUtilsMessengerEXT(world.instance, messenger, NULL);
+        expect_success(fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &create_info,
+                                                                NULL, &messenger),
+                       "vkCreateDebugUtilsMessengerEXT");
+        fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);
     }
     return NULL;
 }
@@ -107,9 +107,9 @@ static void check_messages(void)
     };
     uint32_t expected = 0;
     for (size_t i = 0; i < sizeof(ids) / sizeof(ids[0]); i++)
-        expected += messages_count(&world.messages, ids[i], NULL);
-    assert_int_equal(world.messages.count, RECORDERS * SCENES * CALLS / MISTAKES);
-    assert_int_equal(expected, world.messages.count);
+        expected += messages_count(&fixture.messages, ids[i], NULL);
+    assert_int_equal(fixture.messages.count, RECORDERS * SCENES * CALLS / MISTAKES);
+    assert_int_equal(expected, fixture.messages.count);
 }
 
 static void test_record_while_objects_come_and_go(void **state)
@@ -121,8 +121,8 @@ static void test_record_while_objects_come_and_go(void **state)
     pthread_t recorders[RECORDERS], others[MAKERS + 2];
     (void)state;
 
-    assert_null(world_open(&world, &platform, &plain));
-    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    assert_null(fixture_open(&fixture, &platform, &plain));
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     atomic_store(&recording, true);
     for (int i = 0; i < MAKERS; i++)
         others[i] = start(make, NULL);
@@ -138,7 +138,7 @@ static void test_record_while_objects_come_and_go(void **state)
         pthread_join(others[i], NULL);
     scene_close(scene);
     check_messages();
-    world_close(&world);
+    fixture_close(&fixture);
 }
 
 int main(void)

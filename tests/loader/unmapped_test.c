@@ -17,7 +17,7 @@ enum { BUILDS = 64, ROUNDS = 20 };
 typedef VkAccelerationStructureBuildGeometryInfoKHR build_info;
 
 static struct platform platform;
-static struct world world;
+static struct fixture fixture;
 
 /* The same build so often, of handles that nobody looks up at level parameters. */
 static build_info *map_infos(const struct scene *scene)
@@ -36,27 +36,27 @@ static void test_infos_are_probed_anew(void **state)
 {
     (void)state;
     static const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILDS];
-    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     for (uint32_t i = 0; i < BUILDS; i++)
         ranges[i] = scene->ranges[INDEXED];
-    world.messages.answer = VK_TRUE; /* nothing goes down */
+    fixture.messages.answer = VK_TRUE; /* nothing goes down */
     for (int round = 0; round < ROUNDS; round++) {
         build_info *infos = map_infos(scene);
-        messages_clear(&world.messages);
+        messages_clear(&fixture.messages);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
-        assert_int_equal(messages_count(&world.messages,
+        assert_int_equal(messages_count(&fixture.messages,
                                         "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter",
                                         NULL),
                          0);
         munmap(infos, BUILDS * sizeof(*infos));
-        messages_clear(&world.messages);
+        messages_clear(&fixture.messages);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
-        assert_int_equal(messages_count(&world.messages,
+        assert_int_equal(messages_count(&fixture.messages,
                                         "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter",
                                         NULL),
                          1);
     }
-    world.messages.answer = VK_FALSE;
+    fixture.messages.answer = VK_FALSE;
     scene_close(scene);
 }
 
@@ -66,12 +66,12 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_infos_are_probed_anew)};
     const char *missing = platform_open(&platform, "null");
     if (missing == NULL)
-        missing = world_open(&world, &platform, &plain);
+        missing = fixture_open(&fixture, &platform, &plain);
     if (missing != NULL) {
         print_error("%s\n", missing);
         return 1;
     }
     const int result = cmocka_run_group_tests(tests, NULL, NULL);
-    world_close(&world);
+    fixture_close(&fixture);
     return result;
 }

@@ -251,16 +251,16 @@ static void test_cpu_1_1(void **state)
 static void test_addresses_of_the_extension(void **state)
 {
     (void)state;
-    static struct world world;
+    static struct fixture fixture;
     const struct setup setup = {.level = "content", .route = ROUTE_KHR, .by_environment = true};
     setenv("VK_INSTANCE_LAYERS", LAYER_NAME ":" STRICT_LAYER_NAME, 1);
-    assert_null(world_open(&world, &platform, &setup));
+    assert_null(fixture_open(&fixture, &platform, &setup));
     unsetenv("VK_INSTANCE_LAYERS");
-    struct scene *scene = scene_open(&world, COMMAND_DEVICE);
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     scene_call(scene);
-    assert_int_equal(world.messages.count, 0);
+    assert_int_equal(fixture.messages.count, 0);
     scene_close(scene);
-    world_close(&world);
+    fixture_close(&fixture);
     assert_int_equal(violations(), 0);
 }
 

@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_NUMERIC_CASES_H
 #define ASSAY_TESTS_NUMERIC_CASES_H
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 struct setting {
     enum builder_quality quality;
@@ -25,8 +25,8 @@ extern const struct numeric_case activity_cases[], shape_cases[], ray_cases[], b
 void expect(bool is_so, const char *what);
 #define EXPECT(condition) expect(condition, #condition)
 
-/* kit_build() with the setting's quality and threads; ends the program where it fails. */
-void *case_build(const struct setting *setting, struct kit_input *input,
+/* fixture_build() with the setting's quality and threads; ends the program where it fails. */
+void *case_build(const struct setting *setting, struct fixture_input *input,
                  struct builder_report *report);
 void *case_triangles(const struct setting *setting, const float *corners, uint32_t count,
                      struct builder_report *report);

@@ -29,8 +29,8 @@ static void check_row(const struct setting *setting, const void *structure, unsi
 {
     for (int i = 0; i < ROW; i++) {
         struct trace_ray ray = ray_to(i);
-        struct kit_hits hits;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         EXPECT(hits.count == (active >> i & 1));
         EXPECT(hits.count == 0 || hits.hits[0].primitive == (uint32_t)i);
     }
@@ -41,10 +41,10 @@ static void check_nan(const struct setting *setting, int corner, int axis, float
 {
     float corners[9 * ROW];
     struct builder_report report;
-    struct kit_input input;
+    struct fixture_input input;
     make_row(corners);
     corners[9 * 2 + 3 * corner + axis] = nan;
-    kit_input_triangles(&input, corners, ROW);
+    fixture_input_triangles(&input, corners, ROW);
     input.geometry.triangles.transforms = transform;
     input.geometry.triangles.transforms_size = sizeof(*transform);
     void *structure = case_build(setting, &input, &report);
@@ -104,8 +104,8 @@ static void signed_zeros(const struct setting *setting)
         struct trace_ray ray = ray_to(i), minus = ray;
         struct trace_hit hit, same;
         minus.direction[0] = minus.direction[1] = -0.0f;
-        EXPECT(kit_trace(one, setting->accuracy, &ray, &hit) &&
-               kit_trace(other, setting->accuracy, &minus, &same) && hit.t == same.t);
+        EXPECT(fixture_trace(one, setting->accuracy, &ray, &hit) &&
+               fixture_trace(other, setting->accuracy, &minus, &same) && hit.t == same.t);
     }
     free(one);
     free(other);
@@ -130,8 +130,8 @@ static void all_offsets(const struct setting *setting)
             memcpy(vertices + (indexed ? 0 : 8) + (size_t)place * STRIDE, at, sizeof(at));
             indices[4 + i] = (uint16_t)(SKIP + i);
         }
-        struct kit_input input;
-        kit_input_triangles(&input, NULL, ROW);
+        struct fixture_input input;
+        fixture_input_triangles(&input, NULL, ROW);
         input.range.firstVertex = FIRST;
         input.range.primitiveOffset = 8;
         input.range.transformOffset = sizeof(transforms[0]);
@@ -154,8 +154,8 @@ static void all_offsets(const struct setting *setting)
 static void *build_format(const struct setting *setting, VkFormat format, const void *vertices,
                           uint64_t stride, uint32_t triangles, struct builder_report *report)
 {
-    struct kit_input input;
-    kit_input_triangles(&input, vertices, triangles);
+    struct fixture_input input;
+    fixture_input_triangles(&input, vertices, triangles);
     input.geometry.triangles.vertex_format = format;
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = stride * triangles * 3;
@@ -197,8 +197,8 @@ static void halves(const struct setting *setting)
     structure = build_format(setting, VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3, &report);
     EXPECT(report.active == 2 && report.inactive == 1);
     struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
-    struct kit_hits hits;
-    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 2);
     free(structure);
 }
@@ -207,8 +207,8 @@ static void ignored_w(const struct setting *setting)
 {
     const float vertices[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, NAN};
     const VkTransformMatrixKHR moved = {{{1, 0, 0, 10}, {0, 1, 0, 20}, {0, 0, 1, 30}}};
-    struct kit_input input;
-    kit_input_triangles(&input, vertices, 1);
+    struct fixture_input input;
+    fixture_input_triangles(&input, vertices, 1);
     input.geometry.triangles.vertex_format = VK_FORMAT_R32G32B32A32_SFLOAT;
     input.geometry.triangles.vertex_stride = 16;
     input.geometry.triangles.vertices_size = sizeof(vertices);
@@ -232,21 +232,21 @@ static void large_stride(const struct setting *setting)
     for (uint64_t i = 0; i < 3; i++)
         memcpy(vertices + (i + 1) * stride, corners[i], sizeof(corners[i]));
     const uint32_t indices[3] = {1, 2, 3}, wrapping[3] = {0xffffffff, 0x80000000, 0x10000001};
-    struct kit_mesh mesh = {(float *)vertices, (uint32_t *)indices, 4, 1};
-    struct kit_input input;
-    kit_input_mesh(&input, &mesh);
+    struct fixture_mesh mesh = {(float *)vertices, (uint32_t *)indices, 4, 1};
+    struct fixture_input input;
+    fixture_input_mesh(&input, &mesh);
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = size;
     void *structure = case_build(setting, &input, NULL);
     struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
     struct trace_hit hit;
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit));
     free(structure);
     struct builder_report report;
     input.geometry.triangles.indices = wrapping;
     input.geometry.triangles.max_vertex = 0xffffffff;
     input.range.firstVertex = 0xffffffff;
-    EXPECT(!kit_build(&input.input, &report) && report.out_of_range == 1);
+    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
     munmap(vertices, size);
 }
 
@@ -263,17 +263,17 @@ static void index_out_of_range(const struct setting *setting)
     const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     memcpy(pages + page - sizeof(corners), corners, sizeof(corners));
     const uint32_t indices[6] = {0, 1, 2, 0, 3, 2};
-    struct kit_mesh mesh = {(float *)(void *)(pages + page - sizeof(corners)), (uint32_t *)indices,
-                            3, 2};
+    struct fixture_mesh mesh = {(float *)(void *)(pages + page - sizeof(corners)),
+                                (uint32_t *)indices, 3, 2};
     struct builder_report report;
-    struct kit_input input;
-    kit_input_mesh(&input, &mesh);
+    struct fixture_input input;
+    fixture_input_mesh(&input, &mesh);
     input.input.quality = setting->quality;
-    EXPECT(!kit_build(&input.input, &report));
+    EXPECT(!fixture_build(&input.input, &report));
     EXPECT(report.out_of_range == 1 && report.first_out_of_range.primitive == 1);
     /* ... and where only maxVertex says so */
     input.geometry.triangles.vertices_size = BUILDER_ANY_SIZE;
-    EXPECT(!kit_build(&input.input, &report) && report.out_of_range == 1);
+    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
     input.range.primitiveCount = 1;
     void *structure = case_build(setting, &input, NULL);
     free(structure);
@@ -282,18 +282,18 @@ static void index_out_of_range(const struct setting *setting)
 
 static void nothing(const struct setting *setting)
 {
-    struct kit_input input;
+    struct fixture_input input;
     struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 1);
     struct trace_hit hit;
     float low[3], high[3];
     for (int i = 0; i < 3; i++) {
         if (i == 2)
-            kit_input_instances(&input, NULL, 0);
+            fixture_input_instances(&input, NULL, 0);
         else
-            kit_input_triangles(&input, NULL, 0);
+            fixture_input_triangles(&input, NULL, 0);
         input.input.geometry_count = i == 1 ? 0 : 1;
         void *structure = case_build(setting, &input, NULL);
-        EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+        EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
         EXPECT(!builder_bounds(structure, low, high));
         EXPECT(builder_compacted_size(structure) <= builder_size(structure));
         free(structure);

@@ -7,16 +7,16 @@
 
 static void *build_box(const struct setting *setting, VkAabbPositionsKHR box)
 {
-    struct kit_input input;
-    kit_input_aabbs(&input, &box, 1);
+    struct fixture_input input;
+    fixture_input_aabbs(&input, &box, 1);
     return case_build(setting, &input, NULL);
 }
 
 static bool is_hit(const struct setting *setting, const void *structure,
                    const struct trace_ray *ray)
 {
-    struct kit_hits hits;
-    kit_trace_all(structure, setting->accuracy, ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting->accuracy, ray, &hits);
     return hits.count == 1;
 }
 
@@ -27,10 +27,10 @@ static void infinite_box(const struct setting *setting)
         {-INFINITY, 0, -1, INFINITY, 1, 1},
         {2, 2, 2, 3, 3, 3},
     };
-    struct kit_input input;
-    kit_input_aabbs(&input, boxes, 3);
+    struct fixture_input input;
+    fixture_input_aabbs(&input, boxes, 3);
     void *structure = case_build(setting, &input, NULL);
-    struct kit_hits hits;
+    struct fixture_hits hits;
     for (int i = 0; i < 9; i++) {
         struct trace_ray ray = case_ray(0, 0.5f, 0, 0, 0, 0);
         ray.direction[i % 3] = i % 2 ? -1 : 1;
@@ -38,7 +38,7 @@ static void infinite_box(const struct setting *setting)
             ray.direction[(i + 1) % 3] = -0.0f;
         if (i >= 6)
             ray.direction[(i + 2) % 3] = 1e-30f;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         EXPECT(hits.count == 2);
         for (uint32_t j = 0; j < hits.count && j < 2; j++)
             EXPECT(hits.hits[j].primitive < 2 && hits.hits[j].t == 0);
@@ -49,12 +49,12 @@ static void infinite_box(const struct setting *setting)
 static void inverted_box(const struct setting *setting)
 {
     const VkAabbPositionsKHR boxes[] = {{1, 1, 1, 0, 0, 0}, {0, 0, 0, 1, 1, 1}};
-    struct kit_input input;
-    kit_input_aabbs(&input, boxes, 2);
+    struct fixture_input input;
+    fixture_input_aabbs(&input, boxes, 2);
     void *structure = case_build(setting, &input, NULL);
     struct trace_ray ray = case_ray(0.5f, 0.5f, -1, 0, 0, 1);
-    struct kit_hits hits;
-    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
     EXPECT(hits.count >= 1 && hits.hits[hits.count - 1].primitive < 2);
     free(structure);
 }
@@ -63,10 +63,10 @@ static void point_box(const struct setting *setting)
 {
     void *structure = build_box(setting, (VkAabbPositionsKHR){1, 1, 1, 1, 1, 1});
     struct trace_ray ray = case_ray(0, 0, 0, 1, 1, 1), past = case_ray(0, 0, 0, 1, 1, 2);
-    struct kit_hits hits;
-    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
     EXPECT(hits.count <= 1);
-    kit_trace_all(structure, setting->accuracy, &past, &hits);
+    fixture_trace_all(structure, setting->accuracy, &past, &hits);
     EXPECT(hits.count == 0);
     free(structure);
 }
@@ -78,8 +78,8 @@ static void origin_inside(const struct setting *setting)
     for (int i = 0; i < 20; i++) {
         struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
-            ray.origin[j] = kit_uniform(&random, 0.1f, 0.9f);
-            ray.direction[j] = kit_uniform(&random, -1, 1);
+            ray.origin[j] = fixture_uniform(&random, 0.1f, 0.9f);
+            ray.direction[j] = fixture_uniform(&random, -1, 1);
         }
         ray.t_max = 0x1p-20f;
         EXPECT(is_hit(setting, structure, &ray));

@@ -49,14 +49,14 @@ static void make_strip(struct content *content, uint64_t *random)
     uint32_t fresh = 0;
     for (uint32_t i = 0; i < content->triangles; i++) {
         uint8_t *to = content->corners[i], before = i > 0 ? content->controls[i - 1] : RESTART;
-        uint8_t control = (uint8_t)(i == 0 ? RESTART : kit_random(random) % 4);
+        uint8_t control = (uint8_t)(i == 0 ? RESTART : fixture_random(random) % 4);
         if (control == BACKTRACK && before != EDGE1 && before != EDGE2)
             control = EDGE2;
         content->controls[i] = control;
         for (uint32_t j = control == RESTART ? 0 : 2; j < 3; j++) {
             bool is_fresh = content->used_count < 3 ||
-                            (fresh < content->vertices && kit_random(random) % 3 > 0);
-            to[j] = (uint8_t)(is_fresh ? fresh++ : kit_random(random) % fresh);
+                            (fresh < content->vertices && fixture_random(random) % 3 > 0);
+            to[j] = (uint8_t)(is_fresh ? fresh++ : fixture_random(random) % fresh);
             content->used[content->used_count++] = to[j];
         }
         const uint8_t *from = i >= 2 && control == BACKTRACK ? content->corners[i - 2]
@@ -75,18 +75,18 @@ static struct content make_content(uint64_t *random, uint32_t base)
 {
     struct content content = {.vertices = VERTICES, .triangles = TRIANGLES, .base = base};
     make_strip(&content, random);
-    content.exponent = 120 + (uint32_t)(kit_random(random) % 5);
+    content.exponent = 120 + (uint32_t)(fixture_random(random) % 5);
     for (int i = 0; i < 3; i++) {
-        content.offset_bits[i] = 4 + 4 * (uint32_t)(kit_random(random) % 2);
-        content.anchor[i] = (int32_t)(kit_random(random) % 2000) - 1000;
+        content.offset_bits[i] = 4 + 4 * (uint32_t)(fixture_random(random) % 2);
+        content.anchor[i] = (int32_t)(fixture_random(random) % 2000) - 1000;
     }
     for (uint32_t i = 0; i < content.vertices; i++)
         for (int j = 0; j < 3; j++)
             content.offsets[i][j] =
-                (uint16_t)(kit_random(random) & ((1u << content.offset_bits[j]) - 1));
-    content.has_palette = kit_random(random) % 2 && position_bits(&content) == 12;
-    content.has_user_data = kit_random(random) % 2;
-    content.descriptors = content.has_palette ? 0 : (uint32_t)(kit_random(random) % 3);
+                (uint16_t)(fixture_random(random) & ((1u << content.offset_bits[j]) - 1));
+    content.has_palette = fixture_random(random) % 2 && position_bits(&content) == 12;
+    content.has_user_data = fixture_random(random) % 2;
+    content.descriptors = content.has_palette ? 0 : (uint32_t)(fixture_random(random) % 3);
     if (content.vertices * position_bits(&content) > 480)
         content.descriptors = 0;
     for (uint32_t i = 0; i < content.triangles; i++) {
@@ -170,9 +170,9 @@ static void corners_of(const struct content *content, uint32_t triangle, float c
         }
 }
 
-static void describe(struct kit_input *input, const uint8_t *blocks, uint32_t count)
+static void describe(struct fixture_input *input, const uint8_t *blocks, uint32_t count)
 {
-    kit_input_triangles(input, NULL, count * TRIANGLES);
+    fixture_input_triangles(input, NULL, count * TRIANGLES);
     input->geometry.type = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
     input->geometry.dense = (struct builder_dense){
         .data = blocks, .size = (uint64_t)count * BLOCK, .max_primitive = 0x1fffffff};
@@ -200,9 +200,9 @@ static void expect_triangles(const struct setting *setting, const void *structur
             ray.direction[j] = (float)(-normal[j] / size);
             ray.origin[j] = (float)(target[j] - ray.direction[j]);
         }
-        struct kit_hits hits;
+        struct fixture_hits hits;
         bool is_found = false;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         for (uint32_t j = 0; j < hits.count && j < 64; j++) {
             const struct trace_hit *hit = &hits.hits[j];
             is_found |= hit->primitive == content->base + i &&
@@ -220,7 +220,7 @@ static void dense_blocks(const struct setting *setting)
     static uint8_t blocks[COUNT][BLOCK];
     static struct content contents[COUNT];
     struct builder_report report;
-    struct kit_input input;
+    struct fixture_input input;
     uint64_t random = 109;
     for (uint32_t i = 0; i < COUNT; i++) {
         contents[i] = make_content(&random, 1000 * i);
@@ -235,11 +235,11 @@ static void dense_blocks(const struct setting *setting)
 }
 
 /* What no block may say: nothing is read outside, and the build says where. */
-static void unsound_blocks(const struct setting *setting)
+static void malformed_blocks(const struct setting *setting)
 {
     uint8_t good[BLOCK], bad[BLOCK];
     struct builder_report report;
-    struct kit_input input;
+    struct fixture_input input;
     uint64_t random = 113;
     struct content content = make_content(&random, 7);
     content.has_palette = false;
@@ -266,14 +266,14 @@ static void unsound_blocks(const struct setting *setting)
             put(bad, 22, 10, 0x3ff); /* a prefix of 31 bits */
         describe(&input, bad, 1);
         input.input.quality = setting->quality;
-        void *structure = kit_build(&input.input, &report);
+        void *structure = fixture_build(&input.input, &report);
         EXPECT((structure != NULL) == damages[i].is_undefined);
         EXPECT(damages[i].is_undefined ? report.undefined > 0 : report.out_of_range > 0);
         free(structure);
     }
     describe(&input, good, 1);
     input.geometry.dense.size = BLOCK - 1;
-    EXPECT(!kit_build(&input.input, &report) && report.out_of_range == TRIANGLES);
+    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == TRIANGLES);
     describe(&input, good, 1);
     input.geometry.dense.max_primitive = 7 + 3;
     void *structure = case_build(setting, &input, &report);
@@ -286,7 +286,7 @@ static void dense_updates(const struct setting *setting)
 {
     uint8_t block[BLOCK];
     struct builder_sizes sizes;
-    struct kit_input input;
+    struct fixture_input input;
     uint64_t random = 127;
     struct content content = make_content(&random, 2);
     content.has_palette = false;
@@ -299,7 +299,7 @@ static void dense_updates(const struct setting *setting)
     describe(&input, block, 1);
     void *structure = case_build(setting, &input, NULL);
     EXPECT(builder_get_sizes(&input.input, NULL, &sizes) == BUILDER_OK);
-    void *scratch = kit_allocate(sizes.update_scratch);
+    void *scratch = fixture_allocate(sizes.update_scratch);
     content.anchor[0] += 40;
     write_block(block, &content);
     EXPECT(builder_refit(&input.input, structure, structure, sizes.structure, scratch,
@@ -327,14 +327,14 @@ static void dense_updates(const struct setting *setting)
         content.opaque[i] = false;
     expect_triangles(setting, structure, &content);
     input.geometry.dense.max_primitive++;
-    EXPECT(!kit_build(&input.input, NULL));
+    EXPECT(!fixture_build(&input.input, NULL));
     free(scratch);
     free(structure);
 }
 
 const struct numeric_case dense_cases[] = {
     {65, {0, 0}, "blocks of dense geometry", dense_blocks},
-    {66, {0, 0}, "blocks that aren't sound", unsound_blocks},
+    {66, {0, 0}, "blocks that aren't sound", malformed_blocks},
     {67, {0, 0}, "updates and opacities of dense geometry", dense_updates},
     {0},
 };

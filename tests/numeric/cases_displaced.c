@@ -36,13 +36,13 @@ static double height_at(const struct encoder_values *values, uint32_t level, dou
            above * (1 - x);
 }
 
-static void input_flat(struct kit_input *input, struct displaced *displaced)
+static void input_flat(struct fixture_input *input, struct displaced *displaced)
 {
     displaced->displacement.vectors = up;
     displaced->displacement.vectors_size = sizeof(up);
     displaced->displacement.biases_and_scales = biases;
     displaced->displacement.biases_and_scales_size = sizeof(biases);
-    kit_input_triangles(input, flat, 1);
+    fixture_input_triangles(input, flat, 1);
     input->geometry.triangles.displacement = &displaced->displacement;
 }
 
@@ -57,13 +57,14 @@ static void check_from_above(const struct setting *setting, const void *structur
 {
     uint64_t random = 101;
     for (int i = 0; i < 40; i++) {
-        float u = kit_uniform(&random, 0.01f, 0.95f), v = kit_uniform(&random, 0.01f, 0.98f - u);
+        float u = fixture_uniform(&random, 0.01f, 0.95f),
+              v = fixture_uniform(&random, 0.01f, 0.98f - u);
         struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
         struct trace_hit hit;
         ray.time = time;
         if (v < 0.01f)
             continue;
-        bool is_hit = kit_trace(structure, setting->accuracy, &ray, &hit);
+        bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
         EXPECT(is_hit && hit.primitive == 0 && hit.geometry == 0 && hit.front_face);
         EXPECT(is_hit && is_about(hit.u, u) && is_about(hit.v, v));
         EXPECT(is_hit && is_about(100 - hit.t, height_at(values, level, u, v) + rise));
@@ -77,7 +78,7 @@ static void every_format(const struct setting *setting)
         uint32_t format = 1 + i / 6;
         uint8_t level = i % 6;
         struct displaced displaced;
-        struct kit_input input;
+        struct fixture_input input;
         struct builder_report report;
         open_displaced(&displaced, format, 1, &level, random_value, &random);
         input_flat(&input, &displaced);
@@ -96,7 +97,7 @@ static void indices(const struct setting *setting)
     uint64_t random = 113;
     const uint8_t levels[3] = {1, 2, 3}, bytes[8] = {9, 1, 9, 0xff};
     struct displaced displaced;
-    struct kit_input input;
+    struct fixture_input input;
     struct builder_report report;
     open_displaced(&displaced, 1, 3, levels, random_value, &random);
     input_flat(&input, &displaced);
@@ -113,12 +114,14 @@ static void indices(const struct setting *setting)
     structure = case_build(setting, &input, &report);
     struct trace_ray ray = case_ray(1, 1, 5, 0, 0, -1);
     struct trace_hit hit;
-    EXPECT(report.active == 1 && kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 5);
+    EXPECT(report.active == 1 && fixture_trace(structure, setting->accuracy, &ray, &hit) &&
+           hit.t == 5);
     free(structure);
     displacement->micromap = 0; /* nothing is asked of indices then */
     displacement->indices_size = 0;
     structure = case_build(setting, &input, &report);
-    EXPECT(report.active == 1 && kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 5);
+    EXPECT(report.active == 1 && fixture_trace(structure, setting->accuracy, &ray, &hit) &&
+           hit.t == 5);
     free(structure);
     close_displaced(&displaced);
 }
@@ -129,7 +132,7 @@ static void not_active(const struct setting *setting)
     const uint8_t levels[2] = {2, 2};
     float corners[18], vectors[18];
     struct displaced displaced;
-    struct kit_input input;
+    struct fixture_input input;
     struct builder_report report;
     for (int i = 0; i < 18; i++) {
         corners[i] = flat[i % 9];
@@ -139,7 +142,7 @@ static void not_active(const struct setting *setting)
     struct builder_displacement *displacement = &displaced.displacement;
     displacement->vectors = vectors;
     displacement->vectors_size = sizeof(vectors);
-    kit_input_triangles(&input, corners, 2);
+    fixture_input_triangles(&input, corners, 2);
     input.geometry.triangles.displacement = displacement;
     corners[3] = NAN;
     free(case_build(setting, &input, &report));
@@ -150,18 +153,18 @@ static void not_active(const struct setting *setting)
     EXPECT(report.active == 16 && report.undefined == 1 && report.first_undefined.primitive == 1);
     vectors[11] = 0;
     displacement->vectors_size--;
-    EXPECT(!kit_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    EXPECT(!fixture_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
     displacement->vectors_size++;
     displacement->base_triangle = 1;
-    EXPECT(!kit_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    EXPECT(!fixture_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
     displacement->base_triangle = 0;
     displaced.usages[2].count = 1; /* one of level 2 and another triangle */
-    EXPECT(!kit_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    EXPECT(!fixture_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
     displaced.usages[2].count = 2;
     input.input.micromaps.find = NULL;
-    EXPECT(!kit_build(&input.input, &report) && report.out_of_range == 2);
+    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 2);
     displaced.usages[0].subdivisionLevel = 6;
-    EXPECT(!kit_build(&input.input, &report));
+    EXPECT(!fixture_build(&input.input, &report));
     close_displaced(&displaced);
 }
 
@@ -173,7 +176,7 @@ static void moving(const struct setting *setting)
     uint8_t level = 3;
     float then[9];
     struct displaced displaced;
-    struct kit_input input;
+    struct fixture_input input;
     for (int i = 0; i < 9; i++)
         then[i] = flat[i] + (i % 3 == 2 ? 8 : 0);
     open_displaced(&displaced, 3, 1, &level, random_value, &random);
@@ -204,7 +207,7 @@ static void with_opacity(const struct setting *setting)
     uint64_t random = 137;
     uint8_t level = 3, opaque = 5; /* of its quarters those at vertices 0 and 1 */
     struct displaced displaced;
-    struct kit_input input;
+    struct fixture_input input;
     VkMicromapUsageEXT usage = {1, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
     VkMicromapTriangleEXT triangle = {0, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
     uint64_t micromap[32];
@@ -219,10 +222,11 @@ static void with_opacity(const struct setting *setting)
     input.geometry.triangles.opacity = &opacity;
     void *structure = case_build(setting, &input, NULL);
     for (int i = 0; i < 30; i++) {
-        float u = kit_uniform(&random, 0.01f, 0.9f), v = kit_uniform(&random, 0.01f, 0.99f - u);
+        float u = fixture_uniform(&random, 0.01f, 0.9f),
+              v = fixture_uniform(&random, 0.01f, 0.99f - u);
         struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
         struct trace_hit hit;
-        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) ==
+        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) ==
                (micromap_curve_index(u, v, 1) % 2 == 0));
     }
     free(structure);

@@ -14,7 +14,7 @@
 static uint16_t value_of_place(void *context, uint32_t triangle, uint32_t level, uint32_t u,
                                uint32_t v)
 {
-    const struct kit_mesh *mesh = context;
+    const struct fixture_mesh *mesh = context;
     const uint32_t weights[3] = {(1u << level) - u - v, u, v};
     double at[3] = {0};
     uint64_t sum = 0;
@@ -29,7 +29,7 @@ static uint16_t value_of_place(void *context, uint32_t triangle, uint32_t level,
     return (uint16_t)(sum >> 53);
 }
 
-static bool has_edge(const struct kit_mesh *mesh, uint32_t triangle, uint32_t from, uint32_t to)
+static bool has_edge(const struct fixture_mesh *mesh, uint32_t triangle, uint32_t from, uint32_t to)
 {
     for (uint32_t i = 0; i < 3; i++)
         if (mesh->indices[3 * triangle + i] == from &&
@@ -38,7 +38,7 @@ static bool has_edge(const struct kit_mesh *mesh, uint32_t triangle, uint32_t fr
     return false;
 }
 
-static uint8_t decimated_edges(const struct kit_mesh *mesh, const uint8_t *levels,
+static uint8_t decimated_edges(const struct fixture_mesh *mesh, const uint8_t *levels,
                                uint32_t triangle)
 {
     uint8_t edges = 0;
@@ -60,11 +60,11 @@ static void check_closed(const struct setting *setting, const void *structure)
         const struct triangle_record *triangle = &records[i].triangle;
         for (int way = 0; way < 3; way++) {
             struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
-            struct kit_hits hits;
+            struct fixture_hits hits;
             for (int axis = 0; axis < 3; axis++)
                 ray.direction[axis] = triangle->a[axis] + (way > 0 ? triangle->b[axis] : 0) +
                                       (way > 1 ? triangle->c[axis] : 0);
-            kit_trace_all(structure, setting->accuracy, &ray, &hits);
+            fixture_trace_all(structure, setting->accuracy, &ray, &hits);
             EXPECT(hits.count == 1);
         }
     }
@@ -73,28 +73,28 @@ static void check_closed(const struct setting *setting, const void *structure)
 /* From within an instance, bounds of which are those of what is displaced. */
 static void check_instance(const struct setting *setting, const void *blas)
 {
-    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
-    struct kit_input input;
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
+    struct fixture_input input;
     uint64_t random = 139;
     for (int axis = 0; axis < 3; axis++)
         instance.transform.matrix[axis][3] = 10 * (float)axis;
-    kit_input_instances(&input, &instance, 1);
+    fixture_input_instances(&input, &instance, 1);
     void *tlas = case_build(setting, &input, NULL);
     for (int i = 0; i < 100; i++) {
         struct trace_ray ray = case_ray(0, 10, 20, 0, 0, 0);
         struct trace_hit hit = {0};
         for (int axis = 0; axis < 3; axis++)
-            ray.direction[axis] = kit_uniform(&random, -1, 1);
-        EXPECT(kit_trace(tlas, setting->accuracy, &ray, &hit) && hit.primitive < 48);
+            ray.direction[axis] = fixture_uniform(&random, -1, 1);
+        EXPECT(fixture_trace(tlas, setting->accuracy, &ray, &hit) && hit.primitive < 48);
     }
     free(tlas);
 }
 
 static void closed_mesh(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_sphere(2, 1, (float[3]){0, 0, 0});
+    struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     struct displaced displaced;
-    struct kit_input input;
+    struct fixture_input input;
     uint8_t levels[48], edges[48];
     for (uint32_t i = 0; i < 48; i++)
         levels[i] = 2 + i * 7 % 3 % 2;
@@ -106,14 +106,14 @@ static void closed_mesh(const struct setting *setting)
     displaced.displacement.flags = edges;
     displaced.displacement.flags_size = 48;
     displaced.displacement.flags_stride = 1;
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     input.geometry.triangles.displacement = &displaced.displacement;
     void *structure = case_build(setting, &input, NULL);
     check_closed(setting, structure);
     check_instance(setting, structure);
     free(structure);
     close_displaced(&displaced);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 /* ---- updates and copies */
@@ -128,11 +128,11 @@ static void check_alike(const struct setting *setting, const void *structure, co
     for (int i = 0; i < 6; i++)
         EXPECT(bounds[0][i] == bounds[1][i]);
     for (int i = 0; i < 20; i++) {
-        float u = kit_uniform(&random, 0, 0.5f), v = kit_uniform(&random, 0, 0.5f);
+        float u = fixture_uniform(&random, 0, 0.5f), v = fixture_uniform(&random, 0, 0.5f);
         struct trace_ray ray = case_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
         struct trace_hit hit = {0}, other = {0};
-        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) ==
-               kit_trace(expected, setting->accuracy, &ray, &other));
+        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) ==
+               fixture_trace(expected, setting->accuracy, &ray, &other));
         EXPECT(hit.t == other.t && hit.u == other.u && hit.v == other.v);
     }
 }
@@ -142,8 +142,8 @@ static void check_copies(const struct setting *setting, const void *structure)
     const struct builder_uuids uuids = {{1}, {2}};
     uint64_t compacted = builder_compacted_size(structure);
     uint64_t serialized = builder_serialized_size(structure);
-    void *small = kit_allocate(compacted), *bytes = kit_allocate(serialized);
-    void *again = kit_allocate(builder_size(structure));
+    void *small = fixture_allocate(compacted), *bytes = fixture_allocate(serialized);
+    void *again = fixture_allocate(builder_size(structure));
     EXPECT(builder_compact(structure, small, compacted) == BUILDER_OK);
     check_alike(setting, small, structure);
     EXPECT(builder_serialize(structure, &uuids, bytes, serialized) == BUILDER_OK);
@@ -169,18 +169,18 @@ static void updates(const struct setting *setting)
     const float pair[18] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 4, 0, 0, 4, 4, 0, 0, 4, 0};
     const float vectors[18] = {0, 0, 1, 0, 0, 1, 0, 1, 1, 1, 0, 1, 0, 0, 2, 0, 0, 1};
     struct displaced displaced[3];
-    struct kit_input inputs[3];
+    struct fixture_input inputs[3];
     void *structures[3];
     for (int i = 0; i < 3; i++) {
         open_displaced(&displaced[i], 2, 2, i < 2 ? before : after, random_value, &random);
         displaced[i].displacement.vectors = vectors;
         displaced[i].displacement.vectors_size = sizeof(vectors);
-        kit_input_triangles(&inputs[i], pair, 2);
+        fixture_input_triangles(&inputs[i], pair, 2);
         inputs[i].geometry.triangles.displacement = &displaced[i].displacement;
         structures[i] = case_build(setting, &inputs[i], NULL);
     }
     check_copies(setting, structures[0]);
-    void *updated = kit_allocate(builder_size(structures[0]));
+    void *updated = fixture_allocate(builder_size(structures[0]));
     for (int i = 1; i < 3; i++) {
         EXPECT(update_displaced(&inputs[i], structures[0], updated) == BUILDER_OK);
         check_alike(setting, updated, structures[i]);
@@ -199,17 +199,17 @@ static void updates(const struct setting *setting)
 static void beside_others(const struct setting *setting)
 {
     static const float wall[9] = {9, -9, -9, 9, 9, -9, 9, 0, 9};
-    struct kit_mesh mesh = kit_sphere(1, 1, (float[3]){0, 0, 0});
+    struct fixture_mesh mesh = fixture_sphere(1, 1, (float[3]){0, 0, 0});
     struct displaced displaced;
-    struct kit_input parts[2], input;
+    struct fixture_input parts[2], input;
     uint8_t levels[12];
     uint64_t random = 149;
     memset(levels, 5, sizeof(levels));
     open_displaced(&displaced, 1, 12, levels, value_of_place, &mesh);
     displaced.displacement.vectors = mesh.positions;
     displaced.displacement.vectors_size = (uint64_t)mesh.vertex_count * 12;
-    kit_input_triangles(&parts[0], wall, 1);
-    kit_input_mesh(&parts[1], &mesh);
+    fixture_input_triangles(&parts[0], wall, 1);
+    fixture_input_mesh(&parts[1], &mesh);
     parts[1].geometry.triangles.displacement = &displaced.displacement;
     const struct builder_geometry geometries[3] = {parts[0].geometry, parts[1].geometry,
                                                    parts[0].geometry};
@@ -223,15 +223,15 @@ static void beside_others(const struct setting *setting)
     void *structure = case_build(setting, &input, &report);
     EXPECT(report.active == 12 * 1024 + 2);
     input.input.threads = 1;
-    void *alone = kit_build(&input.input, NULL);
+    void *alone = fixture_build(&input.input, NULL);
     EXPECT(memcmp(structure, alone, builder_size(alone)) == 0);
     for (int i = 0; i < 50; i++) {
         struct trace_ray ray = case_ray(0, 0, 0, 1, 0, 0);
-        struct kit_hits hits;
+        struct fixture_hits hits;
         uint32_t of_geometry[3] = {0};
-        ray.direction[1] = kit_uniform(&random, -0.3f, 0.3f);
-        ray.direction[2] = kit_uniform(&random, -0.3f, 0.3f);
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        ray.direction[1] = fixture_uniform(&random, -0.3f, 0.3f);
+        ray.direction[2] = fixture_uniform(&random, -0.3f, 0.3f);
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         for (uint32_t j = 0; j < hits.count && j < 64; j++)
             of_geometry[hits.hits[j].geometry]++;
         EXPECT(of_geometry[0] == 1 && of_geometry[1] == 1 && of_geometry[2] == 1);
@@ -239,7 +239,7 @@ static void beside_others(const struct setting *setting)
     free(structure);
     free(alone);
     close_displaced(&displaced);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 const struct numeric_case displaced_mesh_cases[] = {

@@ -18,8 +18,8 @@ static void *build_instances(const struct setting *setting,
                              const VkAccelerationStructureInstanceKHR *instances, uint32_t count,
                              struct builder_report *report)
 {
-    struct kit_input input;
-    kit_input_instances(&input, instances, count);
+    struct fixture_input input;
+    fixture_input_instances(&input, instances, count);
     return case_build(setting, &input, report);
 }
 
@@ -32,7 +32,7 @@ static void singular(const struct setting *setting)
         float scale = (float[]){1, 1e-12f, 1e-20f, 1e12f, 1e-40f, 1e37f}[i % 6];
         for (int row = 0; row < 2; row++)
             for (int column = 0; column < 3; column++)
-                m.matrix[row][column] = kit_uniform(&random, -1, 1) * scale;
+                m.matrix[row][column] = fixture_uniform(&random, -1, 1) * scale;
         for (int column = 0; column < 3; column++) /* of rank 2, exactly where nothing rounds */
             m.matrix[2][column] =
                 i % 2 ? 2 * m.matrix[0][column] : m.matrix[0][column] - m.matrix[1][column];
@@ -43,15 +43,16 @@ static void singular(const struct setting *setting)
         EXPECT(i % 2 == 0 || builder_determinant_sign(&m) != 0);
     }
     void *blas = case_triangles(setting, triangle, 1, NULL);
-    VkAccelerationStructureInstanceKHR instances[2] = {kit_instance(blas), kit_instance(blas)};
+    VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),
+                                                       fixture_instance(blas)};
     struct builder_report report;
     instances[0].transform = scaling(1, 1, 0);
     instances[1].transform = scaling(1e-12f, 1e-12f, 1e-12f);
     void *tlas = build_instances(setting, instances, 2, &report);
     EXPECT(report.singular == 1 && report.first_singular.primitive == 0 && report.active == 2);
     struct trace_ray ray = case_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1);
-    struct kit_hits hits;
-    kit_trace_all(tlas, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(tlas, setting->accuracy, &ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1 && hits.hits[0].t == 1);
     free(tlas);
     free(blas);
@@ -63,7 +64,7 @@ static void extreme_scales(const struct setting *setting)
     uint64_t random = 61;
     for (int i = 0; i < 4; i++) {
         float scale = (float[]){1e-20f, 1e15f, 1e-30f, 0x1p60f}[i];
-        VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+        VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
         instance.transform = scaling(scale, scale, scale);
         void *tlas = build_instances(setting, &instance, 1, NULL);
         for (int j = 0; j < 20; j++) {
@@ -71,11 +72,11 @@ static void extreme_scales(const struct setting *setting)
             for (int k = 0; k < 9; k++)
                 corners[k] = triangle[k] * scale;
             for (int k = 0; k < 3; k++)
-                origin[k] = kit_uniform(&random, 1, 2) * scale;
+                origin[k] = fixture_uniform(&random, 1, 2) * scale;
             struct trace_ray ray = case_ray_into(corners, origin, &random);
             struct exact_hit truth = exact_triangle(&ray, corners);
             struct trace_hit hit;
-            bool is_hit = kit_trace(tlas, setting->accuracy, &ray, &hit);
+            bool is_hit = fixture_trace(tlas, setting->accuracy, &ray, &hit);
             EXPECT(is_hit == (truth.class == EXACT_INSIDE));
             EXPECT(!is_hit || fabs(hit.t - truth.t) <= 1e-5 * truth.t);
         }
@@ -89,9 +90,9 @@ static bool sees_front(const struct setting *setting, const void *structure, uin
     struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
     struct trace_hit hit;
     ray.flags = flags;
-    if (!kit_trace(structure, setting->accuracy, &ray, &hit)) {
+    if (!fixture_trace(structure, setting->accuracy, &ray, &hit)) {
         ray.origin[0] = -0.25f;
-        if (!kit_trace(structure, setting->accuracy, &ray, &hit))
+        if (!fixture_trace(structure, setting->accuracy, &ray, &hit))
             return false;
     }
     return hit.front_face;
@@ -103,14 +104,14 @@ static void mirrored(const struct setting *setting)
     const VkTransformMatrixKHR mirror = scaling(-1, 1, 1);
     void *blas = case_triangles(setting, triangle, 1, NULL);
     EXPECT(sees_front(setting, blas, 0));
-    struct kit_input input;
-    kit_input_triangles(&input, triangle, 1);
+    struct fixture_input input;
+    fixture_input_triangles(&input, triangle, 1);
     input.geometry.triangles.transforms = &mirror;
     input.geometry.triangles.transforms_size = sizeof(mirror);
     void *mirrored_blas = case_build(setting, &input, NULL);
     EXPECT(!sees_front(setting, mirrored_blas, 0));
     EXPECT(!sees_front(setting, mirrored_blas, TRACE_CULL_BACK_FACING));
-    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     for (int i = 0; i < 4; i++) {
         bool is_flipped = i % 2;
         instance.transform = i < 2 ? mirror : scaling(1, 1, 1);
@@ -129,8 +130,9 @@ static void empty_instances(const struct setting *setting)
 {
     void *blas = case_triangles(setting, triangle, 1, NULL);
     void *empty = case_triangles(setting, NULL, 0, NULL);
-    VkAccelerationStructureInstanceKHR instances[4] = {kit_instance(NULL), kit_instance(empty),
-                                                       kit_instance(blas), kit_instance(empty)};
+    VkAccelerationStructureInstanceKHR instances[4] = {
+        fixture_instance(NULL), fixture_instance(empty), fixture_instance(blas),
+        fixture_instance(empty)};
     struct builder_report report;
     float lower[3], upper[3];
     instances[1].transform.matrix[0][3] = 100;
@@ -141,7 +143,7 @@ static void empty_instances(const struct setting *setting)
     EXPECT(builder_bounds(tlas, lower, upper) && upper[0] >= 100 && upper[0] < 100.01f);
     struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
     struct trace_hit hit = {0};
-    EXPECT(kit_trace(tlas, setting->accuracy, &ray, &hit) && hit.instance == 2);
+    EXPECT(fixture_trace(tlas, setting->accuracy, &ray, &hit) && hit.instance == 2);
     EXPECT(hit.custom_index == 0xabcdef && hit.sbt_offset == 0x123456);
     free(tlas);
     free(empty);
@@ -151,25 +153,26 @@ static void empty_instances(const struct setting *setting)
 static void masks(const struct setting *setting)
 {
     void *blas = case_triangles(setting, triangle, 1, NULL);
-    VkAccelerationStructureInstanceKHR instances[2] = {kit_instance(blas), kit_instance(blas)};
+    VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),
+                                                       fixture_instance(blas)};
     const VkAccelerationStructureInstanceKHR *pointers[2] = {&instances[1], &instances[0]};
     instances[0].mask = 0;
     instances[1].mask = 0x80;
     void *tlas = build_instances(setting, instances, 2, NULL);
-    struct kit_input input;
-    kit_input_instances(&input, (const void *)pointers, 2);
+    struct fixture_input input;
+    fixture_input_instances(&input, (const void *)pointers, 2);
     input.geometry.instances.array_of_pointers = true;
     input.geometry.instances.size = sizeof(pointers);
     void *by_pointers = case_build(setting, &input, NULL);
     struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
-    struct kit_hits hits;
-    kit_trace_all(tlas, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(tlas, setting->accuracy, &ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1);
-    kit_trace_all(by_pointers, setting->accuracy, &ray, &hits);
+    fixture_trace_all(by_pointers, setting->accuracy, &ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 0);
     for (uint32_t i = 0; i < 3; i++) {
         ray.cull_mask = (uint32_t[]){0, 0x7f, 0xffffff00}[i];
-        kit_trace_all(tlas, setting->accuracy, &ray, &hits);
+        fixture_trace_all(tlas, setting->accuracy, &ray, &hits);
         EXPECT(hits.count == 0);
     }
     free(by_pointers);

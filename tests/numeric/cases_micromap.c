@@ -51,7 +51,7 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
                             uint64_t data_size)
 {
     VkMicromapUsageEXT usage = {count, level, format};
-    VkMicromapTriangleEXT *triangles = kit_allocate(count * sizeof(*triangles));
+    VkMicromapTriangleEXT *triangles = fixture_allocate(count * sizeof(*triangles));
     uint64_t bits = (uint64_t)format << 2 * level, size;
     for (uint32_t i = 0; i < count; i++)
         triangles[i] = (VkMicromapTriangleEXT){(uint32_t)((bits + 7) / 8) * i, (uint16_t)level,
@@ -68,7 +68,7 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
     };
     void *micromap = NULL;
     EXPECT(micromap_get_size(&input, &size) == BUILDER_OK);
-    micromap = kit_allocate(size);
+    micromap = fixture_allocate(size);
     EXPECT(micromap_build(&input, micromap, size) == BUILDER_OK);
     free(triangles);
     return micromap;
@@ -79,8 +79,8 @@ static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2
 static void *build_with(const struct setting *setting, const struct builder_opacity *opacity,
                         VkGeometryFlagsKHR flags)
 {
-    struct kit_input input;
-    kit_input_triangles(&input, corners, 2);
+    struct fixture_input input;
+    fixture_input_triangles(&input, corners, 2);
     input.geometry.flags = flags;
     input.geometry.triangles.opacity = opacity;
     return case_build(setting, &input, NULL);
@@ -93,16 +93,16 @@ static int answer(const struct setting *setting, const void *structure, float u,
     struct trace_ray ray = case_ray(u, v, 1, 0, 0, -1);
     struct trace_hit hit;
     ray.flags = ray_flags;
-    return kit_trace(structure, setting->accuracy, &ray, &hit) ? hit.opaque : -1;
+    return fixture_trace(structure, setting->accuracy, &ray, &hit) ? hit.opaque : -1;
 }
 
 static int answer_in(const struct setting *setting, const void *blas,
                      VkGeometryInstanceFlagsKHR flags, float u, float v, uint32_t ray_flags)
 {
-    struct kit_input input;
-    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    struct fixture_input input;
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.flags = flags & 0xff;
-    kit_input_instances(&input, &instance, 1);
+    fixture_input_instances(&input, &instance, 1);
     void *tlas = case_build(setting, &input, NULL);
     int result = answer(setting, tlas, u, v, ray_flags);
     free(tlas);
@@ -116,7 +116,7 @@ static void every_microtriangle(const struct setting *setting)
     uint8_t data[32];
     uint64_t random = 97;
     for (int i = 0; i < 32; i++)
-        data[i] = (uint8_t)kit_random(&random);
+        data[i] = (uint8_t)fixture_random(&random);
     for (uint32_t format = 1; format <= 2; format++) {
         void *micromap = build_micromap(format, LEVEL, 2, data, sizeof(data));
         struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
@@ -220,13 +220,13 @@ static void opacity_indices(const struct setting *setting)
     void *blas = build_with(setting, &opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
     EXPECT(answer(setting, blas, 0.25f, 0.25f, 0) == 1);
     free(blas);
-    struct kit_input input;
+    struct fixture_input input;
     struct builder_report report;
     opacity = (struct builder_opacity){
         .index_type = VK_INDEX_TYPE_UINT32, .indices = data, .indices_size = 4, .stride = 4};
-    kit_input_triangles(&input, corners, 2);
+    fixture_input_triangles(&input, corners, 2);
     input.geometry.triangles.opacity = &opacity;
-    EXPECT(!kit_build(&input.input, &report) && report.out_of_range == 1);
+    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
     free(micromap);
 }
 
@@ -247,7 +247,7 @@ static void micromap_objects(const struct setting *setting)
     struct builder_uuids uuids = {{1}, {2}};
     uint64_t size, bytes_size;
     EXPECT(micromap_get_size(&input, &size) == BUILDER_OK);
-    void *micromap = kit_allocate(size), *again = kit_allocate(size);
+    void *micromap = fixture_allocate(size), *again = fixture_allocate(size);
     EXPECT(micromap_build(&input, micromap, size - 1) == BUILDER_TOO_SMALL);
     EXPECT(micromap_build(&input, micromap, size) == BUILDER_OK);
     EXPECT(micromap_size(micromap) == size && micromap_compacted_size(micromap) <= size);
@@ -255,7 +255,7 @@ static void micromap_objects(const struct setting *setting)
     EXPECT(micromap_opacity(micromap, 0, 0.9f, 0) == MICROMAP_OPAQUE);
     EXPECT(micromap_opacity(micromap, 2, 0, 0) == MICROMAP_NONE);
     bytes_size = micromap_serialized_size(micromap);
-    uint8_t *bytes = kit_allocate(bytes_size);
+    uint8_t *bytes = fixture_allocate(bytes_size);
     EXPECT(micromap_serialize(micromap, &uuids, bytes, bytes_size) == BUILDER_OK);
     EXPECT(micromap_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK);
     EXPECT(memcmp(micromap, again, size) == 0);
@@ -283,7 +283,7 @@ static void micromap_objects(const struct setting *setting)
     micromap_deserialize(bytes, bytes_size, &uuids, again, micromap_size(micromap));
     void *blas = build_with(setting, &opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
     uint64_t compacted_size = builder_compacted_size(blas);
-    void *compacted = kit_allocate(compacted_size);
+    void *compacted = fixture_allocate(compacted_size);
     EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
     EXPECT(answer(setting, compacted, 0.25f, 0.25f, 0) == -1);
     EXPECT(answer(setting, compacted, 2.25f, 0.25f, 0) == 1);

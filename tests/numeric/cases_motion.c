@@ -21,8 +21,8 @@ static float at_time(float from, float to, float time)
 static void *build_moving(const struct setting *setting, const float *from, const float *to,
                           uint32_t triangles)
 {
-    struct kit_input input;
-    kit_input_triangles(&input, from, triangles);
+    struct fixture_input input;
+    fixture_input_triangles(&input, from, triangles);
     input.input.flags = MOTION;
     input.geometry.triangles.motion_vertices = to;
     input.geometry.triangles.motion_vertices_size = (uint64_t)triangles * 36;
@@ -38,10 +38,10 @@ static void moving_triangles(const struct setting *setting)
     for (int i = 0; i < COUNT; i++) {
         float place[2][3];
         for (int j = 0; j < 6; j++)
-            place[j / 3][j % 3] = kit_uniform(&random, -10, 10);
+            place[j / 3][j % 3] = fixture_uniform(&random, -10, 10);
         for (int j = 0; j < 9; j++) {
-            from[9 * i + j] = place[0][j % 3] + kit_uniform(&random, -1, 1);
-            to[9 * i + j] = place[1][j % 3] + kit_uniform(&random, -1, 1);
+            from[9 * i + j] = place[0][j % 3] + fixture_uniform(&random, -1, 1);
+            to[9 * i + j] = place[1][j % 3] + fixture_uniform(&random, -1, 1);
         }
     }
     void *structure = build_moving(setting, from, to, COUNT);
@@ -50,9 +50,9 @@ static void moving_triangles(const struct setting *setting)
         for (int j = 0; j < 9 * COUNT; j++)
             now[j] = at_time(from[j], to[j], time);
         for (int j = 0; j < 3; j++)
-            origin[j] = kit_uniform(&random, -15, 15);
+            origin[j] = fixture_uniform(&random, -15, 15);
         struct trace_ray ray =
-            case_ray_into(now + 9 * (kit_random(&random) % COUNT), origin, &random);
+            case_ray_into(now + 9 * (fixture_random(&random) % COUNT), origin, &random);
         ray.time = time;
         case_check_ray(setting, structure, now, COUNT, &ray);
     }
@@ -63,16 +63,16 @@ static void moving_triangles(const struct setting *setting)
  * triangle, at edges and vertices too. */
 static void moving_closed(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
-    struct kit_mesh then = kit_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
-    struct kit_input input;
+    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
+    struct fixture_mesh then = fixture_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
+    struct fixture_input input;
     uint64_t random = 79;
     for (uint32_t i = 0; i < then.vertex_count; i++) {
         float *at = then.positions + 3 * (size_t)i, x = at[0] - 40;
         at[0] = 40 + 0.8f * x - 0.6f * (at[1] + 3);
         at[1] = -3 + 0.6f * x + 0.8f * (at[1] + 3);
     }
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     input.input.flags = MOTION;
     input.geometry.triangles.motion_vertices = then.positions;
     input.geometry.triangles.motion_vertices_size = (uint64_t)then.vertex_count * 12;
@@ -88,17 +88,17 @@ static void moving_closed(const struct setting *setting)
                 ends[end][j] = at_time(mesh.positions[3 * vertices[end] + j],
                                        then.positions[3 * vertices[end] + j], time);
             ray.origin[j] = at_time(centers[0][j], centers[1][j], time);
-            ray.origin[j] += i % 2 ? 0 : kit_uniform(&random, -0.4f, 0.4f);
+            ray.origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.4f, 0.4f);
             float target = i % 3 == 0 ? ends[0][j] : 0.5f * (ends[0][j] + ends[1][j]);
             ray.direction[j] = target - ray.origin[j];
         }
-        struct kit_hits hits;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         EXPECT(hits.count == 1);
     }
     free(structure);
-    kit_mesh_free(&mesh);
-    kit_mesh_free(&then);
+    fixture_mesh_free(&mesh);
+    fixture_mesh_free(&then);
 }
 
 /* Vertices of time 1 count for activity and for what may be read. */
@@ -107,10 +107,10 @@ static void moving_inactive(const struct setting *setting)
     const float from[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
     float to[18];
     struct builder_report report;
-    struct kit_input input;
+    struct fixture_input input;
     memcpy(to, from, sizeof(to));
     to[3] = NAN;
-    kit_input_triangles(&input, from, 2);
+    fixture_input_triangles(&input, from, 2);
     input.input.flags = MOTION;
     input.geometry.triangles.motion_vertices = to;
     input.geometry.triangles.motion_vertices_size = sizeof(to);
@@ -118,15 +118,15 @@ static void moving_inactive(const struct setting *setting)
     EXPECT(report.active == 1 && report.inactive == 1);
     struct trace_ray ray = case_ray(5.25f, 0.25f, 1, 0, 0, -1);
     struct trace_hit hit;
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.primitive == 1);
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.primitive == 1);
     free(structure);
     input.geometry.triangles.motion_vertices_size = sizeof(to) - 4;
-    EXPECT(!kit_build(&input.input, &report) && report.out_of_range > 0);
+    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range > 0);
     /* what isn't built for motion doesn't look at times */
     input.input.flags = 0;
     structure = case_build(setting, &input, NULL);
     ray.time = 0.75f;
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1);
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1);
     free(structure);
 }
 
@@ -135,8 +135,8 @@ static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
 static void *build_instances(const struct setting *setting, const void *instances, uint32_t count,
                              bool has_pointers)
 {
-    struct kit_input input;
-    kit_input_instances(&input, instances, count);
+    struct fixture_input input;
+    fixture_input_instances(&input, instances, count);
     input.input.flags = MOTION;
     input.geometry.instances.size = count * (has_pointers ? sizeof(uint64_t) : STRIDE);
     input.geometry.instances.array_of_pointers = has_pointers;
@@ -146,10 +146,10 @@ static void *build_instances(const struct setting *setting, const void *instance
 static void *build_static(const struct setting *setting, const void *blas,
                           const VkTransformMatrixKHR *transform)
 {
-    struct kit_input input;
-    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    struct fixture_input input;
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.transform = *transform;
-    kit_input_instances(&input, &instance, 1);
+    fixture_input_instances(&input, &instance, 1);
     return case_build(setting, &input, NULL);
 }
 
@@ -167,12 +167,12 @@ static void expect_same_hits(const struct setting *setting, const void *blas, co
             corners[j] = row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3];
         }
         for (int j = 0; j < 3; j++)
-            origin[j] = matrix->matrix[j][3] + kit_uniform(&random, -4, 4);
+            origin[j] = matrix->matrix[j][3] + fixture_uniform(&random, -4, 4);
         struct trace_ray ray = case_ray_into(corners, origin, &random);
         struct trace_hit hits[2] = {{0}};
         ray.time = time;
-        bool is_hit = kit_trace(still, setting->accuracy, &ray, &hits[0]);
-        bool is_met = kit_trace(moving, setting->accuracy, &ray, &hits[1]);
+        bool is_hit = fixture_trace(still, setting->accuracy, &ray, &hits[0]);
+        bool is_met = fixture_trace(moving, setting->accuracy, &ray, &hits[1]);
         if (precision == 0)
             EXPECT(is_hit == is_met && hits[0].t == hits[1].t && hits[0].u == hits[1].u);
         else
@@ -195,7 +195,7 @@ static void matrix_motion(const struct setting *setting)
     uint32_t type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV;
     memcpy(bytes[1], &type, sizeof(type));
     memcpy(bytes[1] + 8, &moving, sizeof(moving));
-    VkAccelerationStructureInstanceKHR still = kit_instance(blas); /* of type 0 */
+    VkAccelerationStructureInstanceKHR still = fixture_instance(blas); /* of type 0 */
     still.transform.matrix[0][3] = 1e6f;
     memcpy(bytes[0] + 8, &still, sizeof(still));
     void *array = build_instances(setting, bytes, 2, false);
@@ -212,12 +212,12 @@ static void matrix_motion(const struct setting *setting)
     }
     struct trace_ray ray = case_ray(5.25f, -1.75f, 1, 0, 0, -1);
     struct trace_hit hit = {0};
-    EXPECT(kit_trace(array, setting->accuracy, &ray, &hit) && hit.custom_index == 7 &&
+    EXPECT(fixture_trace(array, setting->accuracy, &ray, &hit) && hit.custom_index == 7 &&
            hit.instance == 1);
     ray.origin[0] = 1e6f + 0.25f;
     ray.origin[1] = 0.25f;
     ray.time = 0.7f;
-    EXPECT(kit_trace(array, setting->accuracy, &ray, &hit) && hit.instance == 0);
+    EXPECT(fixture_trace(array, setting->accuracy, &ray, &hit) && hit.instance == 0);
     free(by_pointer);
     free(array);
     free(blas);
@@ -254,7 +254,7 @@ static VkSRTDataNV random_srt(uint64_t *random)
     VkSRTDataNV srt;
     float *elements = &srt.sx, length = 0;
     for (int i = 0; i < 16; i++)
-        elements[i] = kit_uniform(random, -1, 1);
+        elements[i] = fixture_uniform(random, -1, 1);
     for (int i = 0; i < 4; i++)
         length += elements[9 + i] * elements[9 + i];
     for (int i = 0; i < 4; i++)
@@ -312,28 +312,28 @@ static void moving_copies(const struct setting *setting)
 {
     const float from[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
     float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};
-    struct kit_input input;
+    struct fixture_input input;
     struct builder_uuids uuids = {{1}, {2}};
-    kit_input_triangles(&input, from, 1);
+    fixture_input_triangles(&input, from, 1);
     input.input.flags = MOTION;
     input.geometry.triangles.motion_vertices = to;
     input.geometry.triangles.motion_vertices_size = sizeof(to);
     void *structure = case_build(setting, &input, NULL);
     uint64_t size = builder_size(structure), bytes_size = builder_serialized_size(structure);
-    void *bytes = kit_allocate(bytes_size), *again = kit_allocate(size);
-    void *scratch = kit_allocate(4096);
+    void *bytes = fixture_allocate(bytes_size), *again = fixture_allocate(size);
+    void *scratch = fixture_allocate(4096);
     EXPECT(builder_serialize(structure, &uuids, bytes, bytes_size) == BUILDER_OK);
     EXPECT(builder_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK);
     struct trace_ray ray = case_ray(4.25f, 0.25f, 1, 0, 0, -1);
     struct trace_hit hit;
     ray.time = 0.5f;
-    EXPECT(kit_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
+    EXPECT(fixture_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
     input.geometry.triangles.motion_vertices = later;
     EXPECT(builder_refit(&input.input, again, again, size, scratch, 4096, NULL) == BUILDER_OK);
-    EXPECT(!kit_trace(again, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(again, setting->accuracy, &ray, &hit));
     ray.origin[0] = 0.25f;
     ray.origin[1] = 4.25f;
-    EXPECT(kit_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
+    EXPECT(fixture_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
     void *fresh = case_build(setting, &input, NULL);
     EXPECT(memcmp(fresh, again, size) == 0);
     input.input.flags = 0; /* another kind of structure */

@@ -7,9 +7,9 @@
 #include "cases.h"
 
 /* Triangles of a mesh as three corners each. */
-static float *unroll(const struct kit_mesh *mesh)
+static float *unroll(const struct fixture_mesh *mesh)
 {
-    float *corners = kit_allocate((uint64_t)mesh->triangle_count * 36);
+    float *corners = fixture_allocate((uint64_t)mesh->triangle_count * 36);
     for (uint32_t i = 0; i < 3 * mesh->triangle_count; i++)
         memcpy(corners + 3 * (size_t)i, mesh->positions + 3 * (size_t)mesh->indices[i], 12);
     return corners;
@@ -17,7 +17,7 @@ static float *unroll(const struct kit_mesh *mesh)
 
 static void zero_components(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_sphere(3, 1, (float[3]){0, 0, 0});
+    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0, 0, 0});
     float *corners = unroll(&mesh);
     void *structure = case_triangles(setting, corners, mesh.triangle_count, NULL);
     uint64_t random = 37;
@@ -25,7 +25,7 @@ static void zero_components(const struct setting *setting)
         int axis = i % 3;
         struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
-            ray.origin[j] = kit_uniform(&random, -0.4f, 0.4f);
+            ray.origin[j] = fixture_uniform(&random, -0.4f, 0.4f);
             ray.direction[j] = i % 2 ? -0.0f : 0.0f;
         }
         ray.direction[axis] = i % 4 < 2 ? 1 : -1;
@@ -35,16 +35,16 @@ static void zero_components(const struct setting *setting)
     }
     free(structure);
     free(corners);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 /* From inside a closed mesh through points of its edges, or its vertices: one triangle each. */
 static void shoot_closed(const struct setting *setting, bool at_vertex)
 {
-    struct kit_mesh mesh = kit_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
-    struct kit_input input;
+    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
+    struct fixture_input input;
     uint64_t random = 41;
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     void *structure = case_build(setting, &input, NULL);
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
         const float *a = mesh.positions + 3 * (size_t)mesh.indices[i];
@@ -52,15 +52,15 @@ static void shoot_closed(const struct setting *setting, bool at_vertex)
         float along = at_vertex ? 0 : 0.5f;
         struct trace_ray ray = case_ray(0.1f, 0.2f, 0.3f, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
-            ray.origin[j] += i % 2 ? 0 : kit_uniform(&random, -0.5f, 0.5f);
+            ray.origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.5f, 0.5f);
             ray.direction[j] = a[j] + along * (b[j] - a[j]) - ray.origin[j];
         }
-        struct kit_hits hits;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         EXPECT(hits.count == 1);
     }
     free(structure);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 static void shared_edge(const struct setting *setting)
@@ -68,7 +68,7 @@ static void shared_edge(const struct setting *setting)
     shoot_closed(setting, false);
 }
 
-static void closed_fan(const struct setting *setting)
+static void closed_ring(const struct setting *setting)
 {
     shoot_closed(setting, true);
     /* Eight triangles around the origin, on a grid where every tie is exact. */
@@ -85,10 +85,10 @@ static void closed_fan(const struct setting *setting)
         float x = (float)column / 4, y = (float)row / 4;
         struct trace_ray straight = case_ray(x, y, 1, 0, 0, -1);
         struct trace_ray oblique = case_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1);
-        struct kit_hits hits;
-        kit_trace_all(structure, setting->accuracy, &straight, &hits);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, setting->accuracy, &straight, &hits);
         EXPECT(hits.count == 1);
-        kit_trace_all(structure, setting->accuracy, &oblique, &hits);
+        fixture_trace_all(structure, setting->accuracy, &oblique, &hits);
         EXPECT(hits.count == 1);
     }
     free(structure);
@@ -99,10 +99,10 @@ static const float right_triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
 static void open_boundary(const struct setting *setting)
 {
     void *structure = case_triangles(setting, right_triangle, 1, NULL);
-    struct kit_hits hits;
+    struct fixture_hits hits;
     for (int i = 0; i <= 8; i++) {
         struct trace_ray ray = case_ray((float)i / 8, 0, 1, 0, 0, -1);
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         EXPECT(hits.count <= 1 && (hits.count == 0 || hits.hits[0].t == 1));
     }
     free(structure);
@@ -113,9 +113,9 @@ static void origin_on_surface(const struct setting *setting)
     void *structure = case_triangles(setting, right_triangle, 1, NULL);
     struct trace_hit hit;
     struct trace_ray ray = case_ray(0.25f, 0.25f, 0, 0, 0, -1);
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray = case_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f);
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     free(structure);
 }
 
@@ -127,14 +127,14 @@ static void ends_of_ray(const struct setting *setting)
         float t = (float[]){1, 2, 0.5f, 1024, 0x1p-20f}[i];
         struct trace_ray ray = case_ray(0.25f, 0.25f, t, 0, 0, -1);
         ray.t_min = t;
-        EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+        EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
         ray.t_min = nextafterf(t, 0);
-        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == t);
+        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == t);
         ray.t_min = 0;
         ray.t_max = t;
-        EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+        EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
         ray.t_max = nextafterf(t, INFINITY);
-        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == t);
+        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == t);
     }
     free(structure);
 }
@@ -150,14 +150,14 @@ static void infinite_end(const struct setting *setting)
 
 static void scaled_direction(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_sphere(3, 1, (float[3]){0, 0, 0});
+    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0, 0, 0});
     float *corners = unroll(&mesh);
     void *structure = case_triangles(setting, corners, mesh.triangle_count, NULL);
     uint64_t random = 43;
     for (int i = 0; i < 20; i++) {
         struct trace_ray ray = case_ray(0.1f, 0.2f, 0.1f, 0, 0, 0), scaled;
         for (int j = 0; j < 3; j++)
-            ray.direction[j] = kit_uniform(&random, -1, 1);
+            ray.direction[j] = fixture_uniform(&random, -1, 1);
         for (int j = 0; j < 4; j++) {
             float scale = (float[]){1e20f, 1e-20f, 0x1p60f, 0x1p-60f}[j];
             struct trace_hit hit, other;
@@ -165,38 +165,39 @@ static void scaled_direction(const struct setting *setting)
             for (int k = 0; k < 3; k++)
                 scaled.direction[k] *= scale;
             case_check_ray(setting, structure, corners, mesh.triangle_count, &scaled);
-            bool is_hit = kit_trace(structure, setting->accuracy, &ray, &hit);
-            EXPECT(is_hit == kit_trace(structure, setting->accuracy, &scaled, &other));
+            bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
+            EXPECT(is_hit == fixture_trace(structure, setting->accuracy, &scaled, &other));
             EXPECT(fabsf(other.t * scale - hit.t) <= (j < 2 ? 1e-5f : 0) * hit.t);
         }
     }
     free(structure);
     free(corners);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 static void far_origin(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_sphere(2, 1, (float[3]){0, 0, 0});
+    struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     float *corners = unroll(&mesh);
     void *structure = case_triangles(setting, corners, mesh.triangle_count, NULL);
     uint64_t random = 47;
     for (int i = 0; i < 40; i++) {
         float far = i % 2 ? 1e7f : 1e8f;
-        float origin[3] = {far, kit_uniform(&random, -far, far), kit_uniform(&random, -far, far)};
-        uint64_t triangle = kit_random(&random) % mesh.triangle_count;
+        float origin[3] = {far, fixture_uniform(&random, -far, far),
+                           fixture_uniform(&random, -far, far)};
+        uint64_t triangle = fixture_random(&random) % mesh.triangle_count;
         struct trace_ray ray = case_ray_into(corners + 9 * triangle, origin, &random);
         case_check_ray(setting, structure, corners, mesh.triangle_count, &ray);
     }
     free(structure);
     free(corners);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 const struct numeric_case ray_cases[] = {
     {22, {0, 0}, "zeros in the direction", zero_components},
     {23, {550, 380}, "shared edge", shared_edge},
-    {24, {820, 950}, "vertex of a closed fan", closed_fan},
+    {24, {820, 950}, "vertex of a closed fan", closed_ring},
     {25, {0, 0}, "open boundary", open_boundary},
     {26, {0, 0}, "origin on the surface", origin_on_surface},
     {27, {0, 0}, "t equal to tmin or tmax", ends_of_ray},

@@ -15,10 +15,10 @@ static void scatter(float *corners, uint32_t count, float spread, float size, ui
 {
     for (uint32_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) {
-            float center = kit_uniform(&seed, -spread, spread);
+            float center = fixture_uniform(&seed, -spread, spread);
             for (int corner = 0; corner < 3; corner++)
                 corners[9 * i + 3 * (uint32_t)corner + (uint32_t)axis] =
-                    center + kit_uniform(&seed, -size, size);
+                    center + fixture_uniform(&seed, -size, size);
         }
 }
 
@@ -31,10 +31,10 @@ static void check_degenerate(const struct setting *setting, const float corners[
     memcpy(both + 9, unit_triangle, sizeof(unit_triangle));
     void *structure = case_triangles(setting, both, 2, NULL);
     for (int i = 0; i < 30; i++) {
-        float origin[3] = {kit_uniform(&random, -1, 2), kit_uniform(&random, -1, 2), 3};
+        float origin[3] = {fixture_uniform(&random, -1, 2), fixture_uniform(&random, -1, 2), 3};
         struct trace_ray ray = case_ray_into(i % 2 ? both : both + 9, origin, &random);
-        struct kit_hits hits;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         for (uint32_t j = 0; j < hits.count; j++)
             EXPECT(hits.hits[j].primitive == 1);
         EXPECT(i % 2 == 1 || hits.count == 1);
@@ -45,13 +45,13 @@ static void check_degenerate(const struct setting *setting, const float corners[
 static void repeated_index(const struct setting *setting)
 {
     const uint32_t indices[9] = {0, 1, 1, 0, 1, 2, 2, 2, 2};
-    struct kit_mesh mesh = {(float *)unit_triangle, (uint32_t *)indices, 3, 3};
-    struct kit_input input;
-    kit_input_mesh(&input, &mesh);
+    struct fixture_mesh mesh = {(float *)unit_triangle, (uint32_t *)indices, 3, 3};
+    struct fixture_input input;
+    fixture_input_mesh(&input, &mesh);
     void *structure = case_build(setting, &input, NULL);
     struct trace_ray ray = case_ray(0.3f, 0.3f, 1, 0, 0, -1);
-    struct kit_hits hits;
-    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 1);
     free(structure);
 }
@@ -86,11 +86,11 @@ static void coincident(const struct setting *setting)
         memcpy(corners + (size_t)9 * i, unit_triangle, sizeof(unit_triangle));
     void *structure = case_triangles(setting, corners, COUNT, NULL);
     struct builder_statistics statistics;
-    struct kit_hits hits;
+    struct fixture_hits hits;
     builder_measure(structure, &statistics);
     EXPECT(statistics.depth <= 20);
     struct trace_ray ray = case_ray(0.3f, 0.3f, 1, 0, 0, -1);
-    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
     EXPECT(hits.count == COUNT);
     free(structure);
 }
@@ -103,7 +103,8 @@ static void duplicates(const struct setting *setting)
     void *structure = case_triangles(setting, corners, 3, NULL);
     struct trace_ray ray = case_ray(0.25f, 0.25f, 2, 0, 0, -1);
     struct trace_hit hit;
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 2 && hit.primitive < 3);
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 2 &&
+           hit.primitive < 3);
     free(structure);
 }
 
@@ -159,8 +160,9 @@ static void mixed_sizes(const struct setting *setting)
     void *structure = case_triangles(setting, corners, SCATTERED, NULL);
     uint64_t random = 31;
     for (int i = 0; i < 30; i++) {
-        float origin[3] = {kit_uniform(&random, -1e-5f, 1e-5f), kit_uniform(&random, -1e-5f, 1e-5f),
-                           kit_uniform(&random, -1e-5f, 1e-5f)};
+        float origin[3] = {fixture_uniform(&random, -1e-5f, 1e-5f),
+                           fixture_uniform(&random, -1e-5f, 1e-5f),
+                           fixture_uniform(&random, -1e-5f, 1e-5f)};
         struct trace_ray ray = case_ray_into(corners + 9 * (10 + i), origin, &random);
         case_check_ray(setting, structure, corners, SCATTERED, &ray);
     }

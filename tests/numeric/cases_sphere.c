@@ -8,7 +8,7 @@
 
 void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives)
 {
-    kit_input_triangles(&list->input, NULL, primitives);
+    fixture_input_triangles(&list->input, NULL, primitives);
     list->input.geometry.type = type;
     list->input.geometry.spheres = (struct builder_spheres){
         .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
@@ -39,24 +39,24 @@ static void spheres(const struct setting *setting)
     float centers[3 * COUNT], radii[COUNT];
     uint64_t random = 101;
     for (int i = 0; i < COUNT; i++) {
-        radii[i] = ldexpf(kit_uniform(&random, 0.5f, 1), i % 12 - 8);
+        radii[i] = ldexpf(fixture_uniform(&random, 0.5f, 1), i % 12 - 8);
         for (int j = 0; j < 3; j++)
-            centers[3 * i + j] = kit_uniform(&random, -20, 20);
+            centers[3 * i + j] = fixture_uniform(&random, -20, 20);
     }
     void *structure = build_spheres(setting, centers, radii, COUNT);
     for (int i = 0; i < 300; i++) {
-        uint32_t target = (uint32_t)(kit_random(&random) % COUNT);
+        uint32_t target = (uint32_t)(fixture_random(&random) % COUNT);
         float far = i % 5 == 0 ? 1e5f : 30;
         struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
-            ray.origin[j] = kit_uniform(&random, -far, far);
+            ray.origin[j] = fixture_uniform(&random, -far, far);
             ray.direction[j] = centers[3 * target + j] - ray.origin[j];
         }
         /* across the direction by about the radius, or less */
-        int across = (int)(kit_random(&random) % 3);
-        ray.direction[across] += radii[target] * (i % 2 ? kit_uniform(&random, -1, 1) : 1.01f);
-        struct kit_hits hits;
-        kit_trace_all(structure, setting->accuracy, &ray, &hits);
+        int across = (int)(fixture_random(&random) % 3);
+        ray.direction[across] += radii[target] * (i % 2 ? fixture_uniform(&random, -1, 1) : 1.01f);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
         uint32_t expected = 0;
         for (uint32_t j = 0; j < COUNT; j++) {
             struct exact_hit truth = exact_sphere(&ray, centers + 3 * j, radii[j]);
@@ -84,7 +84,7 @@ static void silhouettes(const struct setting *setting)
         void *structure = build_spheres(setting, center, &radius, 1);
         struct trace_ray ray = case_ray(off, -5 * radius, 0, 0, 3, 0);
         struct trace_hit hit;
-        bool is_hit = kit_trace(structure, setting->accuracy, &ray, &hit);
+        bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
         EXPECT(i < 4 || is_hit == (i < 8));
         free(structure);
     }
@@ -95,7 +95,7 @@ static void silhouettes(const struct setting *setting)
         float x = (float[]){nextafterf(1, 0), 1, nextafterf(1, 2)}[i];
         struct trace_ray ray = case_ray(x, 0, 0, -1, 0, 0);
         struct trace_hit hit;
-        bool is_hit = kit_trace(structure, setting->accuracy, &ray, &hit);
+        bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
         EXPECT(is_hit == (i > 0) && (!is_hit || hit.t == x - 1));
     }
     free(structure);
@@ -113,36 +113,36 @@ static void sphere_rules(const struct setting *setting)
     EXPECT(report.active == 2 && report.inactive == 3 && report.undefined == 1);
     struct trace_ray ray = case_ray(-3, 0, 0, 2, 0, 0);
     struct trace_hit hit;
-    struct kit_hits hits;
-    kit_trace_all(structure, setting->accuracy, &ray, &hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
     EXPECT(hits.count >= 1 && hits.count <= 2); /* radius 0: either */
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1 && hit.opaque &&
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1 && hit.opaque &&
            hit.primitive == 0 && hit.u == 0 && !hit.is_swept);
     ray.t_max = 1; /* both ends count */
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray.t_max = nextafterf(1, 0);
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray.t_max = 1.9f;
     ray.t_min = nextafterf(1, 2); /* where it leaves isn't met */
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray = case_ray(0.5f, 0.5f, 0, 1, 0.1f, 0); /* from within */
     ray.t_max = 3;
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray = case_ray(-3, 0, 0, 2, 0, 0);
     ray.flags = TRACE_SKIP_TRIANGLES;
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray.flags = TRACE_SKIP_AABBS | TRACE_CULL_BACK_FACING | TRACE_CULL_FRONT_FACING;
-    EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit));
     ray.flags = TRACE_CULL_OPAQUE;
-    EXPECT(!kit_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
     /* seen through an instance, where it is an ellipsoid */
-    VkAccelerationStructureInstanceKHR instance = kit_instance(structure);
-    struct kit_input input;
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(structure);
+    struct fixture_input input;
     instance.transform.matrix[0][0] = 2;
-    kit_input_instances(&input, &instance, 1);
+    fixture_input_instances(&input, &instance, 1);
     void *tlas = case_build(setting, &input, NULL);
     ray = case_ray(-3, 0, 0, 1, 0, 0);
-    EXPECT(kit_trace(tlas, setting->accuracy, &ray, &hit) && hit.t == 1 && hit.is_sphere);
+    EXPECT(fixture_trace(tlas, setting->accuracy, &ray, &hit) && hit.t == 1 && hit.is_sphere);
     free(tlas);
     free(structure);
 }

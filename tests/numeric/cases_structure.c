@@ -9,7 +9,7 @@
 
 #define REFITS 10000
 
-static void wobble(struct kit_mesh *mesh, const float *rest, int step)
+static void wobble(struct fixture_mesh *mesh, const float *rest, int step)
 {
     for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++)
         mesh->positions[i] = rest[i] + 0.3f * sinf((float)step * 0.01f + (float)(i % 97));
@@ -20,16 +20,17 @@ static void refits(const struct setting *setting)
 {
     if (setting->threads > 1 || setting->accuracy != TRACE_EXACT) /* nothing to do with refits */
         return;
-    struct kit_mesh mesh = kit_sphere(4, 1, (float[3]){0, 0, 0});
-    struct kit_input input;
+    struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
+    struct fixture_input input;
     struct builder_sizes sizes;
     struct builder_statistics before, after;
-    float *rest = kit_allocate((uint64_t)mesh.vertex_count * 12);
+    float *rest = fixture_allocate((uint64_t)mesh.vertex_count * 12);
     memcpy(rest, mesh.positions, (size_t)mesh.vertex_count * 12);
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     void *structure = case_build(setting, &input, NULL);
     builder_get_sizes(&input.input, &mesh.triangle_count, &sizes);
-    void *fresh = kit_allocate(sizes.structure), *scratch = kit_allocate(sizes.build_scratch);
+    void *fresh = fixture_allocate(sizes.structure),
+         *scratch = fixture_allocate(sizes.build_scratch);
     builder_clone(structure, fresh, sizes.structure);
     builder_measure(structure, &before);
     for (int step = 1; step <= REFITS; step++) {
@@ -59,7 +60,7 @@ static void refits(const struct setting *setting)
     free(fresh);
     free(structure);
     free(rest);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 /* Each triangle is twice as far and twice as large as the one before: splits by cost peel off one
@@ -81,25 +82,26 @@ static void skewed(const struct setting *setting)
         float at = ldexpf(1, i - 100);
         struct trace_ray ray = case_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1);
         struct trace_hit hit;
-        EXPECT(kit_trace(structure, setting->accuracy, &ray, &hit) && hit.primitive == (uint32_t)i);
+        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) &&
+               hit.primitive == (uint32_t)i);
     }
     free(structure);
 }
 
 static void threads(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_soup(20000, 67);
-    struct kit_input input;
+    struct fixture_mesh mesh = fixture_soup(20000, 67);
+    struct fixture_input input;
     mesh.positions[3 * 100] = NAN;
     mesh.positions[3 * 50000] = NAN;
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     struct setting alone = *setting;
     alone.threads = 1;
     void *one = case_build(&alone, &input, NULL), *other = case_build(setting, &input, NULL);
     EXPECT(memcmp(one, other, builder_size(one)) == 0);
     free(one);
     free(other);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 /* Finds the copy where the original was. */
@@ -116,7 +118,7 @@ static const void *find_moved(void *context, uint64_t reference)
 static void *serialize(const void *structure, const struct builder_uuids *uuids, uint64_t *size)
 {
     *size = builder_serialized_size(structure);
-    void *bytes = kit_allocate(*size);
+    void *bytes = fixture_allocate(*size);
     EXPECT(builder_serialize(structure, uuids, bytes, *size - 1) == BUILDER_TOO_SMALL);
     EXPECT(builder_serialize(structure, uuids, bytes, *size) == BUILDER_OK);
     return bytes;
@@ -127,7 +129,7 @@ static void *deserialize(const void *bytes, uint64_t size, const struct builder_
     uint64_t header[3];
     memcpy(header, (const uint8_t *)bytes + 2 * VK_UUID_SIZE, sizeof(header));
     EXPECT(header[0] == size);
-    void *structure = kit_allocate(header[1]);
+    void *structure = fixture_allocate(header[1]);
     EXPECT(builder_deserialize(bytes, size - 1, uuids, structure, header[1]) != BUILDER_OK);
     EXPECT(builder_deserialize(bytes, size, uuids, structure, header[1]) == BUILDER_OK);
     return structure;
@@ -143,15 +145,15 @@ static bool hits_are_same(const struct trace_hit *a, const struct trace_hit *b)
 
 static void copies(const struct setting *setting)
 {
-    struct kit_mesh mesh = kit_sphere(4, 1, (float[3]){0, 0, 0});
-    struct kit_input input;
+    struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
+    struct fixture_input input;
     struct builder_uuids uuids = {{1, 2, 3}, {4, 5, 6}}, others = {{1, 2, 3}, {4, 5, 7}};
-    kit_input_mesh(&input, &mesh);
+    fixture_input_mesh(&input, &mesh);
     void *blas = case_build(setting, &input, NULL);
     uint64_t compacted_size = builder_compacted_size(blas), size;
     EXPECT(compacted_size <= builder_size(blas) &&
            (double)builder_size(blas) <= 1.25 * (double)compacted_size);
-    void *compacted = kit_allocate(compacted_size);
+    void *compacted = fixture_allocate(compacted_size);
     EXPECT(builder_compact(blas, compacted, compacted_size - 1) == BUILDER_TOO_SMALL);
     EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
     EXPECT(builder_size(compacted) == compacted_size &&
@@ -162,8 +164,8 @@ static void copies(const struct setting *setting)
            BUILDER_INCOMPATIBLE);
     free(bytes);
 
-    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
-    kit_input_instances(&input, &instance, 1);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
+    fixture_input_instances(&input, &instance, 1);
     void *tlas = case_build(setting, &input, NULL);
     bytes = serialize(tlas, &uuids, &size);
     EXPECT(builder_reference_count(tlas) == 1);
@@ -171,14 +173,14 @@ static void copies(const struct setting *setting)
     memcpy((uint8_t *)bytes + 56, &reference, sizeof(reference));
     void *relocated = deserialize(bytes, size, &uuids);
     struct trace_scene scenes[2] = {
-        {.structure = tlas, .accuracy = setting->accuracy, .resolver = kit_resolver()},
+        {.structure = tlas, .accuracy = setting->accuracy, .resolver = fixture_resolver()},
         {.structure = relocated, .accuracy = setting->accuracy, .resolver = {find_moved, &moved}},
     };
     uint64_t random = 71;
     for (int i = 0; i < 50; i++) {
         struct trace_ray ray = case_ray(2, 2, 2, 0, 0, 0);
         for (int j = 0; j < 3; j++)
-            ray.direction[j] = kit_uniform(&random, -1, 1) - 2;
+            ray.direction[j] = fixture_uniform(&random, -1, 1) - 2;
         struct trace_hit hits[2] = {{0}};
         bool is_hit = trace_closest(&scenes[0], &ray, &hits[0]);
         EXPECT(is_hit == trace_closest(&scenes[1], &ray, &hits[1]));
@@ -190,7 +192,7 @@ static void copies(const struct setting *setting)
     free((void *)moved.to);
     free(compacted);
     free(blas);
-    kit_mesh_free(&mesh);
+    fixture_mesh_free(&mesh);
 }
 
 const struct numeric_case structure_cases[] = {

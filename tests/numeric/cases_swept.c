@@ -70,9 +70,9 @@ static struct swept random_swept(uint64_t *random, int kind)
 {
     struct swept swept;
     for (int i = 0; i < 6; i++)
-        swept.ends[i] = kit_uniform(random, -2, 2);
+        swept.ends[i] = fixture_uniform(random, -2, 2);
     for (int i = 0; i < 2; i++)
-        swept.radii[i] = kit_uniform(random, 0.1f, 0.8f);
+        swept.radii[i] = fixture_uniform(random, 0.1f, 0.8f);
     if (kind == 1)
         swept.radii[1] = swept.radii[0];
     if (kind == 2) /* one end holds the other */
@@ -107,18 +107,18 @@ void swept_spheres(const struct setting *setting)
             struct trace_hit hit = {0};
             long double s;
             for (int k = 0; k < 3; k++) {
-                ray.origin[k] = kit_uniform(&random, -9, 9);
+                ray.origin[k] = fixture_uniform(&random, -9, 9);
                 ray.direction[k] = 0.5f * (swept.ends[k] + swept.ends[3 + k]) +
-                                   kit_uniform(&random, -1, 1) - ray.origin[k];
+                                   fixture_uniform(&random, -1, 1) - ray.origin[k];
             }
             long double t = first_entry(&swept, &ray, &s);
-            bool is_hit = kit_trace(capped, setting->accuracy, &ray, &hit);
+            bool is_hit = fixture_trace(capped, setting->accuracy, &ray, &hit);
             EXPECT(is_hit == (t < INFINITY));
             if (is_hit && t < INFINITY) {
                 EXPECT(fabsl(hit.t - t) < 1e-5L && hit.is_swept && !hit.is_sphere);
                 EXPECT(fabsl(hit.u - s) < 1e-3L);
             }
-            is_hit = kit_trace(open, setting->accuracy, &ray, &hit);
+            is_hit = fixture_trace(open, setting->accuracy, &ray, &hit);
             bool is_between = t < INFINITY && s > 1e-6L && s < 1 - 1e-6L;
             bool is_beyond = t == INFINITY || s < -1e-6L || s == 0 || s == 1;
             EXPECT(is_hit ? !is_beyond : !is_between);
@@ -158,11 +158,11 @@ void swept_seams(const struct setting *setting)
             struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
             for (int k = 0; k < 3; k++) {
                 ray.origin[k] = target[k] + (float)(side[k] / across) * far +
-                                kit_uniform(&random, -0.2f, 0.2f) * far;
+                                fixture_uniform(&random, -0.2f, 0.2f) * far;
                 ray.direction[k] = target[k] - ray.origin[k];
             }
-            struct kit_hits hits;
-            kit_trace_all(structure, setting->accuracy, &ray, &hits);
+            struct fixture_hits hits;
+            fixture_trace_all(structure, setting->accuracy, &ray, &hits);
             EXPECT(hits.count == 1);
         }
         free(structure);
@@ -224,7 +224,7 @@ void swept_indices(const struct setting *setting)
         for (int j = 0; j < 5; j++) {
             struct trace_ray ray = case_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0);
             struct trace_hit hit;
-            bool is_hit = kit_trace(structure, setting->accuracy, &ray, &hit);
+            bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
             if (tables[i].rays[j].u < 0)
                 continue;
             EXPECT(is_hit == (tables[i].rays[j].primitive >= 0));
@@ -236,6 +236,6 @@ void swept_indices(const struct setting *setting)
         geometry->indices_size--;
         geometry->vertices_size -= 12;
         geometry->radii_size = 1;
-        EXPECT(!kit_build(&spheres.input.input, &report) && report.out_of_range > 0);
+        EXPECT(!fixture_build(&spheres.input.input, &report) && report.out_of_range > 0);
     }
 }

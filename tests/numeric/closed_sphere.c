@@ -7,7 +7,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 #define SIDE 115 /* 12 * 115 * 115 = 158,700 triangles */
 
@@ -26,32 +26,33 @@ static double now(void)
     return (double)time.tv_sec * 1e9 + (double)time.tv_nsec;
 }
 
-static struct trace_ray aimed_ray(const struct kit_mesh *mesh, const float center[3],
+static struct trace_ray aimed_ray(const struct fixture_mesh *mesh, const float center[3],
                                   bool at_vertex, uint64_t *random)
 {
     struct trace_ray ray = {.t_max = INFINITY, .cull_mask = 0xff};
-    uint32_t triangle = (uint32_t)(kit_random(random) % mesh->triangle_count);
-    uint32_t corner = (uint32_t)(kit_random(random) % 3);
+    uint32_t triangle = (uint32_t)(fixture_random(random) % mesh->triangle_count);
+    uint32_t corner = (uint32_t)(fixture_random(random) % 3);
     const float *a = &mesh->positions[3 * mesh->indices[3 * triangle + corner]];
     const float *b = &mesh->positions[3 * mesh->indices[3 * triangle + (corner + 1) % 3]];
-    float along = at_vertex ? 0 : kit_uniform(random, 0, 1);
+    float along = at_vertex ? 0 : fixture_uniform(random, 0, 1);
     for (int i = 0; i < 3; i++) {
-        ray.origin[i] = center[i] + kit_uniform(random, -0.4f, 0.4f);
+        ray.origin[i] = center[i] + fixture_uniform(random, -0.4f, 0.4f);
         ray.direction[i] = a[i] + along * (b[i] - a[i]) - ray.origin[i];
     }
     return ray;
 }
 
-static struct tally shoot(const void *structure, const struct kit_mesh *mesh, const float center[3],
-                          enum trace_accuracy accuracy, bool at_vertex, uint32_t rays)
+static struct tally shoot(const void *structure, const struct fixture_mesh *mesh,
+                          const float center[3], enum trace_accuracy accuracy, bool at_vertex,
+                          uint32_t rays)
 {
     struct tally tally = {0};
     uint64_t random = 88172645463325252u;
     double begin = now();
     for (uint32_t i = 0; i < rays; i++) {
         struct trace_ray ray = aimed_ray(mesh, center, at_vertex, &random);
-        struct kit_hits hits;
-        kit_trace_all(structure, accuracy, &ray, &hits);
+        struct fixture_hits hits;
+        fixture_trace_all(structure, accuracy, &ray, &hits);
         tally.missed += hits.count == 0;
         tally.doubled += hits.count > 1;
     }
@@ -74,7 +75,7 @@ static bool is_allowed(const struct tally *tally, enum trace_accuracy accuracy, 
 }
 
 struct sphere {
-    struct kit_mesh mesh; /* where the rays are aimed */
+    struct fixture_mesh mesh; /* where the rays are aimed */
     float center[3];
     uint32_t rays;
 };
@@ -101,21 +102,21 @@ static bool check_rays(const char *what, const void *structure, const struct sph
 static bool check_sphere(float offset, uint32_t rays)
 {
     struct sphere sphere = {.center = {offset, offset, offset}, .rays = rays};
-    struct kit_input input;
+    struct fixture_input input;
     char what[32];
     bool is_good = true;
-    sphere.mesh = kit_sphere(SIDE, 1, sphere.center);
-    kit_input_mesh(&input, &sphere.mesh);
+    sphere.mesh = fixture_sphere(SIDE, 1, sphere.center);
+    fixture_input_mesh(&input, &sphere.mesh);
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
         input.input.quality = quality;
         input.input.threads = 1 + quality % 2;
-        void *structure = kit_build(&input.input, NULL);
+        void *structure = fixture_build(&input.input, NULL);
         snprintf(what, sizeof(what), "quality %s", quality_names[quality]);
         for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++)
             is_good &= check_rays(what, structure, &sphere, accuracy);
         free(structure);
     }
-    kit_mesh_free(&sphere.mesh);
+    fixture_mesh_free(&sphere.mesh);
     return is_good;
 }
 
@@ -126,15 +127,15 @@ static const VkTransformMatrixKHR turned = {
 static bool check_instance(uint32_t rays)
 {
     struct sphere sphere = {.rays = rays};
-    struct kit_input input;
+    struct fixture_input input;
     bool is_good = true;
-    sphere.mesh = kit_sphere(SIDE, 1, sphere.center);
-    kit_input_mesh(&input, &sphere.mesh);
-    void *blas = kit_build(&input.input, NULL);
-    VkAccelerationStructureInstanceKHR instance = kit_instance(blas);
+    sphere.mesh = fixture_sphere(SIDE, 1, sphere.center);
+    fixture_input_mesh(&input, &sphere.mesh);
+    void *blas = fixture_build(&input.input, NULL);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.transform = turned;
-    kit_input_instances(&input, &instance, 1);
-    void *tlas = kit_build(&input.input, NULL);
+    fixture_input_instances(&input, &instance, 1);
+    void *tlas = fixture_build(&input.input, NULL);
     for (uint32_t i = 0; i < sphere.mesh.vertex_count; i++) {
         float *at = sphere.mesh.positions + 3 * (size_t)i, from[3] = {at[0], at[1], at[2]};
         for (int row = 0; row < 3; row++) {
@@ -147,7 +148,7 @@ static bool check_instance(uint32_t rays)
         is_good &= check_rays("turned instance", tlas, &sphere, accuracy);
     free(tlas);
     free(blas);
-    kit_mesh_free(&sphere.mesh);
+    fixture_mesh_free(&sphere.mesh);
     return is_good;
 }
 

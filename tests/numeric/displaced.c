@@ -7,7 +7,7 @@
 void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
                     const uint8_t *levels, encoder_value *value, void *context)
 {
-    displaced->coded = kit_allocate(count * sizeof(*displaced->coded));
+    displaced->coded = fixture_allocate(count * sizeof(*displaced->coded));
     displaced->micromap = encoder_micromap(format, count, levels, value, context, displaced->usages,
                                            displaced->coded);
     displaced->displacement = (struct builder_displacement){
@@ -34,15 +34,15 @@ uint16_t random_value(void *context, uint32_t triangle, uint32_t level, uint32_t
     (void)level;
     (void)u;
     (void)v;
-    return (uint16_t)(kit_random(context) & 2047);
+    return (uint16_t)(fixture_random(context) & 2047);
 }
 
-enum builder_result update_displaced(const struct kit_input *input, const void *source,
+enum builder_result update_displaced(const struct fixture_input *input, const void *source,
                                      void *target)
 {
     struct builder_sizes sizes;
     builder_get_sizes(&input->input, &input->range.primitiveCount, &sizes);
-    void *scratch = kit_allocate(sizes.update_scratch);
+    void *scratch = fixture_allocate(sizes.update_scratch);
     enum builder_result result = builder_refit(&input->input, source, target, builder_size(source),
                                                scratch, sizes.update_scratch, NULL);
     free(scratch);

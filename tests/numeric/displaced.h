@@ -4,7 +4,7 @@
 #define ASSAY_TESTS_NUMERIC_DISPLACED_H
 
 #include "displacement_encoder.h"
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 /* Displacements as a geometry has them, with a micromap of their own. */
 struct displaced {
@@ -19,10 +19,10 @@ void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count
                     const uint8_t *levels, encoder_value *value, void *context);
 void close_displaced(struct displaced *displaced);
 
-encoder_value random_value; /* its context: a state of kit_random() */
+encoder_value random_value; /* its context: a state of fixture_random() */
 
 /* A refit with the scratch that it asks for. */
-enum builder_result update_displaced(const struct kit_input *input, const void *source,
+enum builder_result update_displaced(const struct fixture_input *input, const void *source,
                                      void *target);
 
 #endif

@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_NUMERIC_EXACT_H
 #define ASSAY_TESTS_NUMERIC_EXACT_H
 
-#include "kit.h"
+#include "tests/builder/fixture.h"
 
 enum exact_class {
     EXACT_OUTSIDE,

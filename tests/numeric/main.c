@@ -33,12 +33,12 @@ void expect(bool is_so, const char *what)
                accuracy_names[current_setting->accuracy], current_setting->threads, what);
 }
 
-void *case_build(const struct setting *setting, struct kit_input *input,
+void *case_build(const struct setting *setting, struct fixture_input *input,
                  struct builder_report *report)
 {
     input->input.quality = setting->quality;
     input->input.threads = setting->threads;
-    void *structure = kit_build(&input->input, report);
+    void *structure = fixture_build(&input->input, report);
     if (!structure) {
         printf("case %d (%s): no build\n", current->number, current->name);
         exit(1);
@@ -49,8 +49,8 @@ void *case_build(const struct setting *setting, struct kit_input *input,
 void *case_triangles(const struct setting *setting, const float *corners, uint32_t count,
                      struct builder_report *report)
 {
-    struct kit_input input;
-    kit_input_triangles(&input, corners, count);
+    struct fixture_input input;
+    fixture_input_triangles(&input, corners, count);
     return case_build(setting, &input, report);
 }
 
@@ -63,7 +63,7 @@ struct trace_ray case_ray(float x, float y, float z, float dx, float dy, float d
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random)
 {
     struct trace_ray ray = case_ray(origin[0], origin[1], origin[2], 0, 0, 0);
-    double a = kit_uniform(random, 0, 1), b = kit_uniform(random, 0, 1);
+    double a = fixture_uniform(random, 0, 1), b = fixture_uniform(random, 0, 1);
     if (a + b > 1) {
         a = 1 - a;
         b = 1 - b;
@@ -82,7 +82,7 @@ static bool is_near(double t, double truth, enum trace_accuracy accuracy)
     return fabs(t - truth) <= bound * fabs(truth) + 0x1p-149;
 }
 
-static const struct trace_hit *find_hit(const struct kit_hits *hits, uint32_t primitive)
+static const struct trace_hit *find_hit(const struct fixture_hits *hits, uint32_t primitive)
 {
     for (uint32_t i = 0; i < hits->count && i < 64; i++)
         if (hits->hits[i].primitive == primitive)
@@ -93,10 +93,10 @@ static const struct trace_hit *find_hit(const struct kit_hits *hits, uint32_t pr
 uint32_t case_check_ray(const struct setting *setting, const void *structure, const float *corners,
                         uint32_t count, const struct trace_ray *ray)
 {
-    struct kit_hits hits;
+    struct fixture_hits hits;
     struct trace_hit nearest;
     double least_inside = INFINITY;
-    kit_trace_all(structure, setting->accuracy, ray, &hits);
+    fixture_trace_all(structure, setting->accuracy, ray, &hits);
     for (uint32_t i = 0; i < count; i++) {
         struct exact_hit truth = exact_triangle(ray, corners + 9 * (size_t)i);
         const struct trace_hit *hit = find_hit(&hits, i);
@@ -110,7 +110,7 @@ uint32_t case_check_ray(const struct setting *setting, const void *structure, co
             expect(hit->front_face == truth.front_face, "facing as by brute force");
         }
     }
-    bool is_hit = kit_trace(structure, setting->accuracy, ray, &nearest);
+    bool is_hit = fixture_trace(structure, setting->accuracy, ray, &nearest);
     expect(is_hit == (hits.count > 0), "closest hit where there are candidates");
     if (is_hit && !isinf(least_inside))
         expect(nearest.t <= least_inside * (1 + 1e-3), "the closest hit is the closest");
@@ -123,10 +123,10 @@ void case_check_rays(const struct setting *setting, const float *corners, uint32
     void *structure = case_triangles(setting, corners, count, NULL);
     uint64_t random = 88172645463325252u;
     for (uint32_t i = 0; i < rays; i++) {
-        const float *target = corners + 9 * (kit_random(&random) % count);
+        const float *target = corners + 9 * (fixture_random(&random) % count);
         float origin[3];
         for (int axis = 0; axis < 3; axis++)
-            origin[axis] = target[axis] + kit_uniform(&random, -far, far);
+            origin[axis] = target[axis] + fixture_uniform(&random, -far, far);
         struct trace_ray ray = case_ray_into(target, origin, &random);
         case_check_ray(setting, structure, corners, count, &ray);
     }

@@ -8,7 +8,7 @@
 
 /* The vertices' arrays are the caller's. */
 struct sphere_list {
-    struct kit_input input;
+    struct fixture_input input;
     const float *centers, *radii;
     uint32_t vertices;
 };

@@ -93,7 +93,7 @@ static void a_fence_covers_all_bindings_of_its_call(void **unused)
     assert_true(finish_batches(call, F, VK_SUCCESS));
     BIND(&p, .queue = 1, .name = 12);
     SUBMIT(&p, .queue = 1, .name = 13);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 2, .name = 20);
     assert_false(follows(&p, 13, 10));
     assert_true(follows(&p, 20, 10) && follows(&p, 20, 11));
@@ -164,7 +164,7 @@ static void sparse_bindings_pass_order_on(void **unused)
     assert_true(follows(&p, 30, 10));
     assert_false(follows(&p, 30, 20)); /* bindings don't wait for commands before them, */
     assert_false(follows(&p, 21, 10)); /* nor do commands for bindings before them */
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 4, .name = 40);
     assert_true(follows(&p, 40, 10));
     assert_false(follows(&p, 40, 20));

@@ -36,7 +36,7 @@ static void a_fence_seen_orders_what_is_submitted_later(void **unused)
     SUBMIT(&p, .queue = 1, .name = 10, .fence = F);
     SUBMIT(&p, .queue = 1, .name = 11);
     SUBMIT(&p, .queue = 2, .name = 20);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 2, .name = 21);
     assert_false(follows(&p, 20, 10));
     assert_true(follows(&p, 21, 10));
@@ -52,18 +52,18 @@ static void fences_are_reset_and_reused(void **unused)
     execution_order_add_fence(p.order, FENCE(F), false);
     SUBMIT(&p, .queue = 1, .name = 10, .fence = F);
     execution_order_reset_fence(p.order, FENCE(F));
-    execution_order_see_fence(p.order, FENCE(F)); /* signalled by what isn't known */
+    execution_order_observe_fence(p.order, FENCE(F)); /* signalled by what isn't known */
     SUBMIT(&p, .queue = 2, .name = 20);
     assert_false(follows(&p, 20, 10));
     SUBMIT(&p, .queue = 1, .name = 11, .fence = F);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 2, .name = 21);
     assert_true(follows(&p, 21, 11) && follows(&p, 21, 10));
 
     execution_order_remove_fence(p.order, FENCE(F));
     execution_order_add_fence(p.order, FENCE(F), false);
     SUBMIT(&p, .queue = 1, .name = 12);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 2, .name = 22);
     assert_false(follows(&p, 22, 12));
     program_stop(&p);
@@ -78,7 +78,7 @@ static void a_fence_without_batches_follows_what_was_submitted(void **unused)
     SUBMIT(&p, .queue = 1, .name = 10);
     struct submission *empty = submission_begin(p.order, SUBMIT_COMMANDS, QUEUE(1));
     assert_true(finish_batches(empty, F, VK_SUCCESS));
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 2, .name = 20);
     assert_true(follows(&p, 20, 10));
     program_stop(&p);
@@ -93,7 +93,7 @@ static void the_fence_of_a_held_batch_gets_its_clock_later(void **unused)
     create_timeline(&p, S, 0);
     SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}}, .fence = F);
     SUBMIT(&p, .queue = 2, .name = 20, .signal = {{S, 1}});
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 3, .name = 30);
     assert_true(follows(&p, 30, 10) && follows(&p, 30, 20));
     program_stop(&p);
@@ -125,14 +125,14 @@ static void the_host_sees_timelines(void **unused)
     SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S, 3}});
     SUBMIT(&p, .queue = 1, .name = 11, .signal = {{S, 5}});
     SUBMIT(&p, .queue = 1, .name = 12, .signal = {{S, 7}});
-    execution_order_see_semaphore(p.order, SEMAPHORE(S), 0, true);
+    execution_order_observe_semaphore(p.order, SEMAPHORE(S), 0, true);
     SUBMIT(&p, .queue = 2, .name = 20);
     assert_false(follows(&p, 20, 10));
-    execution_order_see_semaphore(p.order, SEMAPHORE(S), 2, false);
+    execution_order_observe_semaphore(p.order, SEMAPHORE(S), 2, false);
     SUBMIT(&p, .queue = 2, .name = 21);
     assert_true(follows(&p, 21, 10));
     assert_false(follows(&p, 21, 11));
-    execution_order_see_semaphore(p.order, SEMAPHORE(S), 5, true);
+    execution_order_observe_semaphore(p.order, SEMAPHORE(S), 5, true);
     SUBMIT(&p, .queue = 2, .name = 22);
     assert_true(follows(&p, 22, 11));
     assert_false(follows(&p, 22, 12));
@@ -159,7 +159,7 @@ static void a_failed_call_has_not_happened(void **unused)
     submit(&p, &call);
     assert_int_equal(p.run_count, 1);
     assert_int_equal(p.drops, 1);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
 
     struct call again = call;
     again.result = VK_SUCCESS;
@@ -216,8 +216,8 @@ static void host_work_has_its_place(void **unused)
     assert_true(follows(&p, 90, 10) && follows(&p, 21, 90));
     assert_false(follows(&p, 90, 20));
     assert_false(follows(&p, 20, 90));
-    assert_false(execution_clock_has(&before, find_run(&p, 90)->moment));
-    assert_true(execution_clock_has(&after, find_run(&p, 90)->moment));
+    assert_false(execution_clock_has(&before, find_run(&p, 90)->timestamp));
+    assert_true(execution_clock_has(&after, find_run(&p, 90)->timestamp));
     program_stop(&p);
 }
 

@@ -18,7 +18,7 @@ enum { S = 1, T = 2, F = 4 };
 static void frame(struct program *program)
 {
     SUBMIT(program, .queue = 1, .name = 10, .fence = F);
-    execution_order_see_fence(program->order, FENCE(F));
+    execution_order_observe_fence(program->order, FENCE(F));
     execution_order_reset_fence(program->order, FENCE(F));
     program->run_count = 0;
 }
@@ -85,9 +85,9 @@ static void signals_that_nobody_sees_are_bounded(void **unused)
     SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 10000}});
     SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 1}});
     SUBMIT(&p, .queue = 1, .name = 11);
-    const struct moment last = {find_run(&p, 11)->moment.queue, 10000};
+    const struct timestamp last = {find_run(&p, 11)->timestamp.queue, 10000};
     assert_true(execution_clock_has(&find_run(&p, 20)->clock, last));
-    assert_false(execution_clock_has(&find_run(&p, 30)->clock, (struct moment){last.queue, 1}));
+    assert_false(execution_clock_has(&find_run(&p, 30)->clock, (struct timestamp){last.queue, 1}));
     program_stop(&p);
 }
 
@@ -116,7 +116,7 @@ static void held_batches_are_bounded(void **unused)
     assert_int_equal(p.losses, 0);
     SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
     assert_int_equal(p.losses, 1);
-    assert_int_equal(p.loss, ORDER_LOST_TO_WAITS);
+    assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_TOO_MANY_WAITS);
     assert_int_equal(p.captured, 0);
     program_stop(&p);
 }
@@ -136,7 +136,7 @@ static void play(struct program *program)
     for (uint32_t name = 40; name < 50; name++)
         call_add_batch(call, &(struct call){.name = name, .wait = {{S, 1}, {S, 2}}});
     finish_batches(call, 0, VK_SUCCESS);
-    execution_order_see_fence(program->order, FENCE(F));
+    execution_order_observe_fence(program->order, FENCE(F));
     signal_on_host(program, S, 6);
     SUBMIT(program, .queue = 4, .name = 60);
 }
@@ -157,7 +157,7 @@ static void without_memory_the_order_is_lost(void **unused)
         play(&p);
         failed = memory_fail_no_more();
         assert_int_equal(p.losses, failed);
-        assert_true(!failed || p.loss == ORDER_LOST_TO_MEMORY);
+        assert_true(!failed || p.unknown_reason == ORDER_UNKNOWN_OUT_OF_MEMORY);
         assert_true(failed ? p.run_count < complete.run_count : p.run_count == complete.run_count);
         for (uint32_t i = 0; i < p.run_count; i++)
             assert_int_equal(p.runs[i].name, complete.runs[i].name);

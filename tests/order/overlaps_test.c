@@ -39,7 +39,7 @@ static void a_call_that_fails_blocks_no_more(void **unused)
     assert_int_equal(p.drops, 1);
     EXPECT_RUNS(&p, 30);
     SUBMIT(&p, .queue = 1, .name = 11);
-    assert_int_equal(find_run(&p, 11)->moment.count, 1);
+    assert_int_equal(find_run(&p, 11)->timestamp.count, 1);
     program_stop(&p);
 }
 
@@ -51,7 +51,7 @@ static void the_host_may_see_a_signal_of_a_call_under_way(void **unused)
     program_start(&p);
     create_timeline(&p, S, 0);
     struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 3}});
-    execution_order_see_semaphore(p.order, SEMAPHORE(S), 2, false);
+    execution_order_observe_semaphore(p.order, SEMAPHORE(S), 2, false);
     SUBMIT(&p, .queue = 2, .name = 20);
     assert_int_equal(p.run_count, 0);
     submission_finish(first, VK_SUCCESS);
@@ -86,7 +86,7 @@ static void an_unpublished_signal_hides_later_ones(void **unused)
     program_start(&p);
     create_timeline(&p, S, 0);
     struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 5}});
-    execution_order_see_semaphore(p.order, SEMAPHORE(S), 5, true);
+    execution_order_observe_semaphore(p.order, SEMAPHORE(S), 5, true);
     SUBMIT(&p, .queue = 2, .name = 20, .signal = {{S, 10}});
     SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 3}});
     submission_finish(first, VK_SUCCESS);
@@ -98,7 +98,7 @@ static void an_unpublished_signal_hides_later_ones(void **unused)
 
 static void see_fence(struct program *program)
 {
-    execution_order_see_fence(program->order, FENCE(F));
+    execution_order_observe_fence(program->order, FENCE(F));
 }
 
 static void see_idle(struct program *program)
@@ -108,7 +108,7 @@ static void see_idle(struct program *program)
 
 static void see_signal(struct program *program)
 {
-    execution_order_see_semaphore(program->order, SEMAPHORE(T), 1, true);
+    execution_order_observe_semaphore(program->order, SEMAPHORE(T), 1, true);
 }
 
 static void (*const seeings[])(struct program *) = {see_fence, see_idle, see_signal};
@@ -152,11 +152,11 @@ static void what_the_host_sees_may_contradict_the_order(void **unused)
         assert_int_equal(p.captured, 1);
         seeings[i](&p);
         assert_int_equal(p.losses, 1);
-        assert_int_equal(p.loss, ORDER_LOST_TO_HOST);
+        assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
         assert_int_equal(p.captured, 0);
         SUBMIT(&p, .queue = 3, .name = 30);
         seeings[i](&p);
-        execution_order_lose(p.order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown(p.order, ORDER_UNKNOWN_DEVICE_LOST);
         assert_int_equal(p.run_count, 0);
         assert_int_equal(p.losses, 1);
         program_stop(&p);
@@ -195,7 +195,7 @@ static void one_thread_runs_for_the_others(void **unused)
 
 static void lose_it(struct program *program)
 {
-    execution_order_lose(program->order, ORDER_LOST_TO_DEVICE);
+    execution_order_set_unknown(program->order, ORDER_UNKNOWN_DEVICE_LOST);
     assert_int_equal(program->losses, 0); /* the other thread has to leave its hook first */
 }
 
@@ -287,7 +287,7 @@ static void host_work_is_not_checked_before_others_have_run(void **unused)
 static void expect_no_turn(struct program *program)
 {
     struct execution_clock clock;
-    assert_false(execution_order_host_turn(program->order, &clock));
+    assert_false(execution_order_host_is_current(program->order, &clock));
 }
 
 static void the_host_has_its_turn_when_nothing_is_left_to_be_told(void **unused)
@@ -298,15 +298,15 @@ static void the_host_has_its_turn_when_nothing_is_left_to_be_told(void **unused)
     program_start(&p);
     SUBMIT(&p, .queue = 1, .name = 10);
     wait_idle(&p, 1);
-    assert_true(execution_order_host_turn(p.order, &clock));
-    assert_true(execution_clock_has(&clock, find_run(&p, 10)->moment));
+    assert_true(execution_order_host_is_current(p.order, &clock));
+    assert_true(execution_clock_has(&clock, find_run(&p, 10)->timestamp));
     struct submission *call = PREPARE(&p, .queue = 1, .name = 11);
     expect_no_turn(&p);
     p.meanwhile = expect_no_turn; /* inside the run of 11 */
     submission_finish(call, VK_SUCCESS);
-    assert_true(execution_order_host_turn(p.order, &clock));
-    assert_false(execution_clock_has(&clock, find_run(&p, 11)->moment));
-    execution_order_lose(p.order, ORDER_LOST_TO_DEVICE);
+    assert_true(execution_order_host_is_current(p.order, &clock));
+    assert_false(execution_clock_has(&clock, find_run(&p, 11)->timestamp));
+    execution_order_set_unknown(p.order, ORDER_UNKNOWN_DEVICE_LOST);
     expect_no_turn(&p);
     program_stop(&p);
 }

@@ -57,7 +57,7 @@ static void run(void *user, const struct batch_run *batch)
     struct heard *heard = &program->runs[program->run_count++];
     *heard = (struct heard){.command_count = batch->command_count,
                             .queue = batch->queue,
-                            .moment = batch->moment,
+                            .timestamp = batch->timestamp,
                             .checked = batch->checked,
                             .predecessors_known = batch->predecessors_known};
     if (batch->command_count)
@@ -66,11 +66,11 @@ static void run(void *user, const struct batch_run *batch)
     let_others(program);
 }
 
-static void lost(void *user, enum order_loss why)
+static void order_unknown(void *user, enum order_unknown_reason why)
 {
     struct program *program = user;
     program->losses++;
-    program->loss = why;
+    program->unknown_reason = why;
 }
 
 void program_start(struct program *program)
@@ -82,7 +82,7 @@ void program_start(struct program *program)
                                           .check = check,
                                           .drop = drop,
                                           .run = run,
-                                          .lost = lost};
+                                          .order_unknown = order_unknown};
     assert_int_equal(execution_order_create(&program->order, &hooks), VK_SUCCESS);
 }
 
@@ -159,7 +159,7 @@ void wait_idle(struct program *program, uint32_t queue)
 {
     struct idle_wait wait;
     execution_order_start_idle(program->order, QUEUE(queue), &wait);
-    execution_order_see_idle(program->order, &wait);
+    execution_order_observe_idle(program->order, &wait);
 }
 
 void expect_runs(const struct program *program, uint32_t count, const uint32_t *names)
@@ -182,5 +182,5 @@ bool follows(const struct program *program, uint32_t later, uint32_t earlier)
     const struct heard *a = find_run(program, later), *b = find_run(program, earlier);
     assert_non_null(a);
     assert_non_null(b);
-    return execution_clock_has(&a->clock, b->moment);
+    return execution_clock_has(&a->clock, b->timestamp);
 }

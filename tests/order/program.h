@@ -18,7 +18,7 @@ struct heard {
     uint32_t name; /* number of its command buffer; 0: it has none */
     uint32_t command_count;
     VkQueue queue;
-    struct moment moment;
+    struct timestamp timestamp;
     struct execution_clock clock;
     bool checked, predecessors_known;
 };
@@ -28,7 +28,7 @@ struct program {
     struct heard runs[PROGRAM_RUNS];
     uint32_t run_count;
     uint32_t checks, drops, losses;
-    enum order_loss loss;
+    enum order_unknown_reason unknown_reason;
     uint32_t begins, failures; /* of work of the host, which is a run when it ends */
     uint32_t captured;         /* and not released */
     uint32_t skip_name;        /* checks of it ask to skip the call; 0: none */

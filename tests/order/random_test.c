@@ -22,7 +22,7 @@ static void see_some_fence(struct test *test)
     if (!use->pending || use->last_batch == UINT32_MAX ||
         !test->model.batches[use->last_batch].resolved)
         return;
-    execution_order_see_fence(test->program.order, FENCE(fence));
+    execution_order_observe_fence(test->program.order, FENCE(fence));
     model_see(&test->model, test->model.batches[use->last_batch].fence);
     if (below(test, 2)) {
         execution_order_reset_fence(test->program.order, FENCE(fence));
@@ -46,7 +46,7 @@ static void see_some_semaphore(struct test *test)
     bool exact = below(test, 2);
     if (!exact)
         value -= below(test, (uint32_t)(value - before));
-    execution_order_see_semaphore(test->program.order, SEMAPHORE(handle), value, exact);
+    execution_order_observe_semaphore(test->program.order, SEMAPHORE(handle), value, exact);
     for (uint32_t i = 0; i <= at; i++)
         model_see(&test->model, semaphore->signals[i].node);
 }

@@ -53,7 +53,7 @@ static void release(void *user, void *captured)
 static void expect_predecessors(const struct machine *machine, const struct batch_run *batch)
 {
     for (uint32_t i = 0; i < batch->clock->queues; i++)
-        if (i != batch->moment.queue)
+        if (i != batch->timestamp.queue)
             assert_true(batch->clock->counts[i] <= machine->counts[i]);
 }
 
@@ -75,7 +75,7 @@ static void run(void *user, const struct batch_run *batch)
         leave(machine);
         return;
     }
-    assert_int_equal(++machine->counts[batch->moment.queue], batch->moment.count);
+    assert_int_equal(++machine->counts[batch->timestamp.queue], batch->timestamp.count);
     atomic_fetch_add(&machine->runs, 1);
     if (!batch->predecessors_known)
         atomic_fetch_add(&machine->unknown, 1);
@@ -90,7 +90,7 @@ static void drop(void *user)
     leave(user);
 }
 
-static void lost(void *user, enum order_loss why)
+static void order_unknown(void *user, enum order_unknown_reason why)
 {
     (void)why;
     atomic_fetch_add(&((struct machine *)user)->losses, 1);
@@ -122,13 +122,13 @@ static void see_one(struct machine *machine, struct random *random, uint32_t ind
 {
     uint32_t other = random_below(random, THREADS);
     uint64_t executed = atomic_load(&machine->executed[other]);
-    execution_order_see_semaphore(machine->order, SEMAPHORE(other + 1), executed, false);
+    execution_order_observe_semaphore(machine->order, SEMAPHORE(other + 1), executed, false);
     if (atomic_load(&machine->executed[index]) != value)
         return;
-    execution_order_see_fence(machine->order, FENCE(index + 1));
+    execution_order_observe_fence(machine->order, FENCE(index + 1));
     struct idle_wait wait;
     execution_order_start_idle(machine->order, QUEUE(index + 1), &wait);
-    execution_order_see_idle(machine->order, &wait);
+    execution_order_observe_idle(machine->order, &wait);
 }
 
 static void work_on_host(struct machine *machine)
@@ -167,7 +167,7 @@ static void threads_submit_at_once(void **unused)
                                           .check = check,
                                           .drop = drop,
                                           .run = run,
-                                          .lost = lost};
+                                          .order_unknown = order_unknown};
     assert_int_equal(execution_order_create(&machine.order, &hooks), VK_SUCCESS);
     for (uint32_t i = 1; i <= THREADS; i++) {
         execution_order_add_semaphore(machine.order, SEMAPHORE(i), VK_SEMAPHORE_TYPE_TIMELINE, 0,

@@ -23,7 +23,7 @@ static void a_lost_device_loses_the_order(void **unused)
     struct submission *under_way = PREPARE(&p, .queue = 3, .name = 30);
     SUBMIT(&p, .queue = 1, .name = 11, .result = VK_ERROR_DEVICE_LOST);
     assert_int_equal(p.losses, 1);
-    assert_int_equal(p.loss, ORDER_LOST_TO_DEVICE);
+    assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_DEVICE_LOST);
     submission_finish(under_way, VK_SUCCESS);
     assert_int_equal(p.captured, 0);
     assert_null(submission_begin(p.order, SUBMIT_COMMANDS, QUEUE(1)));
@@ -44,7 +44,7 @@ static void two_calls_on_one_queue_lose_the_order(void **unused)
     submission_finish(second, VK_SUCCESS);
     submission_finish(first, VK_SUCCESS);
     assert_int_equal(p.losses, 1);
-    assert_int_equal(p.loss, ORDER_LOST_TO_THREADS);
+    assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_RACING_THREADS);
     assert_int_equal(p.run_count, 0);
     program_stop(&p);
 }
@@ -60,7 +60,7 @@ static void too_many_queues_lose_the_order(void **unused)
     assert_int_equal(p.run_count, EXECUTION_QUEUES - 1);
     SUBMIT(&p, .queue = EXECUTION_QUEUES, .name = 99);
     assert_int_equal(p.losses, 1);
-    assert_int_equal(p.loss, ORDER_LOST_TO_QUEUES);
+    assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_TOO_MANY_QUEUES);
     program_stop(&p);
 }
 
@@ -71,7 +71,7 @@ static void a_missing_order_is_accepted(void **unused)
     (void)unused;
     create_timeline(&p, S, 0);
     SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}}, .fence = F);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     wait_idle(&p, 0);
     execution_order_reset_fence(p.order, FENCE(F));
     execution_order_run(p.order);
@@ -100,7 +100,7 @@ static void a_foreign_timeline_leaves_predecessors_unknown(void **unused)
     assert_true(find_run(&p, 20)->predecessors_known && find_run(&p, 40)->predecessors_known);
     assert_false(find_run(&p, 21)->predecessors_known || find_run(&p, 22)->predecessors_known);
     assert_false(find_run(&p, 30)->predecessors_known);
-    execution_order_see_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(F));
     SUBMIT(&p, .queue = 2, .name = 23);
     SUBMIT(&p, .queue = 3, .name = 31);
     assert_true(find_run(&p, 23)->predecessors_known && find_run(&p, 31)->predecessors_known);
@@ -119,7 +119,7 @@ static void a_foreign_value_that_the_host_saw_is_no_riddle(void **unused)
     create_timeline(&p, S, 0);
     SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 5}});
     assert_int_equal(p.run_count, 0);
-    execution_order_see_semaphore(p.order, SEMAPHORE(S), 4, true); /* nobody signalled it */
+    execution_order_observe_semaphore(p.order, SEMAPHORE(S), 4, true); /* nobody signalled it */
     EXPECT_RUNS(&p, 10);
     assert_false(find_run(&p, 10)->predecessors_known);
     SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 4}});
@@ -152,8 +152,8 @@ static void foreign_fences_show_nothing(void **unused)
     SUBMIT(&p, .queue = 1, .name = 10, .fence = F);
     SUBMIT(&p, .queue = 1, .name = 11, .fence = G);
     execution_order_set_fence_foreign(p.order, FENCE(G));
-    execution_order_see_fence(p.order, FENCE(F));
-    execution_order_see_fence(p.order, FENCE(G));
+    execution_order_observe_fence(p.order, FENCE(F));
+    execution_order_observe_fence(p.order, FENCE(G));
     SUBMIT(&p, .queue = 2, .name = 20);
     assert_false(follows(&p, 20, 10));
     program_stop(&p);
@@ -167,7 +167,7 @@ static void bindings_that_wait_for_others_lose_the_order(void **unused)
     execution_order_add_semaphore(p.order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 0, true);
     SUBMIT(&p, .queue = 1, .kind = SUBMIT_BINDINGS, .wait = {{S, 1}});
     assert_int_equal(p.losses, 1);
-    assert_int_equal(p.loss, ORDER_LOST_TO_WAITS);
+    assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_TOO_MANY_WAITS);
     program_stop(&p);
 }
 

@@ -97,7 +97,7 @@ static void test_report_flags(void **state)
     reporter = reporter_heard_by(&hearing);
     assert_false(reporter_wants(reporter, SENT_VUID));
     send_one(reporter);
-    reporter_refuse(reporter, "This can't be done.");
+    reporter_report_unsupported(reporter, "This can't be done.");
     assert_int_equal(hearing.count, 1);
     reporter_warn(reporter, "odd");
     assert_int_equal(hearing.count, 2);
@@ -111,7 +111,7 @@ static void test_refusals(void **state)
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "2", 1);
     struct reporter *reporter = reporter_heard_by(&hearing);
     for (int i = 0; i < 4; i++)
-        reporter_refuse(reporter, "This can't be done.");
+        reporter_report_unsupported(reporter, "This can't be done.");
     assert_int_equal(hearing.count, 2);
     assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
     assert_string_equal(hearing.id, "ASSAY-error");

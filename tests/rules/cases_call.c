@@ -20,13 +20,13 @@ static const struct setup with_defaults = {0};
 static void record_on_a_queue(struct scene *scene)
 {
     VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->world->device, 0, 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device, 0, 0, &queue);
     scene->command_buffer = (VkCommandBuffer)(void *)queue;
 }
 
 static void record_on_the_device(struct scene *scene)
 {
-    scene->command_buffer = (VkCommandBuffer)(void *)scene->world->device;
+    scene->command_buffer = (VkCommandBuffer)(void *)scene->fixture->device;
 }
 
 /* Looks like a handle of this device to the loader, and is none. */
@@ -39,12 +39,12 @@ static void record_on_a_forgery(struct scene *scene)
 
 static void record_on_another_command_buffer(struct scene *scene)
 {
-    scene_record_in_family(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0), 0);
+    scene_record_in_family(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0);
 }
 
 static void record_on_a_secondary(struct scene *scene)
 {
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     scene->command_buffer = scene_allocate_command_buffer(scene, scene_pool(scene, family, 0),
                                                           VK_COMMAND_BUFFER_LEVEL_SECONDARY);
     scene_begin(scene, scene->command_buffer, 0);
@@ -54,16 +54,17 @@ static void record_on_a_secondary(struct scene *scene)
 
 static void record_without_compute(struct scene *scene)
 {
-    scene_record_in_family(scene,
-                           world_find_family(scene->world, VK_QUEUE_TRANSFER_BIT,
-                                             VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR),
-                           0);
+    scene_record_in_family(
+        scene,
+        fixture_find_family(scene->fixture, VK_QUEUE_TRANSFER_BIT,
+                            VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR),
+        0);
 }
 
 static void record_with_compute_only(struct scene *scene)
 {
     scene_record_in_family(
-        scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT), 0);
+        scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT), 0);
 }
 
 static void make_first_family_graphics_only(struct null_driver_config *config)
@@ -74,7 +75,7 @@ static void make_first_family_graphics_only(struct null_driver_config *config)
 static void record_with_graphics_only(struct scene *scene)
 {
     scene_record_in_family(
-        scene, world_find_family(scene->world, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT), 0);
+        scene, fixture_find_family(scene->fixture, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT), 0);
 }
 
 static const struct setup graphics_only_family = {.configure = make_first_family_graphics_only};
@@ -86,15 +87,16 @@ static const struct setup with_protected = {.enable = ENABLE_PROTECTED};
 static void record_protected(struct scene *scene)
 {
     scene_record_in_family(
-        scene, world_find_family(scene->world, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
+        scene,
+        fixture_find_family(scene->fixture, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
         VK_COMMAND_POOL_CREATE_PROTECTED_BIT);
 }
 
 static void record_unprotected_in_protected_family(struct scene *scene)
 {
     scene_record_in_family(
-        scene, world_find_family(scene->world, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
-        0);
+        scene,
+        fixture_find_family(scene->fixture, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0), 0);
 }
 
 /* ---- video ---- */
@@ -142,7 +144,7 @@ static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family
         .maxActiveReferencePictures = 1,
         .pStdHeaderVersion = &header,
     };
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     VkVideoSessionKHR session;
 
     expect_success(scene->vk->CreateVideoSessionKHR(device, &create_info, NULL, &session),
@@ -153,8 +155,8 @@ static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family
 
 static void begin_video_coding(struct scene *scene)
 {
-    const uint32_t family =
-        world_find_family(scene->world, VK_QUEUE_VIDEO_DECODE_BIT_KHR | VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(
+        scene->fixture, VK_QUEUE_VIDEO_DECODE_BIT_KHR | VK_QUEUE_COMPUTE_BIT, 0);
     scene_record_in_family(scene, family, 0);
     if (scene->skip != NULL)
         return;

@@ -107,7 +107,7 @@ static void add_dense_off_the_page(struct scene *scene)
 static void build_then_update(struct scene *scene)
 {
     scene_build_before(scene, DENSE, 1);
-    messages_clear(&scene->world->messages);
+    messages_clear(&scene->fixture->messages);
     scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
 }

@@ -138,7 +138,7 @@ static void rebuild_on_device(struct scene *scene)
 {
     use_instances(scene);
     const uint32_t build = build_blas(scene, ALLOW_DISABLING);
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                       .commandBufferCount = 1,
@@ -149,13 +149,13 @@ static void rebuild_on_device(struct scene *scene)
     scene_begin(scene, command_buffer, 0);
     record_on_device(scene, build, command_buffer);
     scene_end(scene, command_buffer);
-    scene->vk->GetDeviceQueue(scene->world->device, family, 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
     expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
 }
 
 static void wait_for_the_device(struct scene *scene)
 {
-    expect_success(scene->vk->DeviceWaitIdle(scene->world->device), "vkDeviceWaitIdle");
+    expect_success(scene->vk->DeviceWaitIdle(scene->fixture->device), "vkDeviceWaitIdle");
 }
 
 static void use_what_the_device_has_built(struct scene *scene)

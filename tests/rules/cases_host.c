@@ -9,7 +9,7 @@
 static void call_on_a_queue(struct scene *scene)
 {
     VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->world->device, 0, 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device, 0, 0, &queue);
     scene->device = (VkDevice)queue;
 }
 
@@ -33,7 +33,7 @@ static void call_on_zeros(struct scene *scene)
 static VkDeferredOperationKHR create_operation(struct scene *scene)
 {
     VkDeferredOperationKHR operation;
-    expect_success(scene->vk->CreateDeferredOperationKHR(scene->world->device, NULL, &operation),
+    expect_success(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation),
                    "vkCreateDeferredOperationKHR");
     return operation;
 }
@@ -54,13 +54,14 @@ static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t hand
 static void defer(struct scene *scene)
 {
     scene->deferred_operation = create_operation(scene);
-    scene_defer(scene, scene->world->device, (uint64_t)scene->deferred_operation, join_and_destroy);
+    scene_defer(scene, scene->fixture->device, (uint64_t)scene->deferred_operation,
+                join_and_destroy);
 }
 
 static void defer_to_a_destroyed_operation(struct scene *scene)
 {
     scene->deferred_operation = create_operation(scene);
-    destroy_operation(scene, scene->world->device, (uint64_t)scene->deferred_operation);
+    destroy_operation(scene, scene->fixture->device, (uint64_t)scene->deferred_operation);
 }
 
 static void destroy_operation_of_other_device(struct scene *scene, VkDevice device, uint64_t handle)
@@ -72,7 +73,7 @@ static void defer_to_another_device(struct scene *scene)
 {
     scene_enter_other_device(scene);
     scene->deferred_operation = create_operation(scene);
-    scene_defer(scene, scene->world->device, (uint64_t)scene->deferred_operation,
+    scene_defer(scene, scene->fixture->device, (uint64_t)scene->deferred_operation,
                 destroy_operation_of_other_device);
     scene_leave_other_device(scene);
 }
@@ -81,7 +82,7 @@ static void defer_to_another_device(struct scene *scene)
 static void defer_twice(struct scene *scene)
 {
     defer(scene);
-    scene->vk->BuildAccelerationStructuresKHR(scene->world->device, scene->deferred_operation, 1,
+    scene->vk->BuildAccelerationStructuresKHR(scene->fixture->device, scene->deferred_operation, 1,
                                               &scene->infos[INDEXED],
                                               &scene->range_pointers[INDEXED]);
 }
@@ -89,7 +90,7 @@ static void defer_twice(struct scene *scene)
 static void defer_again(struct scene *scene)
 {
     defer_twice(scene);
-    while (scene->vk->DeferredOperationJoinKHR(scene->world->device, scene->deferred_operation) ==
+    while (scene->vk->DeferredOperationJoinKHR(scene->fixture->device, scene->deferred_operation) ==
            VK_THREAD_IDLE_KHR)
         continue;
 }
@@ -105,7 +106,7 @@ static VkAccelerationStructureKHR accel_in(struct scene *scene, const struct tes
 /* What the host could not have built itself is deserialized on the device. */
 static void update_from(struct scene *scene, VkAccelerationStructureKHR src)
 {
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const VkCopyMemoryToAccelerationStructureInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,

@@ -146,7 +146,7 @@ static void unmap_shared_scratch(struct scene *scene)
     const struct test_buffer buffer = place_buffer(scene);
     place_dst(scene, INDEXED, &buffer, 0);
     place_scratch(scene, INDEXED, &buffer, 0);
-    scene->vk->UnmapMemory(scene->world->device, buffer.memory);
+    scene->vk->UnmapMemory(scene->fixture->device, buffer.memory);
 }
 
 static const struct test_case cases[] = {

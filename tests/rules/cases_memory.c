@@ -121,7 +121,7 @@ static void bind_both(struct scene *scene, VkDeviceSize second_offset)
                                             .memory = memory.handle,
                                             .memoryOffset = i == 0 ? 0 : second_offset};
     }
-    expect_success(scene->vk->BindBufferMemory2(scene->world->device, 2, infos),
+    expect_success(scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos),
                    "vkBindBufferMemory2");
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);
@@ -150,9 +150,9 @@ static void fail_to_bind_both(struct scene *scene)
                                             .buffer = buffers[i].handle,
                                             .memory = memory.handle};
     }
-    scene->world->platform->null_driver.fail_next("vkBindBufferMemory2",
-                                                  VK_ERROR_OUT_OF_DEVICE_MEMORY);
-    scene->vk->BindBufferMemory2(scene->world->device, 2, infos);
+    scene->fixture->platform->null_driver.fail_next("vkBindBufferMemory2",
+                                                    VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos);
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);
 }
@@ -180,7 +180,7 @@ static void use_instances(struct scene *scene, const uint32_t first[2], const ui
                                              .pNext = &group,
                                              .buffer = buffers[i].handle,
                                              .memory = memory.handle};
-        expect_success(scene->vk->BindBufferMemory2(scene->world->device, 1, &info),
+        expect_success(scene->vk->BindBufferMemory2(scene->fixture->device, 1, &info),
                        "vkBindBufferMemory2");
     }
     place_dst(scene, INDEXED, &buffers[0], 0);

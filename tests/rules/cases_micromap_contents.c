@@ -95,7 +95,7 @@ BUILT_BY_HOST(build_lossy_micromap, format_2_state)
 static void unmap_what_is_wrong(struct scene *scene)
 {
     level_4_beyond_any_in_build_micromap(scene);
-    scene->vk->UnmapMemory(scene->world->device, scene->micromaps.triangle_memory);
+    scene->vk->UnmapMemory(scene->fixture->device, scene->micromaps.triangle_memory);
 }
 
 /* ---- INDEXED, whose 2 triangles use a micromap of 4 by indices from this offset on ---- */

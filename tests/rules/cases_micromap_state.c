@@ -17,7 +17,7 @@ static const struct setup at_level_execution_ext = {.enable = ENABLE_OPACITY_MIC
 static void submit(struct scene *scene)
 {
     scene_end(scene, scene->command_buffer);
-    scene_submit(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0),
+    scene_submit(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0),
                  scene->command_buffer);
 }
 
@@ -84,7 +84,7 @@ static void submit_and_destroy(struct scene *scene)
 static void submit_before(struct scene *scene, VkAccelerationStructureTypeKHR type)
 {
     const VkCommandBuffer command_buffer = scene->command_buffer;
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     scene_record_in_family(scene, family, 0);
     if (type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
         use_built(scene);
@@ -148,7 +148,7 @@ static void use_built_by_host_ext(struct scene *scene)
 {
     scene_use_micromap_ext(scene);
     const VkMicromapBuildInfoEXT info = build_info(scene);
-    expect_success(scene->vk->BuildMicromapsEXT(scene->world->device, VK_NULL_HANDLE, 1, &info),
+    expect_success(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info),
                    "vkBuildMicromapsEXT");
 }
 

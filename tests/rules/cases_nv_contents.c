@@ -49,7 +49,7 @@ static VkAccelerationStructureInstanceKHR *instance_at(struct scene *scene, uint
 static uint64_t reference_of(struct scene *scene, VkAccelerationStructureNV accel)
 {
     uint64_t reference = 0;
-    expect_success(scene->vk->GetAccelerationStructureHandleNV(scene->world->device, accel,
+    expect_success(scene->vk->GetAccelerationStructureHandleNV(scene->fixture->device, accel,
                                                                sizeof(reference), &reference),
                    "vkGetAccelerationStructureHandleNV");
     return reference;

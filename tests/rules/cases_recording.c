@@ -4,7 +4,7 @@
 
 static uint32_t compute_family(const struct scene *scene)
 {
-    return world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT, 0);
+    return fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT, 0);
 }
 
 /* ---- states ---- */
@@ -48,7 +48,7 @@ static VkCommandPool record_in_new_pool(struct scene *scene)
 static void reset_pool(struct scene *scene)
 {
     const VkCommandPool pool = record_in_new_pool(scene);
-    expect_success(scene->vk->ResetCommandPool(scene->world->device, pool, 0),
+    expect_success(scene->vk->ResetCommandPool(scene->fixture->device, pool, 0),
                    "vkResetCommandPool");
 }
 
@@ -120,7 +120,7 @@ static void end_render_pass2(struct scene *scene)
 {
     const VkSubpassEndInfo end_info = {.sType = VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
     begin_render_pass2(scene);
-    if (scene->world->setup.route == ROUTE_KHR)
+    if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdEndRenderPass2KHR(scene->command_buffer, &end_info);
     else
         scene->vk->CmdEndRenderPass2(scene->command_buffer, &end_info);

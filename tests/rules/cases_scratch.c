@@ -4,7 +4,7 @@
 
 static uint64_t alignment_of(const struct scene *scene)
 {
-    return scene->world->limits.minAccelerationStructureScratchOffsetAlignment;
+    return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
 }
 
 /* Scratch of a build in a buffer with room before and behind it. */

@@ -74,7 +74,7 @@ static void update_deserialized(struct scene *scene)
             .dst = accel,
             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
         };
-        scene->vk->CopyMemoryToAccelerationStructureKHR(scene->world->device, VK_NULL_HANDLE,
+        scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                         &info);
     } else {
         const VkCopyMemoryToAccelerationStructureInfoKHR info = {
@@ -102,7 +102,7 @@ static void update_compacted(struct scene *scene)
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
     };
     if (scene->command == COMMAND_HOST)
-        scene->vk->CopyAccelerationStructureKHR(scene->world->device, VK_NULL_HANDLE, &info);
+        scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info);
     else
         scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
     scene->infos[REFIT].srcAccelerationStructure = info.dst;
@@ -124,7 +124,7 @@ static void use_generic_types(struct scene *scene)
 /* Records an update in a command buffer of its own and submits it twice. */
 static void submit_update_twice(struct scene *scene)
 {
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer update = scene_command_buffer(scene, family);
 
     scene_end(scene, scene->command_buffer);
@@ -245,7 +245,7 @@ static void read_from_replayed_address(struct scene *scene)
         .usage = INPUT_USAGE,
     };
     VkBuffer buffer;
-    if (scene->vk->CreateBuffer(scene->world->device, &info, NULL, &buffer) == VK_SUCCESS)
+    if (scene->vk->CreateBuffer(scene->fixture->device, &info, NULL, &buffer) == VK_SUCCESS)
         scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;
 }
 

@@ -233,7 +233,7 @@ static void update_from_unbound_page(struct scene *scene)
     info.dst = scene->infos[UPDATE].srcAccelerationStructure;
     if (scene->command == COMMAND_HOST)
         expect_success(
-            scene->vk->CopyAccelerationStructureKHR(scene->world->device, VK_NULL_HANDLE, &info),
+            scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info),
             "vkCopyAccelerationStructureKHR");
     else
         scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);

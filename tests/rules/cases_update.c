@@ -131,7 +131,7 @@ static void update_compacted_copy(struct scene *scene)
     };
     if (scene->command == COMMAND_HOST)
         expect_success(
-            scene->vk->CopyAccelerationStructureKHR(scene->world->device, VK_NULL_HANDLE, &info),
+            scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info),
             "vkCopyAccelerationStructureKHR");
     else
         scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);

@@ -51,16 +51,16 @@ static void add_extension(struct features *features, const char *name)
 }
 
 /* What extensions depend on, and backend cpu does without. */
-static bool is_needed(const struct world *world, const char *extension)
+static bool is_needed(const struct fixture *fixture, const char *extension)
 {
-    return !world->platform->is_cpu ||
+    return !fixture->platform->is_cpu ||
            (strcmp(extension, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME) != 0 &&
             strcmp(extension, VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME) != 0);
 }
 
-static void list_extensions(struct features *features, const struct world *world)
+static void list_extensions(struct features *features, const struct fixture *fixture)
 {
-    const struct setup *setup = &world->setup;
+    const struct setup *setup = &fixture->setup;
     features->extension_count = 0;
     add_extension(features, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     add_extension(features, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
@@ -74,7 +74,7 @@ static void list_extensions(struct features *features, const struct world *world
         add_extension(features, extensions_of_1_1[i]);
     for (size_t i = 0; i < sizeof(extensions_of_setup) / sizeof(*extensions_of_setup); i++)
         if ((setup->enable & extensions_of_setup[i].enable) != 0 &&
-            is_needed(world, extensions_of_setup[i].extension))
+            is_needed(fixture, extensions_of_setup[i].extension))
             add_extension(features, extensions_of_setup[i].extension);
 }
 
@@ -166,14 +166,14 @@ static void chain_of_setup(struct features *features, const struct setup *setup,
     }
 }
 
-void features_fill(struct features *features, const struct world *world,
+void features_fill(struct features *features, const struct fixture *fixture,
                    VkDeviceCreateInfo *create_info)
 {
-    const struct setup *setup = &world->setup;
+    const struct setup *setup = &fixture->setup;
     const void **head = &create_info->pNext;
 
     memset(features, 0, sizeof(*features));
-    list_extensions(features, world);
+    list_extensions(features, fixture);
     create_info->enabledExtensionCount = features->extension_count;
     create_info->ppEnabledExtensionNames = features->extensions;
 
@@ -183,9 +183,9 @@ void features_fill(struct features *features, const struct world *world,
     chain(head, as, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
     as->accelerationStructure = (setup->disable & DISABLE_ACCELERATION_STRUCTURE) == 0;
     as->accelerationStructureIndirectBuild =
-        world->has_indirect && (setup->disable & DISABLE_INDIRECT_BUILD) == 0;
+        fixture->has_indirect && (setup->disable & DISABLE_INDIRECT_BUILD) == 0;
     as->accelerationStructureHostCommands =
-        world->has_host && (setup->disable & DISABLE_HOST_COMMANDS) == 0;
+        fixture->has_host && (setup->disable & DISABLE_HOST_COMMANDS) == 0;
 
     VkPhysicalDeviceFeatures *core = &features->core.features;
     if ((setup->enable & ENABLE_SPARSE) != 0)
@@ -204,17 +204,17 @@ static bool has_extension(const VkExtensionProperties *offered, uint32_t count, 
     return false;
 }
 
-static const char *core_missing(const struct world *world)
+static const char *core_missing(const struct fixture *fixture)
 {
     VkPhysicalDeviceProtectedMemoryFeatures protected_memory = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_FEATURES};
     VkPhysicalDeviceFeatures2 core = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                       .pNext = &protected_memory};
     VkPhysicalDeviceProperties properties;
-    const uint32_t enable = world->setup.enable;
+    const uint32_t enable = fixture->setup.enable;
 
-    world->vki.GetPhysicalDeviceFeatures2(world->physical_device, &core);
-    world->vki.GetPhysicalDeviceProperties(world->physical_device, &properties);
+    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &core);
+    fixture->vki.GetPhysicalDeviceProperties(fixture->physical_device, &properties);
     if ((enable & ENABLE_PROTECTED) != 0 && !protected_memory.protectedMemory)
         return "no protected memory";
     if ((enable & ENABLE_SPARSE) != 0 && !core.features.sparseResidencyAliased)
@@ -223,28 +223,29 @@ static const char *core_missing(const struct world *world)
         return "no Vulkan 1.4";
     if ((enable & ENABLE_GROUP) != 0) {
         uint32_t count = 0;
-        world->vki.EnumeratePhysicalDevices(world->instance, &count, NULL);
+        fixture->vki.EnumeratePhysicalDevices(fixture->instance, &count, NULL);
         if (count < 2)
             return "no group of two physical devices";
     }
     return NULL;
 }
 
-const char *features_missing(const struct world *world)
+const char *features_missing(const struct fixture *fixture)
 {
     struct features wanted;
-    const char *missing = core_missing(world);
+    const char *missing = core_missing(fixture);
     uint32_t count = 0;
     VkExtensionProperties *offered;
 
     if (missing != NULL)
         return missing;
-    list_extensions(&wanted, world);
-    world->vki.EnumerateDeviceExtensionProperties(world->physical_device, NULL, &count, NULL);
+    list_extensions(&wanted, fixture);
+    fixture->vki.EnumerateDeviceExtensionProperties(fixture->physical_device, NULL, &count, NULL);
     offered = calloc(count + 1, sizeof(*offered));
     if (offered == NULL)
         abort();
-    world->vki.EnumerateDeviceExtensionProperties(world->physical_device, NULL, &count, offered);
+    fixture->vki.EnumerateDeviceExtensionProperties(fixture->physical_device, NULL, &count,
+                                                    offered);
     for (uint32_t i = 0; missing == NULL && i < wanted.extension_count; i++)
         if (!has_extension(offered, count, wanted.extensions[i]))
             missing = wanted.extensions[i];

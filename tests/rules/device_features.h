@@ -3,7 +3,7 @@
 #ifndef RULES_DEVICE_FEATURES_H
 #define RULES_DEVICE_FEATURES_H
 
-#include "world.h"
+#include "tests/rules/fixture.h"
 
 enum { FEATURES_EXTENSIONS = 24 };
 
@@ -31,11 +31,11 @@ struct features {
 };
 
 /* Chains everything to `create_info`; `features` has to outlive its use. */
-void features_fill(struct features *features, const struct world *world,
+void features_fill(struct features *features, const struct fixture *fixture,
                    VkDeviceCreateInfo *create_info);
 
 /* NULL, or which extension or feature of the setup the physical device lacks. */
-const char *features_missing(const struct world *world);
+const char *features_missing(const struct fixture *fixture);
 
 /* What the null driver must be told to offer the setup. */
 void features_configure(struct null_driver_config *config, const struct setup *setup);

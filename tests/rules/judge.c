@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What programs that play cases have in common: worlds, mutations, and what is expected of
+/* What programs that play cases have in common: fixtures, mutations, and what is expected of
  * messages. */
 #include "judge.h"
 
@@ -37,7 +37,7 @@ void judge_say(struct report *report, const char *format, ...)
     va_end(arguments);
 }
 
-/* ---- worlds ---- */
+/* ---- fixtures ---- */
 
 static bool is_same_setup(const struct setup *a, const struct setup *b)
 {
@@ -49,29 +49,29 @@ static bool is_same_setup(const struct setup *a, const struct setup *b)
 }
 
 /* NULL, or why there is no such world here. */
-const char *judge_enter_world(const struct play *play, struct world *world,
-                              const struct setup *setup)
+const char *judge_enter_fixture(const struct play *play, struct fixture *fixture,
+                                const struct setup *setup)
 {
     struct setup wanted = *setup;
     if (play->level != NULL)
         wanted.level = play->level;
     if (play->command == COMMAND_NV)
         wanted.enable |= ENABLE_RAY_TRACING_NV;
-    if (world->device != VK_NULL_HANDLE && is_same_setup(&world->setup, &wanted))
+    if (fixture->device != VK_NULL_HANDLE && is_same_setup(&fixture->setup, &wanted))
         return NULL;
-    world_close(world);
-    return world_open(world, play->platform, &wanted);
+    fixture_close(fixture);
+    return fixture_open(fixture, play->platform, &wanted);
 }
 
-const char *judge_cannot_play(const struct play *play, const struct world *world)
+const char *judge_cannot_play(const struct play *play, const struct fixture *fixture)
 {
     if (play->test_case->needs_null_driver && !play->platform->is_null)
         return "needs the null driver";
     if (play->test_case->spares_drivers && !play->platform->is_null && !play->platform->is_cpu)
         return "needs the null driver or backend cpu";
-    if (play->command == COMMAND_INDIRECT && !world->has_indirect)
+    if (play->command == COMMAND_INDIRECT && !fixture->has_indirect)
         return "no accelerationStructureIndirectBuild";
-    if (play->command == COMMAND_HOST && !world->has_host)
+    if (play->command == COMMAND_HOST && !fixture->has_host)
         return "no accelerationStructureHostCommands";
     return NULL;
 }
@@ -91,11 +91,11 @@ void judge_apply(struct scene *scene, const struct edit *edits)
 
 /* ---- messages ---- */
 
-void judge_say_messages(const struct world *world, struct report *report)
+void judge_say_messages(const struct fixture *fixture, struct report *report)
 {
-    for (uint32_t i = 0; i < messages_kept(&world->messages) && i < 12; i++)
-        judge_say(report, "    got %s\n        %.400s\n", world->messages.items[i].id,
-                  world->messages.items[i].text);
+    for (uint32_t i = 0; i < messages_kept(&fixture->messages) && i < 12; i++)
+        judge_say(report, "    got %s\n        %.400s\n", fixture->messages.items[i].id,
+                  fixture->messages.items[i].text);
 }
 
 static bool needs_execution(const struct test_case *test_case)
@@ -143,7 +143,7 @@ static const char *spell_path(const struct play *play, char *buffer, size_t size
     return buffer;
 }
 
-bool judge_messages(const struct play *play, const struct world *world, struct report *report)
+bool judge_messages(const struct play *play, const struct fixture *fixture, struct report *report)
 {
     const struct test_case *test_case = play->test_case;
     char buffer[256];
@@ -156,29 +156,29 @@ bool judge_messages(const struct play *play, const struct world *world, struct r
         const char *id = rule_id(rule, play->command);
         if (!judge_expects(play, rule))
             continue;
-        const uint32_t count = messages_count(&world->messages, id, NULL);
+        const uint32_t count = messages_count(&fixture->messages, id, NULL);
         expected += count;
         if (count == 0 || (i == 0 && test_case->count != 0 && count != test_case->count)) {
             judge_say(report, "mutation: %u of %s (%s)\n", count, id, rule_infos[rule].name);
             good = false;
-        } else if (path != NULL && messages_count(&world->messages, id, path) == 0) {
+        } else if (path != NULL && messages_count(&fixture->messages, id, path) == 0) {
             judge_say(report, "mutation: no message names %s\n", path);
             good = false;
         }
     }
     if (judge_is_refused(play) && judge_expects(play, test_case->refusal->rule)) {
         const uint32_t count = messages_count(
-            &world->messages, rule_id(test_case->refusal->rule, play->command), NULL);
+            &fixture->messages, rule_id(test_case->refusal->rule, play->command), NULL);
         expected += count;
         good = good && count > 0;
     }
-    if (expected != world->messages.count) {
+    if (expected != fixture->messages.count) {
         judge_say(report, "mutation: %u messages with unexpected ids\n",
-                  world->messages.count - expected);
+                  fixture->messages.count - expected);
         good = false;
     }
     if (!good)
-        judge_say_messages(world, report);
+        judge_say_messages(fixture, report);
     return good;
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What programs that play cases have in common: worlds, mutations, and what is expected of
+/* What programs that play cases have in common: fixtures, mutations, and what is expected of
  * messages. */
 #ifndef RULES_JUDGE_H
 #define RULES_JUDGE_H
@@ -32,15 +32,15 @@ const char *rule_id(enum rule rule, enum build_command command);
 
 __attribute__((format(printf, 2, 3))) void judge_say(struct report *report, const char *format,
                                                      ...);
-void judge_say_messages(const struct world *world, struct report *report);
+void judge_say_messages(const struct fixture *fixture, struct report *report);
 
 /* The default one for NULL. */
 const struct setup *judge_setup(const struct setup *setup);
 /* Makes the world be as the setup asks. NULL, or why there is no such world here. */
-const char *judge_enter_world(const struct play *play, struct world *world,
-                              const struct setup *setup);
+const char *judge_enter_fixture(const struct play *play, struct fixture *fixture,
+                                const struct setup *setup);
 /* NULL, or what the world lacks for the case. */
-const char *judge_cannot_play(const struct play *play, const struct world *world);
+const char *judge_cannot_play(const struct play *play, const struct fixture *fixture);
 
 void judge_apply(struct scene *scene, const struct edit *edits);
 
@@ -52,6 +52,6 @@ bool judge_is_refused(const struct play *play);
 bool judge_expects(const struct play *play, enum rule rule);
 
 /* Whether the world's messages are those that the case's mutation is to bring about. */
-bool judge_messages(const struct play *play, const struct world *world, struct report *report);
+bool judge_messages(const struct play *play, const struct fixture *fixture, struct report *report);
 
 #endif

@@ -64,7 +64,7 @@ enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 struct run {
     struct platform platform;
     struct tally tally;
-    struct world world;
+    struct fixture fixture;
     struct report report;
     bool fired[MESSAGE_ID_COUNT];
 };
@@ -208,7 +208,7 @@ static void play_one(struct run *run, const struct case_list *list, const struct
     }
     if (run->tally.verbose)
         printf("[ RUN      ] %s\n", current_name);
-    play_case(play, &run->world, &run->report);
+    play_case(play, &run->fixture, &run->report);
     write_results(run, play);
     tell(run);
 }
@@ -349,13 +349,13 @@ int main(int argc, char **argv)
         return 77;
     }
     catch_crashes();
-    run.world.misaligns = run.tally.misaligns;
+    run.fixture.misaligns = run.tally.misaligns;
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_known);
-    world_close(&run.world);
+    fixture_close(&run.fixture);
     if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
         check_every_rule_has_a_case(&run);
     return tally_close(&run.tally);

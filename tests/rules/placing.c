@@ -28,7 +28,7 @@ VkDeviceSize place_within(VkDeviceSize size)
 
 static VkDeviceSize scratch_alignment(const struct scene *scene)
 {
-    return scene->world->limits.minAccelerationStructureScratchOffsetAlignment;
+    return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
 }
 
 VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size)
@@ -85,7 +85,7 @@ static void grow_input(struct scene *scene, uint32_t build)
 
 void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
 {
-    if (scene->command == COMMAND_HOST && scene->world->platform->is_cpu)
+    if (scene->command == COMMAND_HOST && scene->fixture->platform->is_cpu)
         scene_skip(scene, "its input isn't there, and the backend reads it");
     while (place_size(scene, build) <= size)
         scene->ranges[build][0].primitiveCount *= 2;
@@ -106,7 +106,7 @@ static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
 static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags with,
                                    VkMemoryPropertyFlags without, uint32_t device_mask)
 {
-    const VkPhysicalDeviceMemoryProperties *types = &scene->world->memory;
+    const VkPhysicalDeviceMemoryProperties *types = &scene->fixture->memory;
     const VkMemoryAllocateFlagsInfo flags = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
         .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
@@ -124,9 +124,9 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
         scene_skip(scene, "no memory type of the wanted kind");
         return memory;
     }
-    expect_success(scene->vk->AllocateMemory(scene->world->device, &info, NULL, &memory.handle),
+    expect_success(scene->vk->AllocateMemory(scene->fixture->device, &info, NULL, &memory.handle),
                    "vkAllocateMemory");
-    scene_defer(scene, scene->world->device, (uint64_t)memory.handle, free_memory);
+    scene_defer(scene, scene->fixture->device, (uint64_t)memory.handle, free_memory);
     return memory;
 }
 
@@ -166,8 +166,8 @@ VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t 
     };
     VkAccelerationStructureKHR accel;
     expect_success(
-        scene->vk->CreateAccelerationStructure2KHR(scene->world->device, &info, NULL, &accel),
+        scene->vk->CreateAccelerationStructure2KHR(scene->fixture->device, &info, NULL, &accel),
         "vkCreateAccelerationStructure2KHR");
-    scene_defer(scene, scene->world->device, (uint64_t)accel, destroy_accel);
+    scene_defer(scene, scene->fixture->device, (uint64_t)accel, destroy_accel);
     return accel;
 }

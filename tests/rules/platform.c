@@ -30,8 +30,8 @@ static const char *lavapipe_find(void)
     return reason;
 }
 
-/* A driver may not bear to be loaded and unloaded as often as worlds open and close (NVIDIA's fails
- * after some twenty times), so one instance holds it for as long as the program lives. */
+/* A driver may not bear to be loaded and unloaded as often as fixtures open and close (NVIDIA's
+ * fails after some twenty times), so one instance holds it for as long as the program lives. */
 static void hold_driver(const struct platform *platform)
 {
     static VkInstance instance;

@@ -51,14 +51,14 @@ static bool check_result(const struct play *play, const struct call *call, VkRes
 }
 
 /* Submits what was recorded without a word; a callback has it skipped where it breaks rules. */
-static bool submit(struct world *world, struct scene *scene, const struct call *call,
+static bool submit(struct fixture *fixture, struct scene *scene, const struct call *call,
                    struct report *report)
 {
-    if (world->messages.count != 0) {
+    if (fixture->messages.count != 0) {
         judge_say(report, "%s: messages before the submission\n", call->what);
         return false;
     }
-    world->messages.answer = call->breaks ? VK_TRUE : VK_FALSE;
+    fixture->messages.answer = call->breaks ? VK_TRUE : VK_FALSE;
     const VkResult result = scene_submit_call(scene);
     if (result == (call->breaks ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS))
         return true;
@@ -67,16 +67,16 @@ static bool submit(struct world *world, struct scene *scene, const struct call *
 }
 
 /* Makes one call; its messages are in the world afterwards. False where it cannot be judged. */
-static bool make_call(const struct play *play, struct world *world, const struct call *call,
+static bool make_call(const struct play *play, struct fixture *fixture, const struct call *call,
                       struct report *report)
 {
     const struct null_driver_api *driver = &play->platform->null_driver;
     const char *name = build_command_name(play->command);
     bool good = true;
 
-    messages_clear(&world->messages);
-    world->messages.answer = VK_FALSE;
-    struct scene *scene = scene_open(world, play->command);
+    messages_clear(&fixture->messages);
+    fixture->messages.answer = VK_FALSE;
+    struct scene *scene = scene_open(fixture, play->command);
     if (play->is_known && scene->skip == NULL)
         scene_become_known(scene);
     if (call->mutate != NULL)
@@ -88,36 +88,36 @@ static bool make_call(const struct play *play, struct world *world, const struct
         report->outcome = OUTCOME_SKIPPED;
         judge_say(report, "%s", scene->skip);
         good = false;
-    } else if (world->messages.count != 0) {
+    } else if (fixture->messages.count != 0) {
         judge_say(report, "%s: messages before the call\n", call->what);
     } else {
-        world->messages.answer = is_skipped(play, call) ? VK_TRUE : VK_FALSE;
+        fixture->messages.answer = is_skipped(play, call) ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         /* A call on a device that nobody knows can go nowhere, told or not. */
-        const bool can_fail = play->command == COMMAND_HOST && scene->device != world->device;
+        const bool can_fail = play->command == COMMAND_HOST && scene->device != fixture->device;
         const VkResult result = scene_call(scene);
         good = (can_fail && !call->breaks) || check_result(play, call, result, report);
         if (call->then != NULL)
             call->then(scene);
         if (is_submitted(play))
-            good = submit(world, scene, call, report) && good;
+            good = submit(fixture, scene, call, report) && good;
         if (reaches_driver && (!can_fail || call->breaks))
             good = check_forwarding(play, call, driver->calls(name) - before, report) && good;
-        world->messages.answer = VK_FALSE;
+        fixture->messages.answer = VK_FALSE;
     }
     scene_close(scene);
     return good;
 }
 
-static bool expect_silence(const struct play *play, struct world *world, const struct call *call,
-                           struct report *report)
+static bool expect_silence(const struct play *play, struct fixture *fixture,
+                           const struct call *call, struct report *report)
 {
-    const bool made = make_call(play, world, call, report);
-    if (report->outcome == OUTCOME_SKIPPED || world->messages.count == 0)
+    const bool made = make_call(play, fixture, call, report);
+    if (report->outcome == OUTCOME_SKIPPED || fixture->messages.count == 0)
         return made;
-    judge_say(report, "%s: %u messages instead of silence\n", call->what, world->messages.count);
-    judge_say_messages(world, report);
+    judge_say(report, "%s: %u messages instead of silence\n", call->what, fixture->messages.count);
+    judge_say_messages(fixture, report);
     return false;
 }
 
@@ -125,7 +125,7 @@ static bool expect_silence(const struct play *play, struct world *world, const s
 
 /* Where a case asks for level execution, its rules may be of a lower one: what that level knows is
  * what breaks them. */
-static bool play_mutation(const struct play *play, struct world *world, struct report *report)
+static bool play_mutation(const struct play *play, struct fixture *fixture, struct report *report)
 {
     const struct test_case *test_case = play->test_case;
     bool breaks = false;
@@ -142,14 +142,14 @@ static bool play_mutation(const struct play *play, struct world *world, struct r
                               test_case->silent && test_case->may_fail_on_cpu,
                               test_case->then};
     if (!breaks)
-        return expect_silence(play, world, &call, report);
-    const bool made = make_call(play, world, &call, report);
-    return report->outcome != OUTCOME_SKIPPED && judge_messages(play, world, report) && made;
+        return expect_silence(play, fixture, &call, report);
+    const bool made = make_call(play, fixture, &call, report);
+    return report->outcome != OUTCOME_SKIPPED && judge_messages(play, fixture, report) && made;
 }
 
 /* ---- the case ---- */
 
-static void play_twin(const struct play *play, struct world *world, struct report *report)
+static void play_twin(const struct play *play, struct fixture *fixture, struct report *report)
 {
     const struct test_case *test_case = play->test_case;
     const struct call base = {.what = "valid call"};
@@ -161,35 +161,35 @@ static void play_twin(const struct play *play, struct world *world, struct repor
 
     const bool has_twin = !judge_is_refused(play) && (twin.mutate != NULL || twin.edits != NULL);
 
-    report->stayed_silent = expect_silence(play, world, &base, report) &&
-                            (!has_twin || expect_silence(play, world, &twin, report));
+    report->stayed_silent = expect_silence(play, fixture, &base, report) &&
+                            (!has_twin || expect_silence(play, fixture, &twin, report));
 }
 
-void play_case(const struct play *play, struct world *world, struct report *report)
+void play_case(const struct play *play, struct fixture *fixture, struct report *report)
 {
     const struct test_case *test_case = play->test_case;
     const struct setup *setup = judge_setup(test_case->setup);
     const struct setup *twin_setup = test_case->twin_setup != NULL ? test_case->twin_setup : setup;
-    const char *missing = judge_enter_world(play, world, twin_setup);
+    const char *missing = judge_enter_fixture(play, fixture, twin_setup);
 
     *report = (struct report){.outcome = OUTCOME_FAILED};
     if (missing == NULL)
-        missing = judge_cannot_play(play, world);
+        missing = judge_cannot_play(play, fixture);
     if (missing == NULL && !play->is_mutation_alone) {
-        play_twin(play, world, report);
+        play_twin(play, fixture, report);
         if (report->outcome == OUTCOME_SKIPPED)
             return;
         if (!report->stayed_silent)
             judge_say(report, "(before the mutation)\n");
     }
     if (missing == NULL)
-        missing = judge_enter_world(play, world, setup);
+        missing = judge_enter_fixture(play, fixture, setup);
     if (missing != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         judge_say(report, "%s", missing);
         return;
     }
-    report->fired = play_mutation(play, world, report);
+    report->fired = play_mutation(play, fixture, report);
     if (report->outcome == OUTCOME_SKIPPED)
         return;
     if (report->fired && (report->stayed_silent || play->is_mutation_alone))

@@ -6,6 +6,6 @@
 #include "judge.h"
 
 /* `world` is reused from play to play; zero-initialized before the first, closed after the last. */
-void play_case(const struct play *play, struct world *world, struct report *report);
+void play_case(const struct play *play, struct fixture *fixture, struct report *report);
 
 #endif

@@ -25,7 +25,7 @@ uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR a
         .accelerationStructure = accel};
     return scene->command == COMMAND_HOST || accel == VK_NULL_HANDLE
                ? (uint64_t)accel
-               : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->world->device, &info);
+               : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
 }
 
 void scene_skip(struct scene *scene, const char *reason)
@@ -176,7 +176,7 @@ VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, 
     for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
         counts[i] = scene->ranges[build][i].primitiveCount;
     scene->vk->GetAccelerationStructureBuildSizesKHR(
-        scene->world->device,
+        scene->fixture->device,
         scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
                                        : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
         &scene->infos[build],
@@ -289,7 +289,7 @@ static bool can_build(const struct scene *scene)
     const uint32_t needed = scene->command == COMMAND_HOST
                                 ? DISABLE_ACCELERATION_STRUCTURE | DISABLE_HOST_COMMANDS
                                 : DISABLE_ACCELERATION_STRUCTURE;
-    return (scene->world->setup.disable & needed) == 0;
+    return (scene->fixture->setup.disable & needed) == 0;
 }
 
 static void become_updates(struct scene *scene)
@@ -304,25 +304,25 @@ static void become_updates(struct scene *scene)
     scene->infos[UPDATE].dstAccelerationStructure = scene_accel_for(scene, UPDATE);
 }
 
-struct scene *scene_open(struct world *world, enum build_command command)
+struct scene *scene_open(struct fixture *fixture, enum build_command command)
 {
     struct scene *scene = calloc(1, sizeof(*scene));
     if (scene == NULL)
         abort();
-    scene->world = world;
-    scene->vk = &world->vk;
+    scene->fixture = fixture;
+    scene->vk = &fixture->vk;
     scene->command = command;
-    scene->device = world->device;
+    scene->device = fixture->device;
 
     set_pointers(scene);
     make_inputs(scene);
     set_geometries(scene);
     set_builds(scene);
-    const uint32_t family = world_find_family(world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(fixture, VK_QUEUE_COMPUTE_BIT, 0);
     scene->command_buffer =
         scene_allocate_command_buffer(scene, scene_pool(scene, family, 0),
-                                      world->records_secondary ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
-                                                               : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+                                      fixture->records_secondary ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
+                                                                 : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     scene_begin(scene, scene->command_buffer, 0);
     if (can_build(scene))
         scene_build_before(scene, UPDATE, 2); /* what the updates start from */
@@ -353,7 +353,7 @@ static void call_indirect(struct scene *scene)
             scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
     }
     scene_inputs_stage(scene, scene->command_buffer);
-    if (scene->world->misaligns)
+    if (scene->fixture->misaligns)
         scene_misalign(scene);
     scene->vk->CmdBuildAccelerationStructuresIndirectKHR(
         scene->command_buffer, scene->info_count, scene->infos_argument,
@@ -363,7 +363,7 @@ static void call_indirect(struct scene *scene)
 
 VkResult scene_call(struct scene *scene)
 {
-    if (scene->world->misaligns && scene->command != COMMAND_INDIRECT)
+    if (scene->fixture->misaligns && scene->command != COMMAND_INDIRECT)
         scene_misalign(scene);
     switch (scene->command) {
     case COMMAND_DEVICE:

@@ -9,8 +9,8 @@
 
 #include "scene_inputs.h"
 #include "scene_micromap.h"
+#include "tests/rules/fixture.h"
 #include "vuid-tables/rules.h"
-#include "world.h"
 
 /* The builds of the call. */
 enum scene_build {
@@ -80,7 +80,7 @@ struct scene_nv {
 };
 
 struct scene {
-    struct world *world;
+    struct fixture *fixture;
     const VkuDeviceDispatchTable *vk;
     enum build_command command;
     const char *skip; /* set by scene_skip */
@@ -136,7 +136,7 @@ struct scene {
 
 /* ---- the whole (scene.c) ---- */
 
-struct scene *scene_open(struct world *world, enum build_command command);
+struct scene *scene_open(struct fixture *fixture, enum build_command command);
 void scene_close(struct scene *scene);
 
 /* Makes the call. VK_SUCCESS for the commands that return nothing. */

@@ -12,7 +12,7 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
     };
     if (scene->command == COMMAND_HOST) {
         expect_success(scene->vk->BuildAccelerationStructuresKHR(
-                           scene->world->device, VK_NULL_HANDLE, count, &scene->infos[first],
+                           scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
                            &scene->range_pointers[first]),
                        "vkBuildAccelerationStructuresKHR");
         return;
@@ -29,7 +29,7 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 void scene_become_known(struct scene *scene)
 {
     enum { TIMES = 2 }; /* once is what many structures are built */
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     for (int i = 0; i < TIMES; i++) {
         const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
         scene_begin(scene, command_buffer, 0);

@@ -26,7 +26,7 @@ VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCrea
         .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT | flags,
         .queueFamilyIndex = family,
     };
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     VkCommandPool pool;
 
     expect_success(scene->vk->CreateCommandPool(device, &create_info, NULL, &pool),
@@ -46,7 +46,7 @@ VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool
     };
     VkCommandBuffer command_buffer;
     expect_success(
-        scene->vk->AllocateCommandBuffers(scene->world->device, &allocate_info, &command_buffer),
+        scene->vk->AllocateCommandBuffers(scene->fixture->device, &allocate_info, &command_buffer),
         "vkAllocateCommandBuffers");
     return command_buffer;
 }
@@ -82,7 +82,7 @@ static VkResult try_submit(struct scene *scene, uint32_t family, VkCommandBuffer
                                       .commandBufferCount = 1,
                                       .pCommandBuffers = &command_buffer};
     VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->world->device, family, 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
     const VkResult result = scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE);
     expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
     return result;
@@ -96,7 +96,7 @@ void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_
 VkResult scene_submit_call(struct scene *scene)
 {
     scene_end(scene, scene->command_buffer);
-    return try_submit(scene, world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0),
+    return try_submit(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0),
                       scene->command_buffer);
 }
 
@@ -121,7 +121,7 @@ VkRenderPass scene_render_pass(struct scene *scene)
         .subpassCount = 1,
         .pSubpasses = &subpass,
     };
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     VkRenderPass render_pass;
 
     expect_success(scene->vk->CreateRenderPass(device, &create_info, NULL, &render_pass),
@@ -142,7 +142,7 @@ static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
         .height = 4,
         .layers = 1,
     };
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
     expect_success(
         scene->vk->CreateFramebuffer(device, &create_info, NULL, &begin_info.framebuffer),
@@ -162,7 +162,7 @@ void scene_begin_render_pass2(struct scene *scene, VkCommandBuffer command_buffe
     const VkRenderPassBeginInfo begin_info = begin_info_of(scene);
     const VkSubpassBeginInfo subpass = {.sType = VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO,
                                         .contents = VK_SUBPASS_CONTENTS_INLINE};
-    if (scene->world->setup.route == ROUTE_KHR)
+    if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdBeginRenderPass2KHR(command_buffer, &begin_info, &subpass);
     else
         scene->vk->CmdBeginRenderPass2(command_buffer, &begin_info, &subpass);
@@ -177,7 +177,7 @@ void scene_begin_rendering(struct scene *scene, VkCommandBuffer command_buffer,
         .renderArea.extent = {4, 4},
         .layerCount = 1,
     };
-    if (scene->world->setup.route == ROUTE_KHR)
+    if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdBeginRenderingKHR(command_buffer, &info);
     else
         scene->vk->CmdBeginRendering(command_buffer, &info);
@@ -185,7 +185,7 @@ void scene_begin_rendering(struct scene *scene, VkCommandBuffer command_buffer,
 
 void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
 {
-    if (scene->world->setup.route == ROUTE_KHR)
+    if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdEndRenderingKHR(command_buffer);
     else
         scene->vk->CmdEndRendering(command_buffer);

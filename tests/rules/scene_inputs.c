@@ -9,7 +9,7 @@
 
 static enum input_route route_of(const struct scene *scene)
 {
-    return scene->command == COMMAND_HOST ? INPUTS_IN_PLACE : scene->world->inputs;
+    return scene->command == COMMAND_HOST ? INPUTS_IN_PLACE : scene->fixture->inputs;
 }
 
 /* ---- buffers ---- */
@@ -26,7 +26,7 @@ static uint8_t *allocate_bytes(struct scene *scene, VkDeviceSize size)
     uint8_t *bytes = calloc(size, 1);
     if (bytes == NULL)
         abort();
-    scene_defer(scene, scene->world->device, (uint64_t)(uintptr_t)bytes, free_bytes);
+    scene_defer(scene, scene->fixture->device, (uint64_t)(uintptr_t)bytes, free_bytes);
     return bytes;
 }
 
@@ -35,7 +35,7 @@ static struct test_buffer shared_buffer(struct scene *scene, VkDeviceSize size,
                                         VkBufferUsageFlags usage)
 {
     static const uint32_t families[] = {0, 1};
-    const bool is_shared = scene->world->uses_two_queues;
+    const bool is_shared = scene->fixture->uses_two_queues;
     const VkBufferCreateInfo create_info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size,
@@ -138,7 +138,7 @@ static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t han
 static VkSemaphore create_semaphore(struct scene *scene)
 {
     const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     struct scene_inputs *inputs = &scene->inputs;
     VkSemaphore semaphore;
 
@@ -153,14 +153,14 @@ static VkSemaphore create_semaphore(struct scene *scene)
 
 static uint32_t family_of_builds(const struct scene *scene)
 {
-    return world_find_family(scene->world, VK_QUEUE_COMPUTE_BIT, 0);
+    return fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
 }
 
 /* To the other queue, which only a semaphore orders; or to the same, and waits. */
 static void submit_before(struct scene *scene, VkCommandBuffer command_buffer)
 {
     scene_end(scene, command_buffer);
-    if (!scene->world->uses_two_queues) {
+    if (!scene->fixture->uses_two_queues) {
         scene_submit(scene, family_of_builds(scene), command_buffer);
         return;
     }
@@ -171,13 +171,13 @@ static void submit_before(struct scene *scene, VkCommandBuffer command_buffer)
                                       .signalSemaphoreCount = 1,
                                       .pSignalSemaphores = &semaphore};
     VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->world->device, 1, 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device, 1, 0, &queue);
     expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
 }
 
 static VkCommandBuffer begin_own(struct scene *scene)
 {
-    const uint32_t family = scene->world->uses_two_queues ? 1 : family_of_builds(scene);
+    const uint32_t family = scene->fixture->uses_two_queues ? 1 : family_of_builds(scene);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     scene_begin(scene, command_buffer, 0);
     return command_buffer;
@@ -195,7 +195,7 @@ void scene_inputs_upload(struct scene *scene)
 static bool is_in_the_calls_own(const struct scene *scene)
 {
     const enum input_route route = route_of(scene);
-    return !scene->world->uses_two_queues && (route == INPUTS_IN_PLACE || route == INPUTS_INLINE);
+    return !scene->fixture->uses_two_queues && (route == INPUTS_IN_PLACE || route == INPUTS_INLINE);
 }
 
 VkCommandBuffer scene_begin_before(struct scene *scene)

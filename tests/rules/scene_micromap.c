@@ -139,7 +139,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
         .size = buffer.size,
         .type = type,
     };
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     VkMicromapEXT micromap;
 
     expect_success(scene->vk->CreateMicromapEXT(device, &create_info, NULL, &micromap),
@@ -190,7 +190,7 @@ static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
         .triangleArray.hostAddress = &triangle,
         .triangleArrayStride = sizeof(triangle),
     };
-    expect_success(scene->vk->BuildMicromapsEXT(scene->world->device, VK_NULL_HANDLE, 1, &info),
+    expect_success(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info),
                    "vkBuildMicromapsEXT");
 }
 

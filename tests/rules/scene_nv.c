@@ -22,7 +22,7 @@ VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
         .accelerationStructure = accel,
     };
     VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
-    scene->vk->GetAccelerationStructureMemoryRequirementsNV(scene->world->device, &info,
+    scene->vk->GetAccelerationStructureMemoryRequirementsNV(scene->fixture->device, &info,
                                                             &requirements);
     return requirements.memoryRequirements;
 }
@@ -31,7 +31,7 @@ VkAccelerationStructureNV scene_nv_create(struct scene *scene)
 {
     const VkAccelerationStructureCreateInfoNV create_info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene->nv.info};
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     VkAccelerationStructureNV accel;
 
     expect_success(scene->vk->CreateAccelerationStructureNV(device, &create_info, NULL, &accel),
@@ -59,7 +59,7 @@ void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDevic
         .memoryOffset = offset,
     };
     expect_success(
-        scene->vk->BindAccelerationStructureMemoryNV(scene->world->device, 1, &bind_info),
+        scene->vk->BindAccelerationStructureMemoryNV(scene->fixture->device, 1, &bind_info),
         "vkBindAccelerationStructureMemoryNV");
 }
 

@@ -63,7 +63,7 @@ static void destroy_other_device(struct scene *scene, VkDevice device, uint64_t 
 
 static uint32_t find_memory_type(const struct scene *scene, VkMemoryPropertyFlags properties)
 {
-    const VkPhysicalDeviceMemoryProperties *memory = &scene->world->memory;
+    const VkPhysicalDeviceMemoryProperties *memory = &scene->fixture->memory;
     for (uint32_t i = 0; i < memory->memoryTypeCount; i++)
         if ((memory->memoryTypes[i].propertyFlags & properties) == properties)
             return i;
@@ -81,11 +81,11 @@ static struct test_memory allocate(struct scene *scene, VkDeviceSize size, uint3
     };
     const VkMemoryAllocateInfo allocate_info = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .pNext = scene->world->setup.route == ROUTE_EXT ? chain : &flags_info,
+        .pNext = scene->fixture->setup.route == ROUTE_EXT ? chain : &flags_info,
         .allocationSize = size,
         .memoryTypeIndex = type,
     };
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
     expect_success(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle),
                    "vkAllocateMemory");
@@ -104,7 +104,7 @@ struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
     }
     struct test_memory memory = allocate(scene, size, type, chain);
     if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
-        expect_success(scene->vk->MapMemory(scene->world->device, memory.handle, 0, size, 0,
+        expect_success(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
                                             (void **)&memory.host),
                        "vkMapMemory");
     return memory;
@@ -129,7 +129,7 @@ struct test_buffer scene_create_buffer_with(struct scene *scene,
                                             const VkBufferCreateInfo *create_info)
 {
     struct test_buffer buffer = {.size = create_info->size, .usage = create_info->usage};
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
     expect_success(scene->vk->CreateBuffer(device, create_info, NULL, &buffer.handle),
                    "vkCreateBuffer");
@@ -149,9 +149,9 @@ VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer)
 {
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
 
-    switch (scene->world->setup.route) {
+    switch (scene->fixture->setup.route) {
     case ROUTE_KHR:
         return scene->vk->GetBufferDeviceAddressKHR(device, &info);
     case ROUTE_EXT:
@@ -166,7 +166,7 @@ VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer)
 VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer)
 {
     VkMemoryRequirements requirements;
-    scene->vk->GetBufferMemoryRequirements(scene->world->device, buffer->handle, &requirements);
+    scene->vk->GetBufferMemoryRequirements(scene->fixture->device, buffer->handle, &requirements);
     return requirements.size;
 }
 
@@ -185,7 +185,7 @@ void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct te
     if (memory->handle == VK_NULL_HANDLE)
         return;
     expect_success(
-        scene->vk->BindBufferMemory(scene->world->device, buffer->handle, memory->handle, offset),
+        scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle, offset),
         "vkBindBufferMemory");
     scene_note_binding(scene, buffer, memory, offset);
 }
@@ -220,7 +220,7 @@ struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 u
 VkAccelerationStructureKHR
 scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoKHR *create_info)
 {
-    const VkDevice device = scene->world->device;
+    const VkDevice device = scene->fixture->device;
     VkAccelerationStructureKHR accel;
 
     expect_success(scene->vk->CreateAccelerationStructureKHR(device, create_info, NULL, &accel),
@@ -245,24 +245,24 @@ VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test
 
 void scene_enter_other_device(struct scene *scene)
 {
-    struct world *world = scene->world;
+    struct fixture *fixture = scene->fixture;
 
-    scene->own_device = world->device;
+    scene->own_device = fixture->device;
     if (scene->other_device == VK_NULL_HANDLE) {
-        scene->other_device = world_create_device(world);
+        scene->other_device = fixture_create_device(fixture);
         vkuInitDeviceDispatchTable(scene->other_device, &scene->other_vk,
-                                   world->get_device_proc_addr);
+                                   fixture->get_device_proc_addr);
         scene_defer(scene, scene->other_device, (uint64_t)(uintptr_t)scene->other_device,
                     destroy_other_device);
     }
-    world->device = scene->other_device;
+    fixture->device = scene->other_device;
     scene->vk = &scene->other_vk;
 }
 
 void scene_leave_other_device(struct scene *scene)
 {
-    scene->world->device = scene->own_device;
-    scene->vk = &scene->world->vk;
+    scene->fixture->device = scene->own_device;
+    scene->vk = &scene->fixture->vk;
 }
 
 VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build)
@@ -293,7 +293,7 @@ struct test_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
 VkDeviceSize scene_sparse_page(struct scene *scene, const struct test_buffer *buffer)
 {
     VkMemoryRequirements requirements;
-    scene->vk->GetBufferMemoryRequirements(scene->world->device, buffer->handle, &requirements);
+    scene->vk->GetBufferMemoryRequirements(scene->fixture->device, buffer->handle, &requirements);
     return requirements.alignment;
 }
 
@@ -310,10 +310,10 @@ void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
     const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
                                    .bufferBindCount = 1,
                                    .pBufferBinds = &buffer_bind};
-    const uint32_t family = world_find_family(scene->world, VK_QUEUE_SPARSE_BINDING_BIT, 0);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_SPARSE_BINDING_BIT, 0);
     VkQueue queue;
 
-    scene->vk->GetDeviceQueue(scene->world->device, family, 0, &queue);
+    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
     expect_success(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE),
                    "vkQueueBindSparse");
     expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");

@@ -13,34 +13,34 @@ enum {
 };
 
 static struct platform platform;
-static struct stage stage;
-static struct stage_buffer structures, scratch, vertices;
+static struct fixture fixture;
+static struct fixture_buffer structures, scratch, vertices;
 static VkAccelerationStructureKHR blas;
 
 /* ---- the stage */
 
-static void open_stage(const char *level)
+static void open_fixture(const char *level)
 {
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true, .level = level});
-    structures =
-        stage_buffer(&stage, MEMORY_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = stage_buffer(&stage, MEMORY_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    vertices = stage_buffer(&stage, MEMORY_SIZE,
-                            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    blas = stage_structure(&stage, &structures, 0, MEMORY_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true, .level = level});
+    structures = fixture_buffer(&fixture, MEMORY_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = fixture_buffer(&fixture, MEMORY_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    vertices = fixture_buffer(&fixture, MEMORY_SIZE,
+                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    blas = fixture_structure(&fixture, &structures, 0, MEMORY_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-static void close_stage(void)
+static void close_fixture(void)
 {
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
-    stage_destroy_buffer(&stage, &structures);
-    stage_destroy_buffer(&stage, &scratch);
-    stage_destroy_buffer(&stage, &vertices);
-    stage_close(&stage);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
+    fixture_destroy_buffer(&fixture, &structures);
+    fixture_destroy_buffer(&fixture, &scratch);
+    fixture_destroy_buffer(&fixture, &vertices);
+    fixture_close(&fixture);
 }
 
-static bool judges_contents(const char *level)
+static bool judges_inputs(const char *level)
 {
     return strcmp(level, "content") == 0;
 }
@@ -64,9 +64,9 @@ static void write_indices(const struct memory *memory, bool is_as_before)
 
 static void build_boxes(VkCommandBuffer commands, VkDeviceAddress address)
 {
-    stage_build_boxes(&stage, commands, blas, address, BOXES,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
-    stage_barrier(&stage, commands);
+    fixture_build_boxes(&fixture, commands, blas, address, BOXES,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_barrier(&fixture, commands);
 }
 
 /* A triangle whose indices are at the address; an update of the BLAS, or its first build. */
@@ -97,22 +97,23 @@ static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bo
         .scratchData.deviceAddress = (scratch.address + 255) & ~(VkDeviceAddress)255,
     };
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
-    stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
-    stage_barrier(&stage, commands);
+    fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    fixture_barrier(&fixture, commands);
 }
 
 /* One message with the text, or none where it is NULL. */
 static void expect_told(const char *text)
 {
     if (!text) {
-        stage_expect_silence(&stage);
+        fixture_expect_silence(&fixture);
         return;
     }
-    if (stage.messages.count != 1)
-        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
-    if (!strstr(stage.messages.items[0].text, text) && !strstr(stage.messages.items[0].id, text))
-        fail_msg("\"%s\" is not in: %s", text, stage.messages.items[0].text);
-    messages_clear(&stage.messages);
+    if (fixture.messages.count != 1)
+        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
+    if (!strstr(fixture.messages.items[0].text, text) &&
+        !strstr(fixture.messages.items[0].id, text))
+        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
+    messages_clear(&fixture.messages);
 }
 
 /* ---- two buffers on the same memory */
@@ -127,55 +128,55 @@ enum change {
 
 static void test_boxes(const char *level, enum change change, bool is_valid)
 {
-    open_stage(level);
-    struct lures lures = {.memory = memory_allocate(&stage)};
-    struct memory memory = memory_allocate(&stage);
-    struct placed first = memory_place(&stage, &memory, MEMORY_SIZE), second;
+    open_fixture(level);
+    struct lures lures = {.memory = memory_allocate(&fixture)};
+    struct memory memory = memory_allocate(&fixture);
+    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
     if (change != FIRST_IS_REPLACED)
-        second = memory_place(&stage, &memory, MEMORY_SIZE);
+        second = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, is_valid);
     write_boxes(&lures.memory, !is_valid);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&stage, change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&stage, &lures);
+    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
+    lures_lay(&fixture, &lures);
     if (change == FIRST_IS_REPLACED)
-        second = memory_place(&stage, &memory, MEMORY_SIZE);
+        second = memory_place(&fixture, &memory, MEMORY_SIZE);
     assert_int_equal(first.address, change == SECOND_IS_DESTROYED ? first.address : second.address);
-    stage_finish(&stage, commands);
-    expect_told(is_valid || !judges_contents(level) ? NULL : "minX");
-    memory_destroy(&stage, change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&stage, &memory);
-    lures_free(&stage, &lures);
-    close_stage();
+    fixture_finish(&fixture, commands);
+    expect_told(is_valid || !judges_inputs(level) ? NULL : "minX");
+    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
+    memory_free(&fixture, &memory);
+    lures_free(&fixture, &lures);
+    close_fixture();
 }
 
 static void test_update(const char *level, enum change change, bool is_valid)
 {
-    open_stage(level);
-    struct lures lures = {.memory = memory_allocate(&stage)};
-    struct memory memory = memory_allocate(&stage);
-    struct placed first = memory_place(&stage, &memory, MEMORY_SIZE), second;
+    open_fixture(level);
+    struct lures lures = {.memory = memory_allocate(&fixture)};
+    struct memory memory = memory_allocate(&fixture);
+    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
     if (change != FIRST_IS_REPLACED)
-        second = memory_place(&stage, &memory, MEMORY_SIZE);
+        second = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_indices(&memory, true);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_triangle(commands, first.address, false);
-    stage_finish(&stage, commands);
+    fixture_finish(&fixture, commands);
     write_indices(&memory, is_valid);
     write_indices(&lures.memory, !is_valid);
-    commands = stage_begin(&stage, 0);
+    commands = fixture_begin(&fixture, 0);
     build_triangle(commands, first.address, true);
-    memory_destroy(&stage, change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&stage, &lures);
+    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
+    lures_lay(&fixture, &lures);
     if (change == FIRST_IS_REPLACED)
-        second = memory_place(&stage, &memory, MEMORY_SIZE);
-    stage_finish(&stage, commands);
-    expect_told(is_valid || !judges_contents(level) ? NULL : "03768");
-    memory_destroy(&stage, change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&stage, &memory);
-    lures_free(&stage, &lures);
-    close_stage();
+        second = memory_place(&fixture, &memory, MEMORY_SIZE);
+    fixture_finish(&fixture, commands);
+    expect_told(is_valid || !judges_inputs(level) ? NULL : "03768");
+    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
+    memory_free(&fixture, &memory);
+    lures_free(&fixture, &lures);
+    close_fixture();
 }
 
 static void test_changes(void **state)
@@ -194,28 +195,28 @@ static void test_changes(void **state)
 static void test_submits_again(void **state)
 {
     (void)state;
-    open_stage("content");
-    struct lures lures = {.memory = memory_allocate(&stage)};
-    struct memory memory = memory_allocate(&stage);
-    struct placed first = memory_place(&stage, &memory, MEMORY_SIZE);
+    open_fixture("content");
+    struct lures lures = {.memory = memory_allocate(&fixture)};
+    struct memory memory = memory_allocate(&fixture);
+    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, true);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    GET(stage.vk.EndCommandBuffer(commands));
-    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
-    GET(stage.vk.QueueWaitIdle(stage.queue));
-    stage_expect_silence(&stage);
-    memory_destroy(&stage, &first);
-    lures_lay(&stage, &lures);
-    struct placed second = memory_place(&stage, &memory, MEMORY_SIZE);
+    GET(fixture.vk.EndCommandBuffer(commands));
+    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+    GET(fixture.vk.QueueWaitIdle(fixture.queue));
+    fixture_expect_silence(&fixture);
+    memory_destroy(&fixture, &first);
+    lures_lay(&fixture, &lures);
+    struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, false);
-    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
-    GET(stage.vk.QueueWaitIdle(stage.queue));
+    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+    GET(fixture.vk.QueueWaitIdle(fixture.queue));
     expect_told("minX");
-    memory_destroy(&stage, &second);
-    memory_free(&stage, &memory);
-    lures_free(&stage, &lures);
-    close_stage();
+    memory_destroy(&fixture, &second);
+    memory_free(&fixture, &memory);
+    lures_free(&fixture, &lures);
+    close_fixture();
 }
 
 static void test_in_secondary(void **state)
@@ -231,30 +232,30 @@ static void test_in_secondary(void **state)
     const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                             .pInheritanceInfo = &inheritance};
     (void)state;
-    open_stage("content");
+    open_fixture("content");
     VkCommandBufferAllocateInfo of_pool = info;
-    of_pool.commandPool = stage.pool;
-    struct lures lures = {.memory = memory_allocate(&stage)};
-    struct memory memory = memory_allocate(&stage);
-    struct placed first = memory_place(&stage, &memory, MEMORY_SIZE);
+    of_pool.commandPool = fixture.pool;
+    struct lures lures = {.memory = memory_allocate(&fixture)};
+    struct memory memory = memory_allocate(&fixture);
+    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, true);
-    VkCommandBuffer secondary, commands = stage_begin(&stage, 0);
-    GET(stage.vk.AllocateCommandBuffers(stage.device, &of_pool, &secondary));
-    GET(stage.vk.BeginCommandBuffer(secondary, &begin));
+    VkCommandBuffer secondary, commands = fixture_begin(&fixture, 0);
+    GET(fixture.vk.AllocateCommandBuffers(fixture.device, &of_pool, &secondary));
+    GET(fixture.vk.BeginCommandBuffer(secondary, &begin));
     build_boxes(secondary, first.address);
-    GET(stage.vk.EndCommandBuffer(secondary));
-    stage.vk.CmdExecuteCommands(commands, 1, &secondary);
-    memory_destroy(&stage, &first);
-    lures_lay(&stage, &lures);
-    struct placed second = memory_place(&stage, &memory, MEMORY_SIZE);
-    stage_finish(&stage, commands);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
+    memory_destroy(&fixture, &first);
+    lures_lay(&fixture, &lures);
+    struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+    fixture_finish(&fixture, commands);
     expect_told("minX");
-    stage.vk.FreeCommandBuffers(stage.device, stage.pool, 1, &secondary);
-    memory_destroy(&stage, &second);
-    memory_free(&stage, &memory);
-    lures_free(&stage, &lures);
-    close_stage();
+    fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &secondary);
+    memory_destroy(&fixture, &second);
+    memory_free(&fixture, &memory);
+    lures_free(&fixture, &lures);
+    close_fixture();
 }
 
 /* ---- the application's mistakes: where the driver doesn't build, and so reads nothing */
@@ -263,40 +264,40 @@ static void test_in_secondary(void **state)
 static void test_replaced_by_smaller(void **state)
 {
     (void)state;
-    open_stage("content");
-    struct memory memory = memory_allocate(&stage);
-    struct placed first = memory_place(&stage, &memory, MEMORY_SIZE);
+    open_fixture("content");
+    struct memory memory = memory_allocate(&fixture);
+    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, false);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&stage, &first);
-    struct placed second = memory_place(&stage, &memory, sizeof(VkAabbPositionsKHR));
-    stage_finish(&stage, commands);
-    stage_expect_silence(&stage);
-    memory_destroy(&stage, &second);
-    memory_free(&stage, &memory);
-    close_stage();
+    memory_destroy(&fixture, &first);
+    struct placed second = memory_place(&fixture, &memory, sizeof(VkAabbPositionsKHR));
+    fixture_finish(&fixture, commands);
+    fixture_expect_silence(&fixture);
+    memory_destroy(&fixture, &second);
+    memory_free(&fixture, &memory);
+    close_fixture();
 }
 
 /* The memory is freed, and may be unmapped. */
 static void test_nothing_is_there(void **state)
 {
     (void)state;
-    open_stage("content");
-    struct lures lures = {.memory = memory_allocate(&stage)};
-    struct memory memory = memory_allocate(&stage);
-    struct placed first = memory_place(&stage, &memory, MEMORY_SIZE);
+    open_fixture("content");
+    struct lures lures = {.memory = memory_allocate(&fixture)};
+    struct memory memory = memory_allocate(&fixture);
+    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, false);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&stage, &first);
-    memory_free(&stage, &memory);
-    lures_lay(&stage, &lures);
-    stage_finish(&stage, commands);
+    memory_destroy(&fixture, &first);
+    memory_free(&fixture, &memory);
+    lures_lay(&fixture, &lures);
+    fixture_finish(&fixture, commands);
     expect_told("11364"); /* the address leads nowhere; nothing of what it led to */
-    lures_free(&stage, &lures);
-    close_stage();
+    lures_free(&fixture, &lures);
+    close_fixture();
 }
 
 /* On the null driver, which can give the address to other memory. */
@@ -307,23 +308,23 @@ static void test_on_other_memory(void **state)
     config.recycle_addresses = true;
     platform.null_driver.configure(&config);
     for (int is_valid = 0; is_valid < 2; is_valid++) {
-        open_stage("content");
-        struct memory memory = memory_allocate(&stage);
-        struct placed first = memory_place(&stage, &memory, MEMORY_SIZE);
+        open_fixture("content");
+        struct memory memory = memory_allocate(&fixture);
+        struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
         write_boxes(&memory, !is_valid);
-        VkCommandBuffer commands = stage_begin(&stage, 0);
+        VkCommandBuffer commands = fixture_begin(&fixture, 0);
         build_boxes(commands, first.address);
-        memory_destroy(&stage, &first);
-        memory_free(&stage, &memory);
-        memory = memory_allocate(&stage);
-        struct placed second = memory_place(&stage, &memory, MEMORY_SIZE);
+        memory_destroy(&fixture, &first);
+        memory_free(&fixture, &memory);
+        memory = memory_allocate(&fixture);
+        struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
         assert_int_equal(first.address, second.address);
         write_boxes(&memory, is_valid);
-        stage_finish(&stage, commands);
+        fixture_finish(&fixture, commands);
         expect_told(is_valid ? NULL : "minX");
-        memory_destroy(&stage, &second);
-        memory_free(&stage, &memory);
-        close_stage();
+        memory_destroy(&fixture, &second);
+        memory_free(&fixture, &memory);
+        close_fixture();
     }
     platform.null_driver.configure(NULL);
 }

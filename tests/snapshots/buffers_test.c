@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Buffers that could not be copied from by their handles, or must not be read at all: on the null
  * driver, which takes buffers of any kind. */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -9,33 +9,33 @@
 enum { BUFFER_SIZE = 1 << 16 };
 
 static struct platform platform;
-static struct stage stage;
-static struct stage_buffer structures, scratch, data; /* whose memory the buffers are bound to */
+static struct fixture fixture;
+static struct fixture_buffer structures, scratch, data; /* whose memory the buffers are bound to */
 static VkAccelerationStructureKHR blas;
 
-static int open_stage(void **state)
+static int open_fixture(void **state)
 {
     const VkAabbPositionsKHR box = {.minX = 1};
     (void)state;
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
-    structures =
-        stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    data = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
+    structures = fixture_buffer(&fixture, BUFFER_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    data = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     memcpy(data.bytes, &box, sizeof(box));
-    blas = stage_structure(&stage, &structures, 0, BUFFER_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    blas = fixture_structure(&fixture, &structures, 0, BUFFER_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     return 0;
 }
 
-static int close_stage(void **state)
+static int close_fixture(void **state)
 {
     (void)state;
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
-    stage_destroy_buffer(&stage, &structures);
-    stage_destroy_buffer(&stage, &scratch);
-    stage_destroy_buffer(&stage, &data);
-    stage_close(&stage);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
+    fixture_destroy_buffer(&fixture, &structures);
+    fixture_destroy_buffer(&fixture, &scratch);
+    fixture_destroy_buffer(&fixture, &data);
+    fixture_close(&fixture);
     return 0;
 }
 
@@ -50,7 +50,7 @@ static VkBuffer create(VkBufferCreateFlags flags, const void *next)
                  VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
     VkBuffer buffer;
-    GET(stage.vk.CreateBuffer(stage.device, &info, NULL, &buffer));
+    GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &buffer));
     return buffer;
 }
 
@@ -60,46 +60,46 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
     const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
     const VkBindSparseInfo info = {
         .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
-    GET(stage.vk.QueueBindSparse(stage.queue, 1, &info, VK_NULL_HANDLE));
-    GET(stage.vk.QueueWaitIdle(stage.queue));
+    GET(fixture.vk.QueueBindSparse(fixture.queue, 1, &info, VK_NULL_HANDLE));
+    GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
 
 static VkDeviceAddress address_of(VkBuffer buffer)
 {
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
-    return stage.vk.GetBufferDeviceAddress(stage.device, &info);
+    return fixture.vk.GetBufferDeviceAddress(fixture.device, &info);
 }
 
 static VkCommandBuffer record(VkBuffer buffer, uint32_t count)
 {
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage_build_boxes(&stage, commands, blas, address_of(buffer), count,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture_build_boxes(&fixture, commands, blas, address_of(buffer), count,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
     return commands;
 }
 
 static void build_boxes(VkBuffer buffer, uint32_t count)
 {
-    stage_finish(&stage, record(buffer, count));
+    fixture_finish(&fixture, record(buffer, count));
 }
 
 /* One message with the text; it is forgotten. */
 static void expect_told(const char *text)
 {
-    if (stage.messages.count != 1)
-        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
-    if (!strstr(stage.messages.items[0].text, text))
-        fail_msg("\"%s\" is not in: %s", text, stage.messages.items[0].text);
-    messages_clear(&stage.messages);
+    if (fixture.messages.count != 1)
+        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
+    if (!strstr(fixture.messages.items[0].text, text))
+        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
+    messages_clear(&fixture.messages);
 }
 
 static void build_on_memory(VkBuffer buffer, const char *text)
 {
-    GET(stage.vk.BindBufferMemory(stage.device, buffer, data.memory, 0));
+    GET(fixture.vk.BindBufferMemory(fixture.device, buffer, data.memory, 0));
     build_boxes(buffer, 1);
     expect_told(text);
-    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+    fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
 /* ---- tests */
@@ -131,15 +131,15 @@ static void test_replaced_by_protected(void **state)
 {
     VkBuffer buffer = create(0, NULL);
     (void)state;
-    GET(stage.vk.BindBufferMemory(stage.device, buffer, data.memory, 0));
+    GET(fixture.vk.BindBufferMemory(fixture.device, buffer, data.memory, 0));
     VkCommandBuffer commands = record(buffer, 1);
     VkBuffer other = create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL);
-    GET(stage.vk.BindBufferMemory(stage.device, other, data.memory, 0));
+    GET(fixture.vk.BindBufferMemory(fixture.device, other, data.memory, 0));
     assert_int_equal(address_of(other), address_of(buffer));
-    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
-    stage_finish(&stage, commands);
-    stage_expect_silence(&stage);
-    stage.vk.DestroyBuffer(stage.device, other, NULL);
+    fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
+    fixture_finish(&fixture, commands);
+    fixture_expect_silence(&fixture);
+    fixture.vk.DestroyBuffer(fixture.device, other, NULL);
 }
 
 /* All that is copied has to be bound. */
@@ -151,7 +151,7 @@ static void test_sparse(void **state)
     bind_sparse(buffer, BUFFER_SIZE);
     build_boxes(buffer, 1);
     expect_told("minX");
-    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+    fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
 static void test_sparse_with_hole(void **state)
@@ -161,10 +161,10 @@ static void test_sparse_with_hole(void **state)
     (void)state;
     bind_sparse(buffer, sizeof(VkAabbPositionsKHR));
     build_boxes(buffer, 2);
-    assert_int_equal(messages_count(&stage.messages, "", NULL), 0);
-    for (uint32_t i = 0; i < messages_kept(&stage.messages); i++)
-        assert_null(strstr(stage.messages.items[i].text, "minX"));
-    stage.vk.DestroyBuffer(stage.device, buffer, NULL);
+    assert_int_equal(messages_count(&fixture.messages, "", NULL), 0);
+    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
+        assert_null(strstr(fixture.messages.items[i].text, "minX"));
+    fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
 int main(void)
@@ -175,12 +175,12 @@ int main(void)
         return 77;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_imported, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_replayed, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_protected, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_replaced_by_protected, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_sparse, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_imported, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_replayed, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_protected, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_replaced_by_protected, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_sparse, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_fixture, close_fixture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

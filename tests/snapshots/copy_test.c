@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The shader that copies, by itself: sources of any alignment and size, against memcpy(). */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -22,14 +22,14 @@ enum {
 };
 
 static struct platform platform;
-static struct stage stage;
+static struct fixture fixture;
 static VkPipelineLayout layout;
 static VkPipeline pipeline;
-static struct stage_buffer source, target, list, gate;
+static struct fixture_buffer source, target, list, gate;
 
 static void create_pipeline(void)
 {
-    const VkuDeviceDispatchTable *vk = &stage.vk;
+    const VkuDeviceDispatchTable *vk = &fixture.vk;
     const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, 2 * sizeof(uint64_t)};
     const VkPipelineLayoutCreateInfo layout_info = {
         .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
@@ -42,8 +42,8 @@ static void create_pipeline(void)
         .pCode = code,
     };
     VkShaderModule module;
-    GET(vk->CreatePipelineLayout(stage.device, &layout_info, NULL, &layout));
-    GET(vk->CreateShaderModule(stage.device, &module_info, NULL, &module));
+    GET(vk->CreatePipelineLayout(fixture.device, &layout_info, NULL, &layout));
+    GET(vk->CreateShaderModule(fixture.device, &module_info, NULL, &module));
     const VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -52,30 +52,31 @@ static void create_pipeline(void)
                   .pName = "main"},
         .layout = layout,
     };
-    GET(vk->CreateComputePipelines(stage.device, VK_NULL_HANDLE, 1, &info, NULL, &pipeline));
-    vk->DestroyShaderModule(stage.device, module, NULL);
+    GET(vk->CreateComputePipelines(fixture.device, VK_NULL_HANDLE, 1, &info, NULL, &pipeline));
+    vk->DestroyShaderModule(fixture.device, module, NULL);
 }
 
-static void open_stage(void)
+static void open_fixture(void)
 {
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = false});
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = false});
     create_pipeline();
-    source = stage_buffer(&stage, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    target = stage_buffer(&stage, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    gate = stage_buffer(&stage, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    list = stage_buffer(&stage, ORDERS * sizeof(struct copy_order),
-                        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    target =
+        fixture_buffer(&fixture, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    gate = fixture_buffer(&fixture, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    list = fixture_buffer(&fixture, ORDERS * sizeof(struct copy_order),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
 }
 
-static void close_stage(void)
+static void close_fixture(void)
 {
-    stage_destroy_buffer(&stage, &source);
-    stage_destroy_buffer(&stage, &target);
-    stage_destroy_buffer(&stage, &gate);
-    stage_destroy_buffer(&stage, &list);
-    stage.vk.DestroyPipeline(stage.device, pipeline, NULL);
-    stage.vk.DestroyPipelineLayout(stage.device, layout, NULL);
-    stage_close(&stage);
+    fixture_destroy_buffer(&fixture, &source);
+    fixture_destroy_buffer(&fixture, &target);
+    fixture_destroy_buffer(&fixture, &gate);
+    fixture_destroy_buffer(&fixture, &list);
+    fixture.vk.DestroyPipeline(fixture.device, pipeline, NULL);
+    fixture.vk.DestroyPipelineLayout(fixture.device, layout, NULL);
+    fixture_close(&fixture);
 }
 
 static struct copy_order draw(struct random *random, uint32_t i)
@@ -98,20 +99,20 @@ static struct copy_order draw(struct random *random, uint32_t i)
 static void run(bool is_open)
 {
     *(uint32_t *)gate.bytes = is_open;
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     const VkDeviceAddress constants[] = {gate.address, list.address};
-    stage.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
-                              constants);
-    stage.vk.CmdDispatch(commands, ORDERS, 1, 1);
-    stage_barrier(&stage, commands);
-    stage_finish(&stage, commands);
+    fixture.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
+                                constants);
+    fixture.vk.CmdDispatch(commands, ORDERS, 1, 1);
+    fixture_barrier(&fixture, commands);
+    fixture_finish(&fixture, commands);
 }
 
 static void test_copies(void **state)
 {
     (void)state;
-    open_stage();
+    open_fixture();
     struct random random = random_of("copy_test");
     struct copy_order *orders = (struct copy_order *)list.bytes;
     for (uint32_t i = 0; i < SOURCE_SIZE; i++)
@@ -128,13 +129,13 @@ static void test_copies(void **state)
         for (uint64_t at = (size + 3) / 4 * 4; at < ROOM; at++)
             assert_int_equal(to[at], UNTOUCHED);
     }
-    close_stage();
+    close_fixture();
 }
 
 static void test_closed_gate(void **state)
 {
     (void)state;
-    open_stage();
+    open_fixture();
     struct copy_order *orders = (struct copy_order *)list.bytes;
     memset(target.bytes, UNTOUCHED, target.size);
     for (uint32_t i = 0; i < ORDERS; i++)
@@ -146,7 +147,7 @@ static void test_closed_gate(void **state)
     for (uint32_t i = 0; i < ORDERS; i++)
         assert_int_equal(orders[i].is_done, 0);
     assert_int_equal(target.bytes[0], UNTOUCHED);
-    close_stage();
+    close_fixture();
 }
 
 int main(int argc, char **argv)

@@ -2,7 +2,7 @@
 /* Command buffers that the application goes on using while the layer still reads what they copied:
  * submitted again after ONE_TIME_SUBMIT, recorded further after their submission, reset or executed
  * by others meanwhile. All of it is a mistake of the application, which the layer survives. */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -14,46 +14,46 @@ enum {
 };
 
 static struct platform platform;
-static struct stage stage;
-static struct stage_buffer boxes, structures, scratch;
+static struct fixture fixture;
+static struct fixture_buffer boxes, structures, scratch;
 static VkAccelerationStructureKHR blas;
 
 /* ---- the stage */
 
-static void open_stage(void)
+static void open_fixture(void)
 {
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
-    boxes = stage_buffer(&stage, BOXES * sizeof(VkAabbPositionsKHR),
-                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    structures = stage_buffer(&stage, STRUCTURE_SIZE,
-                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = stage_buffer(&stage, STRUCTURE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    blas = stage_structure(&stage, &structures, 0, STRUCTURE_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
+    boxes = fixture_buffer(&fixture, BOXES * sizeof(VkAabbPositionsKHR),
+                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    structures = fixture_buffer(&fixture, STRUCTURE_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = fixture_buffer(&fixture, STRUCTURE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    blas = fixture_structure(&fixture, &structures, 0, STRUCTURE_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-static void close_stage(void)
+static void close_fixture(void)
 {
-    GET(stage.vk.DeviceWaitIdle(stage.device));
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
-    stage_destroy_buffer(&stage, &boxes);
-    stage_destroy_buffer(&stage, &structures);
-    stage_destroy_buffer(&stage, &scratch);
-    stage_close(&stage);
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
+    fixture_destroy_buffer(&fixture, &boxes);
+    fixture_destroy_buffer(&fixture, &structures);
+    fixture_destroy_buffer(&fixture, &scratch);
+    fixture_close(&fixture);
 }
 
 static void build(VkCommandBuffer commands, uint32_t count)
 {
-    stage_build_boxes(&stage, commands, blas, boxes.address, count,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
-    stage_barrier(&stage, commands);
+    fixture_build_boxes(&fixture, commands, blas, boxes.address, count,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_barrier(&fixture, commands);
 }
 
 static VkCommandBuffer begin_secondary(VkCommandBufferUsageFlags flags)
 {
     const VkCommandBufferAllocateInfo allocate = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = stage.pool,
+        .commandPool = fixture.pool,
         .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
         .commandBufferCount = 1,
     };
@@ -65,19 +65,19 @@ static VkCommandBuffer begin_secondary(VkCommandBufferUsageFlags flags)
         .pInheritanceInfo = &inheritance,
     };
     VkCommandBuffer commands;
-    GET(stage.vk.AllocateCommandBuffers(stage.device, &allocate, &commands));
-    GET(stage.vk.BeginCommandBuffer(commands, &begin));
+    GET(fixture.vk.AllocateCommandBuffers(fixture.device, &allocate, &commands));
+    GET(fixture.vk.BeginCommandBuffer(commands, &begin));
     return commands;
 }
 
 static void submit(VkCommandBuffer commands)
 {
-    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
+    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
 }
 
 static void wait(void)
 {
-    GET(stage.vk.DeviceWaitIdle(stage.device));
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
 }
 
 /* Backend cpu makes the structure now, of what the command buffer copied. */
@@ -85,8 +85,8 @@ static void read_structure(void)
 {
     VkDeviceSize size;
     if (platform.is_cpu)
-        stage.vk.WriteAccelerationStructuresPropertiesKHR(
-            stage.device, 1, &blas, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        fixture.vk.WriteAccelerationStructuresPropertiesKHR(
+            fixture.device, 1, &blas, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
             sizeof(size), &size, sizeof(size));
 }
 
@@ -99,11 +99,11 @@ static void spoil_box(uint32_t i)
 /* So many messages, each of which says this; they are forgotten. */
 static void expect_told(uint32_t count, const char *text)
 {
-    for (uint32_t i = 0; i < messages_kept(&stage.messages); i++)
-        if (!strstr(stage.messages.items[i].text, text))
-            fail_msg("\"%s\" is not in: %s", text, stage.messages.items[i].text);
-    assert_int_equal(stage.messages.count, count);
-    messages_clear(&stage.messages);
+    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
+        if (!strstr(fixture.messages.items[i].text, text))
+            fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[i].text);
+    assert_int_equal(fixture.messages.count, count);
+    messages_clear(&fixture.messages);
 }
 
 /* ---- tests */
@@ -112,11 +112,11 @@ static void expect_told(uint32_t count, const char *text)
 static void test_one_time_submitted_twice(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    open_fixture();
+    VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     spoil_box(BOXES - 1);
     build(commands, BOXES);
-    GET(stage.vk.EndCommandBuffer(commands));
+    GET(fixture.vk.EndCommandBuffer(commands));
     submit(commands);
     wait();
     expect_told(1, "minX");
@@ -129,9 +129,9 @@ static void test_one_time_submitted_twice(void **state)
                     "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again.");
         wait();
         read_structure();
-        stage_expect_silence(&stage);
+        fixture_expect_silence(&fixture);
     }
-    close_stage();
+    close_fixture();
 }
 
 /* When the first command buffer is submitted again, the memory of its copies belongs to the second.
@@ -139,32 +139,32 @@ static void test_one_time_submitted_twice(void **state)
 static void test_one_time_memory_of_another(void **state)
 {
     (void)state;
-    open_stage();
-    struct stage_buffer others = stage_buffer(
-        &stage, boxes.size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    open_fixture();
+    struct fixture_buffer others = fixture_buffer(
+        &fixture, boxes.size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
     VkCommandBuffer commands[2];
-    commands[1] = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    commands[1] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     build(commands[1], BOXES);
-    GET(stage.vk.EndCommandBuffer(commands[1]));
+    GET(fixture.vk.EndCommandBuffer(commands[1]));
     submit(commands[1]);
     wait();
     read_structure();
-    stage_expect_silence(&stage);
+    fixture_expect_silence(&fixture);
     spoil_box(0);
-    commands[0] = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
-    stage_build_boxes(&stage, commands[0], blas, others.address, BOXES,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
-    stage_barrier(&stage, commands[0]);
-    GET(stage.vk.EndCommandBuffer(commands[0]));
+    commands[0] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    fixture_build_boxes(&fixture, commands[0], blas, others.address, BOXES,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_barrier(&fixture, commands[0]);
+    GET(fixture.vk.EndCommandBuffer(commands[0]));
     const VkSubmitInfo both = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                .commandBufferCount = 2,
                                .pCommandBuffers = commands};
-    GET(stage.vk.QueueSubmit(stage.queue, 1, &both, VK_NULL_HANDLE));
+    GET(fixture.vk.QueueSubmit(fixture.queue, 1, &both, VK_NULL_HANDLE));
     wait();
     read_structure();
     expect_told(1, "submitted again");
-    stage_destroy_buffer(&stage, &others);
-    close_stage();
+    fixture_destroy_buffer(&fixture, &others);
+    close_fixture();
 }
 
 /* The second execution is looked at if the layer still has the copies: on backend cpu they belong
@@ -172,31 +172,31 @@ static void test_one_time_memory_of_another(void **state)
 static void test_one_time_submitted_twice_at_once(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    open_fixture();
+    VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     spoil_box(0);
     build(commands, 1);
-    GET(stage.vk.EndCommandBuffer(commands));
+    GET(fixture.vk.EndCommandBuffer(commands));
     submit(commands);
     submit(commands);
     wait();
     expect_told(2, platform.is_cpu ? "minX" : "");
     read_structure();
-    close_stage();
+    close_fixture();
 }
 
 static void test_secondary_one_time_submitted_twice(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer primary = stage_begin(&stage, 0);
+    open_fixture();
+    VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary = begin_secondary(VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     spoil_box(0);
     build(secondary, 1);
-    GET(stage.vk.EndCommandBuffer(secondary));
-    stage.vk.CmdExecuteCommands(primary, 1, &secondary);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
     build(primary, 1);
-    GET(stage.vk.EndCommandBuffer(primary));
+    GET(fixture.vk.EndCommandBuffer(primary));
     submit(primary);
     wait();
     expect_told(2, "minX");
@@ -204,29 +204,29 @@ static void test_secondary_one_time_submitted_twice(void **state)
     wait();
     expect_told(2, platform.is_cpu ? "minX" : "");
     read_structure();
-    close_stage();
+    close_fixture();
 }
 
 /* What is recorded further finds the old copies gone, and does not take their place. */
 static void test_one_time_recorded_further(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer commands = stage_begin(&stage, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    open_fixture();
+    VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     build(commands, BOXES);
-    GET(stage.vk.EndCommandBuffer(commands));
+    GET(fixture.vk.EndCommandBuffer(commands));
     submit(commands);
     wait();
     read_structure();
-    stage_expect_silence(&stage);
+    fixture_expect_silence(&fixture);
     build(commands, BOXES);
-    messages_clear(&stage.messages); /* it isn't in the recording state */
+    messages_clear(&fixture.messages); /* it isn't in the recording state */
     submit(commands);
     expect_told(platform.is_cpu ? 1 : 2, "looked at");
     wait();
     read_structure();
-    stage_expect_silence(&stage);
-    close_stage();
+    fixture_expect_silence(&fixture);
+    close_fixture();
 }
 
 /* The execution has the copies of the first build alone; those of the others take chunks of their
@@ -234,8 +234,8 @@ static void test_one_time_recorded_further(void **state)
 static void test_recorded_further_after_submission(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    open_fixture();
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     spoil_box(0);
     build(commands, BOXES);
     submit(commands);
@@ -244,52 +244,52 @@ static void test_recorded_further_after_submission(void **state)
     read_structure();
     wait();
     expect_told(1, "minX");
-    GET(stage.vk.EndCommandBuffer(commands));
+    GET(fixture.vk.EndCommandBuffer(commands));
     submit(commands);
     wait();
     read_structure();
     expect_told(9, "minX"); /* the tenth and last that duplicate_message_limit allows */
-    close_stage();
+    close_fixture();
 }
 
 /* The first execution is copied to make room for the second, while the recording has more. */
 static void test_recorded_further_and_submitted_again(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    open_fixture();
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build(commands, BOXES);
     submit(commands);
     for (int i = 1; i < BUILDS; i++)
         build(commands, BOXES);
-    GET(stage.vk.EndCommandBuffer(commands));
+    GET(fixture.vk.EndCommandBuffer(commands));
     submit(commands);
     wait();
     read_structure();
-    stage_expect_silence(&stage);
-    close_stage();
+    fixture_expect_silence(&fixture);
+    close_fixture();
 }
 
 /* More secondaries than the execution has children. */
 static void test_secondaries_executed_after_submission(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer primary = stage_begin(&stage, 0), secondaries[BUILDS];
+    open_fixture();
+    VkCommandBuffer primary = fixture_begin(&fixture, 0), secondaries[BUILDS];
     spoil_box(0);
     for (int i = 0; i < BUILDS; i++) {
         secondaries[i] = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
         build(secondaries[i], 1);
-        GET(stage.vk.EndCommandBuffer(secondaries[i]));
+        GET(fixture.vk.EndCommandBuffer(secondaries[i]));
     }
-    stage.vk.CmdExecuteCommands(primary, 1, secondaries);
+    fixture.vk.CmdExecuteCommands(primary, 1, secondaries);
     submit(primary);
-    stage.vk.CmdExecuteCommands(primary, BUILDS - 1, secondaries + 1);
+    fixture.vk.CmdExecuteCommands(primary, BUILDS - 1, secondaries + 1);
     wait();
     expect_told(1, "minX");
     read_structure();
-    GET(stage.vk.EndCommandBuffer(primary));
-    close_stage();
+    GET(fixture.vk.EndCommandBuffer(primary));
+    close_fixture();
 }
 
 /* A secondary is recorded further after the primary that executes it was recorded, and again after
@@ -297,12 +297,12 @@ static void test_secondaries_executed_after_submission(void **state)
 static void test_secondary_recorded_further(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer primary = stage_begin(&stage, 0);
+    open_fixture();
+    VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     build(secondary, BOXES);
-    stage.vk.CmdExecuteCommands(primary, 1, &secondary);
-    GET(stage.vk.EndCommandBuffer(primary));
+    fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
+    GET(fixture.vk.EndCommandBuffer(primary));
     for (int round = 0; round < 2; round++) {
         for (int i = 0; i < BUILDS; i++)
             build(secondary, BOXES);
@@ -312,59 +312,59 @@ static void test_secondary_recorded_further(void **state)
         build(secondary, BOXES);
     wait();
     read_structure();
-    GET(stage.vk.EndCommandBuffer(secondary));
-    stage_expect_silence(&stage);
-    close_stage();
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    fixture_expect_silence(&fixture);
+    close_fixture();
 }
 
 /* What was copied is still looked at. */
 static void test_reset_before_the_wait(void **state)
 {
     (void)state;
-    open_stage();
+    open_fixture();
     const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    VkCommandBuffer primary = stage_begin(&stage, 0);
+    VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     spoil_box(0);
     build(secondary, 1);
-    GET(stage.vk.EndCommandBuffer(secondary));
-    stage.vk.CmdExecuteCommands(primary, 1, &secondary);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
     build(primary, 1);
-    GET(stage.vk.EndCommandBuffer(primary));
+    GET(fixture.vk.EndCommandBuffer(primary));
     submit(primary);
-    GET(stage.vk.ResetCommandBuffer(secondary, 0));
-    GET(stage.vk.BeginCommandBuffer(primary, &begin));
+    GET(fixture.vk.ResetCommandBuffer(secondary, 0));
+    GET(fixture.vk.BeginCommandBuffer(primary, &begin));
     for (int i = 0; i < BUILDS; i++)
         build(primary, BOXES);
     wait();
     expect_told(2, "minX");
     read_structure();
-    GET(stage.vk.EndCommandBuffer(primary));
-    stage.vk.FreeCommandBuffers(stage.device, stage.pool, 1, &secondary);
-    stage_expect_silence(&stage);
-    close_stage();
+    GET(fixture.vk.EndCommandBuffer(primary));
+    fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &secondary);
+    fixture_expect_silence(&fixture);
+    close_fixture();
 }
 
 /* Command buffers that execute themselves, or each other, have no end. */
 static void test_executed_in_circles(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer primary = stage_begin(&stage, 0), secondaries[2];
+    open_fixture();
+    VkCommandBuffer primary = fixture_begin(&fixture, 0), secondaries[2];
     for (int i = 0; i < 2; i++) {
         secondaries[i] = begin_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
         build(secondaries[i], 1);
     }
     build(primary, 1);
-    stage.vk.CmdExecuteCommands(secondaries[0], 1, &secondaries[0]);
-    stage.vk.CmdExecuteCommands(secondaries[0], 1, &secondaries[1]);
-    stage.vk.CmdExecuteCommands(secondaries[1], 1, &secondaries[0]);
-    stage.vk.CmdExecuteCommands(primary, 2, secondaries);
-    stage.vk.CmdExecuteCommands(primary, 1, &primary);
+    fixture.vk.CmdExecuteCommands(secondaries[0], 1, &secondaries[0]);
+    fixture.vk.CmdExecuteCommands(secondaries[0], 1, &secondaries[1]);
+    fixture.vk.CmdExecuteCommands(secondaries[1], 1, &secondaries[0]);
+    fixture.vk.CmdExecuteCommands(primary, 2, secondaries);
+    fixture.vk.CmdExecuteCommands(primary, 1, &primary);
     submit(primary);
     wait();
     read_structure();
-    close_stage();
+    close_fixture();
 }
 
 int main(int argc, char **argv)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Executions that level content can't look at because nobody knows when they had their turn, or
  * because the device is lost: each is told. On the null driver, which waits for nothing. */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -13,68 +13,68 @@ enum { BUFFER_SIZE = 1 << 16 };
     "buffers: "
 
 static struct platform platform;
-static struct stage stage;
-static struct stage_buffer boxes, structures, scratch;
+static struct fixture fixture;
+static struct fixture_buffer boxes, structures, scratch;
 static VkAccelerationStructureKHR blas;
 static VkSemaphore timeline; /* nobody signals it */
 static VkFence fence;
 
 /* ---- the stage */
 
-static void open_stage(void)
+static void open_fixture(void)
 {
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
-    boxes = stage_buffer(&stage, BUFFER_SIZE,
-                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    structures =
-        stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    blas = stage_structure(&stage, &structures, 0, BUFFER_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    timeline = stage_timeline(&stage);
-    fence = stage_fence(&stage);
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
+    boxes = fixture_buffer(&fixture, BUFFER_SIZE,
+                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    structures = fixture_buffer(&fixture, BUFFER_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    blas = fixture_structure(&fixture, &structures, 0, BUFFER_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    timeline = fixture_timeline(&fixture);
+    fence = fixture_fence(&fixture);
     ((VkAabbPositionsKHR *)boxes.bytes)[0] = (VkAabbPositionsKHR){.minX = 1, .maxX = -1};
 }
 
 /* Without its semaphore, whose end ends waits for it. */
 static void close_rest(void)
 {
-    stage.vk.DestroyFence(stage.device, fence, NULL);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
-    stage_destroy_buffer(&stage, &boxes);
-    stage_destroy_buffer(&stage, &structures);
-    stage_destroy_buffer(&stage, &scratch);
-    stage_close(&stage);
+    fixture.vk.DestroyFence(fixture.device, fence, NULL);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
+    fixture_destroy_buffer(&fixture, &boxes);
+    fixture_destroy_buffer(&fixture, &structures);
+    fixture_destroy_buffer(&fixture, &scratch);
+    fixture_close(&fixture);
 }
 
-static void close_stage(void)
+static void close_fixture(void)
 {
-    stage.vk.DestroySemaphore(stage.device, timeline, NULL);
+    fixture.vk.DestroySemaphore(fixture.device, timeline, NULL);
     close_rest();
 }
 
 static VkCommandBuffer record(void)
 {
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage_build_boxes(&stage, commands, blas, boxes.address, 1,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
-    GET(stage.vk.EndCommandBuffer(commands));
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture_build_boxes(&fixture, commands, blas, boxes.address, 1,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
 }
 
 static VkResult wait(void)
 {
-    return stage.vk.WaitForFences(stage.device, 1, &fence, VK_TRUE, UINT64_MAX);
+    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX);
 }
 
 /* One message, which begins so; it is forgotten. */
 static void expect_told(const char *text)
 {
-    if (stage.messages.count != 1)
-        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
-    if (strncmp(stage.messages.items[0].text, text, strlen(text)) != 0)
-        fail_msg("\"%s\" is not how this begins: %s", text, stage.messages.items[0].text);
-    messages_clear(&stage.messages);
+    if (fixture.messages.count != 1)
+        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
+    if (strncmp(fixture.messages.items[0].text, text, strlen(text)) != 0)
+        fail_msg("\"%s\" is not how this begins: %s", text, fixture.messages.items[0].text);
+    messages_clear(&fixture.messages);
 }
 
 /* ---- tests */
@@ -82,57 +82,57 @@ static void expect_told(const char *text)
 static void test_complete_for_no_known_reason(void **state)
 {
     (void)state;
-    open_stage();
+    open_fixture();
     VkCommandBuffer first = record(), second = record();
-    stage_submit_waiting(&stage, first, timeline, fence);
-    stage_expect_silence(&stage);
+    fixture_submit_waiting(&fixture, first, timeline, fence);
+    fixture_expect_silence(&fixture);
     GET(wait());
     expect_told(LEFT_OUT
                 "1, and all from now on, whose order isn't known (something is complete "
                 "whose wait nothing known has ended).");
-    GET(stage_submit(&stage, second, VK_NULL_HANDLE));
-    GET(stage.vk.DeviceWaitIdle(stage.device));
-    stage_expect_silence(&stage);
-    close_stage();
-    stage_expect_silence(&stage);
+    GET(fixture_submit(&fixture, second, VK_NULL_HANDLE));
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    fixture_expect_silence(&fixture);
+    close_fixture();
+    fixture_expect_silence(&fixture);
 }
 
 /* What is submitted first after the loss is what there is to tell of. */
 static void test_nothing_left_out_until_later(void **state)
 {
     (void)state;
-    open_stage();
-    VkCommandBuffer nothing = stage_begin(&stage, 0), commands = record();
-    GET(stage.vk.EndCommandBuffer(nothing));
-    stage_submit_waiting(&stage, nothing, timeline, fence);
+    open_fixture();
+    VkCommandBuffer nothing = fixture_begin(&fixture, 0), commands = record();
+    GET(fixture.vk.EndCommandBuffer(nothing));
+    fixture_submit_waiting(&fixture, nothing, timeline, fence);
     GET(wait());
-    stage_expect_silence(&stage);
-    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
+    fixture_expect_silence(&fixture);
+    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     expect_told(LEFT_OUT "1, and all from now on,");
-    close_stage();
-    stage_expect_silence(&stage);
+    close_fixture();
+    fixture_expect_silence(&fixture);
 }
 
 static void test_device_lost(void **state)
 {
     (void)state;
-    open_stage();
-    GET(stage_submit(&stage, record(), fence));
-    stage_expect_silence(&stage);
+    open_fixture();
+    GET(fixture_submit(&fixture, record(), fence));
+    fixture_expect_silence(&fixture);
     platform.null_driver.set_device_lost(true);
     assert_int_equal(wait(), VK_ERROR_DEVICE_LOST);
     expect_told(LEFT_OUT "1 on a device that is lost.");
-    close_stage();
+    close_fixture();
     platform.null_driver.set_device_lost(false);
-    stage_expect_silence(&stage);
+    fixture_expect_silence(&fixture);
 }
 
 static void test_held_to_the_end(void **state)
 {
     (void)state;
-    open_stage();
-    stage_submit_waiting(&stage, record(), timeline, fence);
-    stage_expect_silence(&stage);
+    open_fixture();
+    fixture_submit_waiting(&fixture, record(), timeline, fence);
+    fixture_expect_silence(&fixture);
     close_rest();
     expect_told(LEFT_OUT "1 behind waits for signals that weren't submitted.");
 }

@@ -2,7 +2,7 @@
 /* Random programs of uploads, copies, dispatches and builds, played by two devices, with the layer
  * at level content and without it: the application's memory is the same after each submission, and
  * what is valid stays without a message. */
-#include "memory_world.h"
+#include "tests/snapshots/memory_fixture.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,9 +13,9 @@
 enum { PROGRAMS = 12, SUBMISSIONS = 8, STEPS = 24 };
 
 static struct platform platform;
-static struct world worlds[2]; /* with the layer, and without it */
+static struct memory_fixture memory_fixtures[2]; /* with the layer, and without it */
 
-/* ---- steps: what each does is drawn once, and recorded in both worlds */
+/* ---- steps: what each does is drawn once, and recorded in both memory_fixtures */
 
 static float random_coordinate(struct random *random)
 {
@@ -38,7 +38,7 @@ static void write_inputs(struct random *random, unsigned char *bytes)
 }
 
 /* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
-static void barrier(const struct world *world, bool is_before_build)
+static void barrier(const struct memory_fixture *memory_fixture, bool is_before_build)
 {
     const VkMemoryBarrier memory = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
@@ -50,12 +50,12 @@ static void barrier(const struct world *world, bool is_before_build)
     const VkPipelineStageFlags others =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
     const VkPipelineStageFlags build = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
-    world->stage.vk.CmdPipelineBarrier(world->commands, is_before_build ? others | build : build,
-                                       is_before_build ? build : others | build, 0, 1, &memory, 0,
-                                       NULL, 0, NULL);
+    memory_fixture->fixture.vk.CmdPipelineBarrier(
+        memory_fixture->commands, is_before_build ? others | build : build,
+        is_before_build ? build : others | build, 0, 1, &memory, 0, NULL, 0, NULL);
 }
 
-static void build(const struct world *world, VkAccelerationStructureKHR dst,
+static void build(const struct memory_fixture *memory_fixture, VkAccelerationStructureKHR dst,
                   VkAccelerationStructureTypeKHR type,
                   const VkAccelerationStructureGeometryKHR *geometry,
                   const VkAccelerationStructureBuildRangeInfoKHR *range)
@@ -66,11 +66,13 @@ static void build(const struct world *world, VkAccelerationStructureKHR dst,
         .dstAccelerationStructure = dst,
         .geometryCount = 1,
         .pGeometries = geometry,
-        .scratchData.deviceAddress = (world->scratch.address + 255) & ~(VkDeviceAddress)255,
+        .scratchData.deviceAddress =
+            (memory_fixture->scratch.address + 255) & ~(VkDeviceAddress)255,
     };
-    barrier(world, true);
-    world->stage.vk.CmdBuildAccelerationStructuresKHR(world->commands, 1, &info, &range);
-    barrier(world, false);
+    barrier(memory_fixture, true);
+    memory_fixture->fixture.vk.CmdBuildAccelerationStructuresKHR(memory_fixture->commands, 1, &info,
+                                                                 &range);
+    barrier(memory_fixture, false);
 }
 
 struct step {
@@ -79,9 +81,9 @@ struct step {
     float values[8];
 };
 
-static void build_triangles(const struct world *world, const struct step *step)
+static void build_triangles(const struct memory_fixture *memory_fixture, const struct step *step)
 {
-    const VkDeviceAddress address = world->inputs[step->buffer].address;
+    const VkDeviceAddress address = memory_fixture->inputs[step->buffer].address;
     const bool has_indices = step->first % 2;
     const VkAccelerationStructureGeometryKHR geometry = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
@@ -99,27 +101,27 @@ static void build_triangles(const struct world *world, const struct step *step)
         .primitiveCount = 1 + step->count % 8,
         .primitiveOffset = 12 * (step->first % 8),
     };
-    build(world, world->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-          &geometry, &range);
+    build(memory_fixture, memory_fixture->blases[step->blas],
+          VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, &geometry, &range);
 }
 
-static void build_boxes(const struct world *world, const struct step *step)
+static void build_boxes(const struct memory_fixture *memory_fixture, const struct step *step)
 {
     const VkAccelerationStructureGeometryKHR geometry = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
         .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
         .geometry.aabbs = {
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-            .data.deviceAddress = world->inputs[step->buffer].address + BOXES_AT,
+            .data.deviceAddress = memory_fixture->inputs[step->buffer].address + BOXES_AT,
             .stride = sizeof(VkAabbPositionsKHR),
         }};
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 1 + step->count % 8, .primitiveOffset = 24 * (step->first % 8)};
-    build(world, world->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-          &geometry, &range);
+    build(memory_fixture, memory_fixture->blases[step->blas],
+          VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, &geometry, &range);
 }
 
-static void build_instances(const struct world *world, const struct step *step)
+static void build_instances(const struct memory_fixture *memory_fixture, const struct step *step)
 {
     const bool by_pointers = step->first % 2;
     const VkAccelerationStructureGeometryKHR geometry = {
@@ -128,24 +130,27 @@ static void build_instances(const struct world *world, const struct step *step)
         .geometry.instances = {
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
             .arrayOfPointers = by_pointers,
-            .data.deviceAddress = world->instances.address + (by_pointers ? POINTERS_AT : 0),
+            .data.deviceAddress =
+                memory_fixture->instances.address + (by_pointers ? POINTERS_AT : 0),
         }};
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount =
                                                                 1 + step->count % INSTANCES};
-    build(world, world->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, &geometry, &range);
+    build(memory_fixture, memory_fixture->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+          &geometry, &range);
 }
 
 /* The constants were pushed, and the pipeline bound, when the command buffer began: all but the
  * value. */
-static void dispatch(const struct world *world, const struct step *step)
+static void dispatch(const struct memory_fixture *memory_fixture, const struct step *step)
 {
-    world->stage.vk.CmdPushConstants(world->commands, world->layout, VK_SHADER_STAGE_COMPUTE_BIT,
-                                     offsetof(struct constants, value), 4, step->values);
-    world->stage.vk.CmdDispatch(world->commands, 1, 1, 1);
+    memory_fixture->fixture.vk.CmdPushConstants(memory_fixture->commands, memory_fixture->layout,
+                                                VK_SHADER_STAGE_COMPUTE_BIT,
+                                                offsetof(struct constants, value), 4, step->values);
+    memory_fixture->fixture.vk.CmdDispatch(memory_fixture->commands, 1, 1, 1);
 }
 
 /* Writes come after writes of the same bytes, too. */
-static void wait_for_writes(const struct world *world)
+static void wait_for_writes(const struct memory_fixture *memory_fixture)
 {
     const VkPipelineStageFlags stages =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
@@ -155,71 +160,71 @@ static void wait_for_writes(const struct world *world)
         .dstAccessMask =
             VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
     };
-    world->stage.vk.CmdPipelineBarrier(world->commands, stages, stages, 0, 1, &memory, 0, NULL, 0,
-                                       NULL);
+    memory_fixture->fixture.vk.CmdPipelineBarrier(memory_fixture->commands, stages, stages, 0, 1,
+                                                  &memory, 0, NULL, 0, NULL);
 }
 
 /* Of the commands here dispatches depend on it. */
-static void end_condition(struct world *world)
+static void end_condition(struct memory_fixture *memory_fixture)
 {
-    if (world->is_conditional)
-        world->stage.vk.CmdEndConditionalRenderingEXT(world->commands);
-    world->is_conditional = false;
+    if (memory_fixture->is_conditional)
+        memory_fixture->fixture.vk.CmdEndConditionalRenderingEXT(memory_fixture->commands);
+    memory_fixture->is_conditional = false;
 }
 
-static void begin_or_end_condition(struct world *world, const struct step *step)
+static void begin_or_end_condition(struct memory_fixture *memory_fixture, const struct step *step)
 {
     const VkConditionalRenderingBeginInfoEXT begin = {
         .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
-        .buffer = world->conditions.handle,
+        .buffer = memory_fixture->conditions.handle,
         .offset = step->count % 2 * sizeof(uint32_t),
         .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0,
     };
-    if (world->is_conditional || !world->stage.has_conditional_rendering) {
-        end_condition(world);
+    if (memory_fixture->is_conditional || !memory_fixture->fixture.has_conditional_rendering) {
+        end_condition(memory_fixture);
         return;
     }
-    world->stage.vk.CmdBeginConditionalRenderingEXT(world->commands, &begin);
-    world->is_conditional = true;
+    memory_fixture->fixture.vk.CmdBeginConditionalRenderingEXT(memory_fixture->commands, &begin);
+    memory_fixture->is_conditional = true;
 }
 
-static void record(struct world *world, const struct step *step)
+static void record(struct memory_fixture *memory_fixture, const struct step *step)
 {
-    const VkuDeviceDispatchTable *vk = &world->stage.vk;
+    const VkuDeviceDispatchTable *vk = &memory_fixture->fixture.vk;
     const VkDeviceSize at = step->first % (VERTICES - 8) * 12;
     const VkBufferCopy region = {at, at, step->count % 8 * 12 + 12};
     switch (step->kind) {
     case 0:
-        wait_for_writes(world);
-        vk->CmdUpdateBuffer(world->commands, world->inputs[step->buffer].handle, at,
-                            sizeof(step->values), step->values);
+        wait_for_writes(memory_fixture);
+        vk->CmdUpdateBuffer(memory_fixture->commands, memory_fixture->inputs[step->buffer].handle,
+                            at, sizeof(step->values), step->values);
         break;
     case 1:
-        wait_for_writes(world);
-        vk->CmdFillBuffer(world->commands, world->inputs[step->buffer].handle,
+        wait_for_writes(memory_fixture);
+        vk->CmdFillBuffer(memory_fixture->commands, memory_fixture->inputs[step->buffer].handle,
                           INDICES_AT + step->first % (INDICES / 2) * 4, step->count % 8 * 4 + 4,
                           step->count % VERTICES);
         break;
     case 2:
-        wait_for_writes(world);
-        vk->CmdCopyBuffer(world->commands, world->inputs[0].handle,
-                          world->inputs[step->other].handle, 1, &region);
+        wait_for_writes(memory_fixture);
+        vk->CmdCopyBuffer(memory_fixture->commands, memory_fixture->inputs[0].handle,
+                          memory_fixture->inputs[step->other].handle, 1, &region);
         break;
     case 3:
-        wait_for_writes(world);
-        dispatch(world, step);
+        wait_for_writes(memory_fixture);
+        dispatch(memory_fixture, step);
         break;
     case 4:
-        build_boxes(world, step);
+        build_boxes(memory_fixture, step);
         break;
     case 5:
-        build_instances(world, step);
+        build_instances(memory_fixture, step);
         break;
     case 8:
-        begin_or_end_condition(world, step);
+        begin_or_end_condition(memory_fixture, step);
         break;
     default:
-        build_triangles(world, step);
+        build_triangles(memory_fixture, step);
         break;
     }
 }
@@ -241,24 +246,28 @@ static struct step draw(struct random *random)
 
 /* ---- programs */
 
-static void begin(struct world *world, uint32_t word)
+static void begin(struct memory_fixture *memory_fixture, uint32_t word)
 {
     const struct constants constants = {.other = {1, 2, 3, 4},
-                                        .target = world->inputs[1].address + word * 4};
-    world->commands = stage_begin(&world->stage, 0);
-    world->stage.vk.CmdBindPipeline(world->commands, VK_PIPELINE_BIND_POINT_COMPUTE, world->fill);
-    world->stage.vk.CmdPushConstants(world->commands, world->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                                     sizeof(constants), &constants);
+                                        .target = memory_fixture->inputs[1].address + word * 4};
+    memory_fixture->commands = fixture_begin(&memory_fixture->fixture, 0);
+    memory_fixture->fixture.vk.CmdBindPipeline(
+        memory_fixture->commands, VK_PIPELINE_BIND_POINT_COMPUTE, memory_fixture->fill);
+    memory_fixture->fixture.vk.CmdPushConstants(memory_fixture->commands, memory_fixture->layout,
+                                                VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
+                                                &constants);
 }
 
 static void expect_same_memory(void)
 {
     for (int i = 0; i < BUFFERS; i++)
-        assert_memory_equal(worlds[0].inputs[i].bytes, worlds[1].inputs[i].bytes, SIZE);
+        assert_memory_equal(memory_fixtures[0].inputs[i].bytes, memory_fixtures[1].inputs[i].bytes,
+                            SIZE);
     for (int w = 0; w < 2; w++)
-        assert_memory_equal(worlds[w].instances.bytes, worlds[w].instances_written,
-                            sizeof(worlds[w].instances_written));
-    stage_expect_silence(&worlds[0].stage);
+        assert_memory_equal(memory_fixtures[w].instances.bytes,
+                            memory_fixtures[w].instances_written,
+                            sizeof(memory_fixtures[w].instances_written));
+    fixture_expect_silence(&memory_fixtures[0].fixture);
 }
 
 static void play(struct random *random, uint32_t steps, bool builds_all)
@@ -271,11 +280,11 @@ static void play(struct random *random, uint32_t steps, bool builds_all)
             drawn[i] = (struct step){.kind = 7, .blas = i};
     }
     for (int w = 0; w < 2; w++) {
-        begin(&worlds[w], word);
+        begin(&memory_fixtures[w], word);
         for (uint32_t i = 0; i < steps; i++)
-            record(&worlds[w], &drawn[i]);
-        end_condition(&worlds[w]);
-        stage_finish(&worlds[w].stage, worlds[w].commands);
+            record(&memory_fixtures[w], &drawn[i]);
+        end_condition(&memory_fixtures[w]);
+        fixture_finish(&memory_fixtures[w].fixture, memory_fixtures[w].commands);
     }
     expect_same_memory();
 }
@@ -285,17 +294,17 @@ static void test_memory_is_the_same(void **state)
     (void)state;
     struct random random = random_of("memory_test");
     for (int program = 0; program < PROGRAMS; program++) {
-        world_open(&worlds[0], &platform, true);
-        world_open(&worlds[1], &platform, false);
+        memory_fixture_open(&memory_fixtures[0], &platform, true);
+        memory_fixture_open(&memory_fixtures[1], &platform, false);
         for (int i = 0; i < BUFFERS; i++) {
-            write_inputs(&random, worlds[0].inputs[i].bytes);
-            memcpy(worlds[1].inputs[i].bytes, worlds[0].inputs[i].bytes, SIZE);
+            write_inputs(&random, memory_fixtures[0].inputs[i].bytes);
+            memcpy(memory_fixtures[1].inputs[i].bytes, memory_fixtures[0].inputs[i].bytes, SIZE);
         }
         play(&random, BLASES, true);
         for (int i = 0; i < SUBMISSIONS; i++)
             play(&random, STEPS, false);
-        world_close(&worlds[0]);
-        world_close(&worlds[1]);
+        memory_fixture_close(&memory_fixtures[0]);
+        memory_fixture_close(&memory_fixtures[1]);
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A driver that completes submissions and executes nothing: what its builds read is not known, and
  * one warning says so. */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -11,35 +11,35 @@
 enum { BUFFER_SIZE = 1 << 16 };
 
 static struct platform platform;
-static struct stage stage;
-static struct stage_buffer boxes, structures, scratch, instances;
+static struct fixture fixture;
+static struct fixture_buffer boxes, structures, scratch, instances;
 static VkAccelerationStructureKHR blas, tlas;
 
-static void open_stage(const char *level)
+static void open_fixture(const char *level)
 {
     const VkBufferUsageFlags input =
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true, .level = level});
-    boxes = stage_buffer(&stage, BUFFER_SIZE, input);
-    instances = stage_buffer(&stage, BUFFER_SIZE, input);
-    structures = stage_buffer(&stage, 2 * BUFFER_SIZE,
-                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = stage_buffer(&stage, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    blas = stage_structure(&stage, &structures, 0, BUFFER_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    tlas = stage_structure(&stage, &structures, BUFFER_SIZE, BUFFER_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true, .level = level});
+    boxes = fixture_buffer(&fixture, BUFFER_SIZE, input);
+    instances = fixture_buffer(&fixture, BUFFER_SIZE, input);
+    structures = fixture_buffer(&fixture, 2 * BUFFER_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    blas = fixture_structure(&fixture, &structures, 0, BUFFER_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    tlas = fixture_structure(&fixture, &structures, BUFFER_SIZE, BUFFER_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
 }
 
-static void close_stage(void)
+static void close_fixture(void)
 {
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, tlas, NULL);
-    stage_destroy_buffer(&stage, &boxes);
-    stage_destroy_buffer(&stage, &instances);
-    stage_destroy_buffer(&stage, &structures);
-    stage_destroy_buffer(&stage, &scratch);
-    stage_close(&stage);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, tlas, NULL);
+    fixture_destroy_buffer(&fixture, &boxes);
+    fixture_destroy_buffer(&fixture, &instances);
+    fixture_destroy_buffer(&fixture, &structures);
+    fixture_destroy_buffer(&fixture, &scratch);
+    fixture_close(&fixture);
 }
 
 static void write_instance(bool is_valid)
@@ -51,7 +51,7 @@ static void write_instance(bool is_valid)
     VkAccelerationStructureInstanceKHR written = {
         .mask = 0xff,
         .accelerationStructureReference =
-            stage.vk.GetAccelerationStructureDeviceAddressKHR(stage.device, &info),
+            fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &info),
     };
     for (int i = 0; i < 3; i++)
         written.transform.matrix[i][i] = is_valid ? 1 : 0;
@@ -76,34 +76,34 @@ static void build_top(VkCommandBuffer commands)
         .scratchData.deviceAddress = (scratch.address + 255) & ~(VkDeviceAddress)255,
     };
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
-    stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
 }
 
 static VkCommandBuffer record(void)
 {
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage_build_boxes(&stage, commands, blas, boxes.address, 1,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
-    stage_barrier(&stage, commands);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture_build_boxes(&fixture, commands, blas, boxes.address, 1,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_barrier(&fixture, commands);
     build_top(commands);
-    GET(stage.vk.EndCommandBuffer(commands));
+    GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
 }
 
 static void run(VkCommandBuffer commands)
 {
-    GET(stage_submit(&stage, commands, VK_NULL_HANDLE));
-    GET(stage.vk.QueueWaitIdle(stage.queue));
+    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+    GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
 
 /* One message with the text; it is forgotten. */
 static void expect_told(const char *text)
 {
-    if (stage.messages.count != 1)
-        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
-    if (!strstr(stage.messages.items[0].text, text))
-        fail_msg("\"%s\" is not in: %s", text, stage.messages.items[0].text);
-    messages_clear(&stage.messages);
+    if (fixture.messages.count != 1)
+        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
+    if (!strstr(fixture.messages.items[0].text, text))
+        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
+    messages_clear(&fixture.messages);
 }
 
 /* ---- tests */
@@ -113,15 +113,15 @@ static void test_warns_once(void **state)
 {
     (void)state;
     platform.null_driver.set_executes_nothing(true);
-    open_stage("content");
+    open_fixture("content");
     write_instance(true);
     VkCommandBuffer commands = record(), others = record();
     run(commands);
     expect_told("without executing the commands that copy");
     run(commands);
     run(others);
-    stage_expect_silence(&stage);
-    close_stage();
+    fixture_expect_silence(&fixture);
+    close_fixture();
 }
 
 /* What the device wrote for one execution says nothing of the next one. */
@@ -129,7 +129,7 @@ static void test_marks_are_of_one_execution(void **state)
 {
     (void)state;
     platform.null_driver.set_executes_nothing(false);
-    open_stage("content");
+    open_fixture("content");
     write_instance(false);
     VkCommandBuffer commands = record();
     run(commands);
@@ -140,7 +140,7 @@ static void test_marks_are_of_one_execution(void **state)
     platform.null_driver.set_executes_nothing(false);
     run(commands);
     expect_told("transform");
-    close_stage();
+    close_fixture();
 }
 
 /* Where no rule looks at the data, the backend says so when a structure is asked for. */
@@ -150,12 +150,12 @@ static void test_backend_warns(void **state)
     if (!platform.is_cpu)
         skip();
     platform.null_driver.set_executes_nothing(true);
-    open_stage("execution");
+    open_fixture("execution");
     write_instance(true);
     run(record());
-    stage_expect_silence(&stage);
+    fixture_expect_silence(&fixture);
     PFN_vkTraceRaysASSAY trace =
-        (PFN_vkTraceRaysASSAY)stage.get_device_proc_addr(stage.device, "vkTraceRaysASSAY");
+        (PFN_vkTraceRaysASSAY)fixture.get_device_proc_addr(fixture.device, "vkTraceRaysASSAY");
     const AssayRay ray = {.direction = {1, 0, 0}, .tMax = 1};
     AssayHit hit;
     const AssayTraceInfo info = {.accelerationStructure = (uint64_t)tlas,
@@ -165,9 +165,9 @@ static void test_backend_warns(void **state)
                                  .rays = &ray,
                                  .hits = &hit};
     assert_non_null(trace);
-    assert_int_not_equal(trace(stage.device, &info), VK_SUCCESS);
+    assert_int_not_equal(trace(fixture.device, &info), VK_SUCCESS);
     expect_told("backend = cpu can't build");
-    close_stage();
+    close_fixture();
 }
 
 int main(int argc, char **argv)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Instances behind pointers, which dispatches of the layer's own copy: not where that would be
  * counted or could be left out, and from memory as it is when the command buffer is submitted. */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -13,18 +13,18 @@ enum {
 };
 
 static struct platform platform;
-static struct stage stage;
-static struct stage_buffer boxes, structures, scratch, pointers, instance;
+static struct fixture fixture;
+static struct fixture_buffer boxes, structures, scratch, pointers, instance;
 static VkAccelerationStructureKHR blas, tlas;
 
-static struct stage_buffer create_input(VkDeviceSize size)
+static struct fixture_buffer create_input(VkDeviceSize size)
 {
-    return stage_buffer(&stage, size,
-                        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    return fixture_buffer(&fixture, size,
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
 }
 
 /* Whose transform has no inverse, which a rule of the contents finds. */
-static void write_instance(const struct stage_buffer *buffer, bool is_valid)
+static void write_instance(const struct fixture_buffer *buffer, bool is_valid)
 {
     const VkAccelerationStructureDeviceAddressInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
@@ -33,7 +33,7 @@ static void write_instance(const struct stage_buffer *buffer, bool is_valid)
     VkAccelerationStructureInstanceKHR written = {
         .mask = 0xff,
         .accelerationStructureReference =
-            stage.vk.GetAccelerationStructureDeviceAddressKHR(stage.device, &info),
+            fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &info),
     };
     for (int i = 0; i < 3; i++)
         written.transform.matrix[i][i] = is_valid ? 1 : 0;
@@ -60,53 +60,53 @@ static void build_top(VkCommandBuffer commands)
         .scratchData.deviceAddress = (scratch.address + 255) & ~(VkDeviceAddress)255,
     };
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
-    stage.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
 }
 
-static int open_stage(void **state)
+static int open_fixture(void **state)
 {
     (void)state;
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
     boxes = create_input(sizeof(VkAabbPositionsKHR));
     pointers = create_input(sizeof(uint64_t));
     instance = create_input(INSTANCE_SIZE);
-    structures = stage_buffer(&stage, 2 * STRUCTURE_SIZE,
-                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = stage_buffer(&stage, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    blas = stage_structure(&stage, &structures, 0, STRUCTURE_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    tlas = stage_structure(&stage, &structures, STRUCTURE_SIZE, STRUCTURE_SIZE,
-                           VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage_build_boxes(&stage, commands, blas, boxes.address, 1,
-                      (scratch.address + 255) & ~(VkDeviceAddress)255);
-    stage_finish(&stage, commands);
-    stage_expect_silence(&stage);
+    structures = fixture_buffer(&fixture, 2 * STRUCTURE_SIZE,
+                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    scratch = fixture_buffer(&fixture, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    blas = fixture_structure(&fixture, &structures, 0, STRUCTURE_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    tlas = fixture_structure(&fixture, &structures, STRUCTURE_SIZE, STRUCTURE_SIZE,
+                             VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture_build_boxes(&fixture, commands, blas, boxes.address, 1,
+                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_finish(&fixture, commands);
+    fixture_expect_silence(&fixture);
     return 0;
 }
 
-static int close_stage(void **state)
+static int close_fixture(void **state)
 {
     (void)state;
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, blas, NULL);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, tlas, NULL);
-    stage_destroy_buffer(&stage, &boxes);
-    stage_destroy_buffer(&stage, &pointers);
-    stage_destroy_buffer(&stage, &instance);
-    stage_destroy_buffer(&stage, &structures);
-    stage_destroy_buffer(&stage, &scratch);
-    stage_close(&stage);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, tlas, NULL);
+    fixture_destroy_buffer(&fixture, &boxes);
+    fixture_destroy_buffer(&fixture, &pointers);
+    fixture_destroy_buffer(&fixture, &instance);
+    fixture_destroy_buffer(&fixture, &structures);
+    fixture_destroy_buffer(&fixture, &scratch);
+    fixture_close(&fixture);
     return 0;
 }
 
 /* One message, which says this; it is forgotten. */
 static void expect_told(const char *text)
 {
-    if (stage.messages.count != 1)
-        fail_msg("%u messages: %s", stage.messages.count, stage.messages.items[0].text);
-    if (!strstr(stage.messages.items[0].text, text))
-        fail_msg("\"%s\" is not in: %s", text, stage.messages.items[0].text);
-    messages_clear(&stage.messages);
+    if (fixture.messages.count != 1)
+        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
+    if (!strstr(fixture.messages.items[0].text, text))
+        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
+    messages_clear(&fixture.messages);
 }
 
 /* ---- tests */
@@ -115,9 +115,9 @@ static void test_gathers(void **state)
 {
     (void)state;
     write_instance(&instance, false);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_top(commands);
-    stage_finish(&stage, commands);
+    fixture_finish(&fixture, commands);
     expect_told("transform");
 }
 
@@ -126,18 +126,18 @@ static uint64_t build_within_query(const VkQueryPoolCreateInfo *info)
 {
     VkQueryPool queries;
     uint64_t value = 1;
-    GET(stage.vk.CreateQueryPool(stage.device, info, NULL, &queries));
+    GET(fixture.vk.CreateQueryPool(fixture.device, info, NULL, &queries));
     write_instance(&instance, false);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage.vk.CmdResetQueryPool(commands, queries, 0, 1);
-    stage.vk.CmdBeginQuery(commands, queries, 0, 0);
-    stage_barrier(&stage, commands);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture.vk.CmdResetQueryPool(commands, queries, 0, 1);
+    fixture.vk.CmdBeginQuery(commands, queries, 0, 0);
+    fixture_barrier(&fixture, commands);
     build_top(commands);
-    stage.vk.CmdEndQuery(commands, queries, 0);
-    stage_finish(&stage, commands);
-    GET(stage.vk.GetQueryPoolResults(stage.device, queries, 0, 1, sizeof(value), &value,
-                                     sizeof(value), VK_QUERY_RESULT_64_BIT));
-    stage.vk.DestroyQueryPool(stage.device, queries, NULL);
+    fixture.vk.CmdEndQuery(commands, queries, 0);
+    fixture_finish(&fixture, commands);
+    GET(fixture.vk.GetQueryPoolResults(fixture.device, queries, 0, 1, sizeof(value), &value,
+                                       sizeof(value), VK_QUERY_RESULT_64_BIT));
+    fixture.vk.DestroyQueryPool(fixture.device, queries, NULL);
     return value;
 }
 
@@ -175,28 +175,28 @@ static void test_counts_no_dispatch(void **state)
 static void test_follows_no_condition(void **state)
 {
     (void)state;
-    if (!stage.has_conditional_rendering)
+    if (!fixture.has_conditional_rendering)
         skip();
-    struct stage_buffer condition =
-        stage_buffer(&stage, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
+    struct fixture_buffer condition =
+        fixture_buffer(&fixture, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
     const VkConditionalRenderingBeginInfoEXT begin = {
         .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
         .buffer = condition.handle,
     };
     write_instance(&instance, false);
-    VkCommandBuffer commands = stage_begin(&stage, 0);
-    stage.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
     build_top(commands);
-    stage.vk.CmdEndConditionalRenderingEXT(commands);
-    stage_finish(&stage, commands);
+    fixture.vk.CmdEndConditionalRenderingEXT(commands);
+    fixture_finish(&fixture, commands);
     expect_told("transform");
-    commands = stage_begin(&stage, 0);
-    stage.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
-    stage.vk.CmdEndConditionalRenderingEXT(commands);
+    commands = fixture_begin(&fixture, 0);
+    fixture.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
+    fixture.vk.CmdEndConditionalRenderingEXT(commands);
     build_top(commands);
-    stage_finish(&stage, commands);
+    fixture_finish(&fixture, commands);
     expect_told("transform");
-    stage_destroy_buffer(&stage, &condition);
+    fixture_destroy_buffer(&fixture, &condition);
 }
 
 /* In a secondary command buffer of which `inheritance` says what may be active where it executes.
@@ -205,20 +205,20 @@ static void build_in_secondary(const VkCommandBufferInheritanceInfo *inheritance
 {
     const VkCommandBufferAllocateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = stage.pool,
+        .commandPool = fixture.pool,
         .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
         .commandBufferCount = 1,
     };
     const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                             .pInheritanceInfo = inheritance};
-    VkCommandBuffer secondary, commands = stage_begin(&stage, 0);
-    GET(stage.vk.AllocateCommandBuffers(stage.device, &info, &secondary));
-    GET(stage.vk.BeginCommandBuffer(secondary, &begin));
+    VkCommandBuffer secondary, commands = fixture_begin(&fixture, 0);
+    GET(fixture.vk.AllocateCommandBuffers(fixture.device, &info, &secondary));
+    GET(fixture.vk.BeginCommandBuffer(secondary, &begin));
     build_top(secondary);
-    GET(stage.vk.EndCommandBuffer(secondary));
-    stage.vk.CmdExecuteCommands(commands, 1, &secondary);
-    stage_finish(&stage, commands);
-    stage.vk.FreeCommandBuffers(stage.device, stage.pool, 1, &secondary);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
+    fixture_finish(&fixture, commands);
+    fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &secondary);
 }
 
 /* What is inherited only the null driver is told of, which takes anything. */
@@ -253,18 +253,18 @@ static void test_inherits_nothing(void **state)
 static void test_later_memory(void **state)
 {
     (void)state;
-    VkCommandBuffer commands = stage_begin(&stage, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_top(commands);
-    struct stage_buffer later = create_input(INSTANCE_SIZE);
+    struct fixture_buffer later = create_input(INSTANCE_SIZE);
     write_instance(&later, false);
-    stage_finish(&stage, commands);
+    fixture_finish(&fixture, commands);
     expect_told("transform");
-    commands = stage_begin(&stage, 0);
+    commands = fixture_begin(&fixture, 0);
     build_top(commands);
     write_instance(&instance, true);
-    stage_destroy_buffer(&stage, &later);
-    stage_finish(&stage, commands);
-    stage_expect_silence(&stage);
+    fixture_destroy_buffer(&fixture, &later);
+    fixture_finish(&fixture, commands);
+    fixture_expect_silence(&fixture);
 }
 
 int main(int argc, char **argv)
@@ -275,17 +275,17 @@ int main(int argc, char **argv)
         return 77;
     }
     const struct CMUnitTest of_the_null_driver[] = {
-        cmocka_unit_test_setup_teardown(test_gathers, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_later_memory, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_gathers, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_later_memory, open_fixture, close_fixture),
     };
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_gathers, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_counts_nothing, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_counts_no_dispatch, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_follows_no_condition, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_stage, close_stage),
-        cmocka_unit_test_setup_teardown(test_later_memory, open_stage, close_stage),
+        cmocka_unit_test_setup_teardown(test_gathers, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_counts_nothing, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_counts_no_dispatch, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_follows_no_condition, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_later_memory, open_fixture, close_fixture),
     };
     return platform.is_null ? cmocka_run_group_tests(of_the_null_driver, NULL, NULL)
                             : cmocka_run_group_tests(tests, NULL, NULL);

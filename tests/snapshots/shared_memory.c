@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-struct memory memory_allocate(const struct stage *stage)
+struct memory memory_allocate(const struct fixture *fixture)
 {
     struct memory memory;
     const VkMemoryAllocateFlagsInfo flags = {
@@ -14,20 +14,20 @@ struct memory memory_allocate(const struct stage *stage)
     const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
                                        .pNext = &flags,
                                        .allocationSize = MEMORY_SIZE,
-                                       .memoryTypeIndex = stage->memory_type};
-    GET(stage->vk.AllocateMemory(stage->device, &info, NULL, &memory.handle));
-    GET(stage->vk.MapMemory(stage->device, memory.handle, 0, VK_WHOLE_SIZE, 0,
-                            (void **)&memory.bytes));
+                                       .memoryTypeIndex = fixture->memory_type};
+    GET(fixture->vk.AllocateMemory(fixture->device, &info, NULL, &memory.handle));
+    GET(fixture->vk.MapMemory(fixture->device, memory.handle, 0, VK_WHOLE_SIZE, 0,
+                              (void **)&memory.bytes));
     memset(memory.bytes, 0, MEMORY_SIZE);
     return memory;
 }
 
-void memory_free(const struct stage *stage, const struct memory *memory)
+void memory_free(const struct fixture *fixture, const struct memory *memory)
 {
-    stage->vk.FreeMemory(stage->device, memory->handle, NULL);
+    fixture->vk.FreeMemory(fixture->device, memory->handle, NULL);
 }
 
-struct placed memory_place(const struct stage *stage, const struct memory *memory,
+struct placed memory_place(const struct fixture *fixture, const struct memory *memory,
                            VkDeviceSize size)
 {
     struct placed placed;
@@ -38,29 +38,29 @@ struct placed memory_place(const struct stage *stage, const struct memory *memor
                  VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
     VkMemoryRequirements requirements;
-    GET(stage->vk.CreateBuffer(stage->device, &info, NULL, &placed.handle));
-    stage->vk.GetBufferMemoryRequirements(stage->device, placed.handle, &requirements);
-    GET(stage->vk.BindBufferMemory(stage->device, placed.handle, memory->handle, 0));
+    GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &placed.handle));
+    fixture->vk.GetBufferMemoryRequirements(fixture->device, placed.handle, &requirements);
+    GET(fixture->vk.BindBufferMemory(fixture->device, placed.handle, memory->handle, 0));
     const VkBufferDeviceAddressInfo address = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = placed.handle};
-    placed.address = stage->vk.GetBufferDeviceAddress(stage->device, &address);
+    placed.address = fixture->vk.GetBufferDeviceAddress(fixture->device, &address);
     return placed;
 }
 
-void memory_destroy(const struct stage *stage, const struct placed *placed)
+void memory_destroy(const struct fixture *fixture, const struct placed *placed)
 {
-    stage->vk.DestroyBuffer(stage->device, placed->handle, NULL);
+    fixture->vk.DestroyBuffer(fixture->device, placed->handle, NULL);
 }
 
-void lures_lay(const struct stage *stage, struct lures *lures)
+void lures_lay(const struct fixture *fixture, struct lures *lures)
 {
     for (int i = 0; i < LURES; i++)
-        lures->buffers[i] = memory_place(stage, &lures->memory, MEMORY_SIZE);
+        lures->buffers[i] = memory_place(fixture, &lures->memory, MEMORY_SIZE);
 }
 
-void lures_free(const struct stage *stage, const struct lures *lures)
+void lures_free(const struct fixture *fixture, const struct lures *lures)
 {
     for (int i = 0; i < LURES; i++)
-        memory_destroy(stage, &lures->buffers[i]);
-    memory_free(stage, &lures->memory);
+        memory_destroy(fixture, &lures->buffers[i]);
+    memory_free(fixture, &lures->memory);
 }

@@ -2,7 +2,7 @@
 /* Threads that record, submit and wait at once at level content on backend driver, each with
  * command buffers and data of its own, for thread sanitizers; and a device that is lost meanwhile.
  */
-#include "stage.h"
+#include "tests/snapshots/fixture.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -18,12 +18,12 @@ enum {
 };
 
 static struct platform platform;
-static struct stage stage;
+static struct fixture fixture;
 static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
 
 struct worker {
-    struct stage own; /* with a command pool of its own */
-    struct stage_buffer boxes, structures, scratch;
+    struct fixture own; /* with a command pool of its own */
+    struct fixture_buffer boxes, structures, scratch;
     VkAccelerationStructureKHR blas;
     VkFence fence;
     VkResult result; /* of what it did last */
@@ -35,39 +35,40 @@ static void open_worker(struct worker *worker)
         .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
         .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
     };
-    *worker = (struct worker){.fence = stage_fence(&stage)};
-    worker->own.platform = stage.platform;
-    worker->own.device = stage.device;
-    worker->own.vk = stage.vk;
-    worker->own.queue = stage.queue;
-    GET(stage.vk.CreateCommandPool(stage.device, &pool, NULL, &worker->own.pool));
-    worker->boxes = stage_buffer(
-        &stage, DATA_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    worker->structures = stage_buffer(&stage, STRUCTURE_SIZE,
-                                      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    worker->scratch = stage_buffer(&stage, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    worker->blas = stage_structure(&stage, &worker->structures, 0, STRUCTURE_SIZE,
-                                   VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    *worker = (struct worker){.fence = fixture_fence(&fixture)};
+    worker->own.platform = fixture.platform;
+    worker->own.device = fixture.device;
+    worker->own.vk = fixture.vk;
+    worker->own.queue = fixture.queue;
+    GET(fixture.vk.CreateCommandPool(fixture.device, &pool, NULL, &worker->own.pool));
+    worker->boxes = fixture_buffer(
+        &fixture, DATA_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    worker->structures = fixture_buffer(&fixture, STRUCTURE_SIZE,
+                                        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    worker->scratch = fixture_buffer(&fixture, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    worker->blas = fixture_structure(&fixture, &worker->structures, 0, STRUCTURE_SIZE,
+                                     VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 static void close_worker(struct worker *worker)
 {
-    stage.vk.DestroyCommandPool(stage.device, worker->own.pool, NULL);
-    stage.vk.DestroyFence(stage.device, worker->fence, NULL);
-    stage.vk.DestroyAccelerationStructureKHR(stage.device, worker->blas, NULL);
-    stage_destroy_buffer(&stage, &worker->boxes);
-    stage_destroy_buffer(&stage, &worker->structures);
-    stage_destroy_buffer(&stage, &worker->scratch);
+    fixture.vk.DestroyCommandPool(fixture.device, worker->own.pool, NULL);
+    fixture.vk.DestroyFence(fixture.device, worker->fence, NULL);
+    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, worker->blas, NULL);
+    fixture_destroy_buffer(&fixture, &worker->boxes);
+    fixture_destroy_buffer(&fixture, &worker->structures);
+    fixture_destroy_buffer(&fixture, &worker->scratch);
 }
 
 static VkResult submit(struct worker *worker, VkCommandBuffer commands)
 {
     pthread_mutex_lock(&queue_lock);
-    VkResult result = stage_submit(&worker->own, commands, worker->fence);
+    VkResult result = fixture_submit(&worker->own, commands, worker->fence);
     pthread_mutex_unlock(&queue_lock);
     if (result == VK_SUCCESS)
-        result = stage.vk.WaitForFences(stage.device, 1, &worker->fence, VK_TRUE, UINT64_MAX);
-    return result == VK_SUCCESS ? stage.vk.ResetFences(stage.device, 1, &worker->fence) : result;
+        result = fixture.vk.WaitForFences(fixture.device, 1, &worker->fence, VK_TRUE, UINT64_MAX);
+    return result == VK_SUCCESS ? fixture.vk.ResetFences(fixture.device, 1, &worker->fence)
+                                : result;
 }
 
 /* Submitted twice, so that what an execution copied may have to be kept while the next one
@@ -76,13 +77,13 @@ static void *work(void *argument)
 {
     struct worker *worker = argument;
     for (int round = 0; round < ROUNDS && worker->result == VK_SUCCESS; round++) {
-        VkCommandBuffer commands = stage_begin(&worker->own, 0);
-        stage_build_boxes(&worker->own, commands, worker->blas, worker->boxes.address, BOXES,
-                          (worker->scratch.address + 255) & ~(VkDeviceAddress)255);
-        GET(stage.vk.EndCommandBuffer(commands));
+        VkCommandBuffer commands = fixture_begin(&worker->own, 0);
+        fixture_build_boxes(&worker->own, commands, worker->blas, worker->boxes.address, BOXES,
+                            (worker->scratch.address + 255) & ~(VkDeviceAddress)255);
+        GET(fixture.vk.EndCommandBuffer(commands));
         for (int i = 0; i < 2 && worker->result == VK_SUCCESS; i++)
             worker->result = submit(worker, commands);
-        stage.vk.FreeCommandBuffers(stage.device, worker->own.pool, 1, &commands);
+        fixture.vk.FreeCommandBuffers(fixture.device, worker->own.pool, 1, &commands);
     }
     return NULL;
 }
@@ -104,14 +105,14 @@ static void test_threads(void **state)
 {
     (void)state;
     struct worker workers[THREADS];
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
     run_threads(workers, NULL);
     for (int i = 0; i < THREADS; i++) {
         GET(workers[i].result);
         close_worker(&workers[i]);
     }
-    stage_expect_silence(&stage);
-    stage_close(&stage);
+    fixture_expect_silence(&fixture);
+    fixture_close(&fixture);
 }
 
 static void lose_device(void)
@@ -126,16 +127,16 @@ static void test_lost_device(void **state)
     if (!platform.is_null)
         skip();
     struct worker workers[THREADS];
-    stage_open(&stage, &platform, &(struct stage_setup){.has_layer = true});
+    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
     run_threads(workers, lose_device);
     for (int i = 0; i < THREADS; i++) {
         assert_true(workers[i].result == VK_SUCCESS || workers[i].result == VK_ERROR_DEVICE_LOST);
         close_worker(&workers[i]);
     }
-    for (uint32_t i = 0; i < messages_kept(&stage.messages); i++)
-        if (!strstr(stage.messages.items[i].text, " is lost"))
-            fail_msg("%s", stage.messages.items[i].text);
-    stage_close(&stage);
+    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
+        if (!strstr(fixture.messages.items[i].text, " is lost"))
+            fail_msg("%s", fixture.messages.items[i].text);
+    fixture_close(&fixture);
     platform.null_driver.set_device_lost(false);
 }
 

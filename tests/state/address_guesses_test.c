@@ -30,7 +30,7 @@ static unsigned guessed(layout lie, uint32_t count, bool any)
     for (uint32_t i = 0; i < count; i++) {
         const struct address_facts place = lie(i);
         uint64_t address = place.address + (any ? random_next(&random) % place.bytes_left : 0);
-        right += place_holds(address_guesses_find(&guesses, address), address);
+        right += buffer_range_contains(address_guesses_find(&guesses, address), address);
     }
     address_map_release(&map);
     return right * 100 / count;

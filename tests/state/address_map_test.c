@@ -21,23 +21,23 @@ struct range {
     unsigned found; /* by the query under way */
 };
 
-struct world {
+struct fixture {
     struct address_map map;
     struct range *ranges;
     uint32_t count;
 };
 
-static void setup(struct world *world, uint32_t count)
+static void setup(struct fixture *fixture, uint32_t count)
 {
-    *world = (struct world){.count = count, .ranges = calloc(count, sizeof(struct range))};
-    assert_non_null(world->ranges);
+    *fixture = (struct fixture){.count = count, .ranges = calloc(count, sizeof(struct range))};
+    assert_non_null(fixture->ranges);
 }
 
-static void teardown(struct world *world)
+static void teardown(struct fixture *fixture)
 {
-    address_map_release(&world->map);
-    assert_int_equal(world->map.chunk_count, 0);
-    free(world->ranges);
+    address_map_release(&fixture->map);
+    assert_int_equal(fixture->map.chunk_count, 0);
+    free(fixture->ranges);
 }
 
 static struct address_facts place_of(const struct range *range, uint64_t id)
@@ -46,9 +46,9 @@ static struct address_facts place_of(const struct range *range, uint64_t id)
         .address = range->begin, .bytes_left = range->size, .buffer_id = id};
 }
 
-static struct address_facts place_in(const struct world *world, const struct range *range)
+static struct address_facts place_in(const struct fixture *fixture, const struct range *range)
 {
-    return place_of(range, (uint64_t)(range - world->ranges));
+    return place_of(range, (uint64_t)(range - fixture->ranges));
 }
 
 static void note(const struct address_facts *place, void *context)
@@ -57,20 +57,20 @@ static void note(const struct address_facts *place, void *context)
     ranges[place->buffer_id].found++;
 }
 
-static bool holds(const struct range *range, uint64_t address)
+static bool has_references(const struct range *range, uint64_t address)
 {
     return range->present && range->begin <= address && address - range->begin < range->size;
 }
 
 /* Before a search a guess may be old. What it shows at a glance is true all the same. */
-static void assert_a_glance_is_right(const struct world *world, uint64_t address)
+static void assert_a_glance_is_right(const struct fixture *fixture, uint64_t address)
 {
-    const struct address_guesses guesses = address_map_guesses(&world->map);
+    const struct address_guesses guesses = address_map_guesses(&fixture->map);
     const struct address_facts *place = address_guesses_find(&guesses, address);
-    if (!place_holds(place, address) || place->is_shared)
+    if (!buffer_range_contains(place, address) || place->is_shared)
         return;
-    for (uint32_t i = 0; i < world->count; i++)
-        assert_int_equal(holds(&world->ranges[i], address), i == place->buffer_id);
+    for (uint32_t i = 0; i < fixture->count; i++)
+        assert_int_equal(has_references(&fixture->ranges[i], address), i == place->buffer_id);
 }
 
 static bool overlap(const struct range *a, const struct range *b)
@@ -80,46 +80,46 @@ static bool overlap(const struct range *a, const struct range *b)
 }
 
 /* After it the guess is good, and the place knows whether others overlap it. */
-static void assert_a_search_is_remembered(const struct world *world, uint64_t address)
+static void assert_a_search_is_remembered(const struct fixture *fixture, uint64_t address)
 {
-    const struct address_guesses guesses = address_map_guesses(&world->map);
+    const struct address_guesses guesses = address_map_guesses(&fixture->map);
     const struct address_facts *place = address_guesses_find(&guesses, address);
-    assert_true(place_holds(place, address));
-    const struct range *range = &world->ranges[place->buffer_id];
+    assert_true(buffer_range_contains(place, address));
+    const struct range *range = &fixture->ranges[place->buffer_id];
     bool is_shared = false;
-    for (uint32_t i = 0; i < world->count; i++)
-        is_shared = is_shared || overlap(range, &world->ranges[i]);
+    for (uint32_t i = 0; i < fixture->count; i++)
+        is_shared = is_shared || overlap(range, &fixture->ranges[i]);
     assert_int_equal(place->is_shared, is_shared);
 }
 
-static void assert_finds_what_is_there(struct world *world, uint64_t address)
+static void assert_finds_what_is_there(struct fixture *fixture, uint64_t address)
 {
     uint32_t holders = 0;
-    assert_a_glance_is_right(world, address);
-    address_map_find(&world->map, address, note, world->ranges);
-    for (uint32_t i = 0; i < world->count; i++) {
-        struct range *range = &world->ranges[i];
-        if (range->found != holds(range, address))
+    assert_a_glance_is_right(fixture, address);
+    address_map_find(&fixture->map, address, note, fixture->ranges);
+    for (uint32_t i = 0; i < fixture->count; i++) {
+        struct range *range = &fixture->ranges[i];
+        if (range->found != has_references(range, address))
             fail_msg("address %#lx: [%#lx, +%#lx) visited %u times", (unsigned long)address,
                      (unsigned long)range->begin, (unsigned long)range->size, range->found);
         holders += range->found;
         range->found = 0;
     }
     if (holders)
-        assert_a_search_is_remembered(world, address);
+        assert_a_search_is_remembered(fixture, address);
 }
 
-static void add(struct world *world, struct range *range)
+static void add(struct fixture *fixture, struct range *range)
 {
-    const struct address_facts place = place_in(world, range);
-    assert_true(address_map_add(&world->map, &place));
+    const struct address_facts place = place_in(fixture, range);
+    assert_true(address_map_add(&fixture->map, &place));
     range->present = true;
 }
 
-static void take_out(struct world *world, struct range *range)
+static void take_out(struct fixture *fixture, struct range *range)
 {
-    const struct address_facts place = place_in(world, range);
-    address_map_remove(&world->map, &place);
+    const struct address_facts place = place_in(fixture, range);
+    address_map_remove(&fixture->map, &place);
     range->present = false;
 }
 
@@ -180,51 +180,51 @@ static void lie_far_apart(struct random *random, struct range *range, uint32_t i
 typedef void (*layout)(struct random *random, struct range *range, uint32_t i);
 
 /* An address at which something may go wrong: by the ends of a range, or in it. */
-static uint64_t some_address(struct random *random, const struct world *world)
+static uint64_t some_address(struct random *random, const struct fixture *fixture)
 {
-    const struct range *range = &world->ranges[random_below(random, world->count)];
+    const struct range *range = &fixture->ranges[random_below(random, fixture->count)];
     uint64_t edges[] = {range->begin, range->begin - 1, range->begin + range->size,
                         range->begin + range->size - 1,
                         range->begin + random_next(random) % range->size};
     return edges[random_below(random, sizeof(edges) / sizeof(edges[0]))];
 }
 
-static void query(struct random *random, struct world *world, uint32_t count)
+static void query(struct random *random, struct fixture *fixture, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
-        assert_finds_what_is_there(world, some_address(random, world));
+        assert_finds_what_is_there(fixture, some_address(random, fixture));
 }
 
 /* Fills, changes and empties a map. */
 static void live_through(struct random *random, layout lie, uint32_t count, uint32_t queries)
 {
-    struct world world;
-    setup(&world, count);
+    struct fixture fixture;
+    setup(&fixture, count);
     for (uint32_t i = 0; i < count; i++) {
-        lie(random, &world.ranges[i], i);
-        add(&world, &world.ranges[i]);
+        lie(random, &fixture.ranges[i], i);
+        add(&fixture, &fixture.ranges[i]);
     }
-    query(random, &world, queries / 3);
+    query(random, &fixture, queries / 3);
     for (uint32_t i = 0; i < count; i++) {
-        struct range *range = &world.ranges[random_below(random, count)];
+        struct range *range = &fixture.ranges[random_below(random, count)];
         if (range->present) {
-            take_out(&world, range);
-            lie(random, range, (uint32_t)(range - world.ranges));
+            take_out(&fixture, range);
+            lie(random, range, (uint32_t)(range - fixture.ranges));
         } else {
-            add(&world, range);
+            add(&fixture, range);
         }
         if (i % (3 * count / queries) == 0)
-            query(random, &world, 1);
+            query(random, &fixture, 1);
     }
     for (uint32_t i = 0; i < count; i++) {
         uint32_t at = (uint32_t)((uint64_t)i * 7919 % count); /* 7919 is a prime: each once */
-        if (world.ranges[at].present)
-            take_out(&world, &world.ranges[at]);
+        if (fixture.ranges[at].present)
+            take_out(&fixture, &fixture.ranges[at]);
         if (i % (3 * count / queries) == 0)
-            query(random, &world, 1);
+            query(random, &fixture, 1);
     }
-    assert_int_equal(world.map.chunk_count, 0);
-    teardown(&world);
+    assert_int_equal(fixture.map.chunk_count, 0);
+    teardown(&fixture);
 }
 
 static void test_ranges_apart(void **state)
@@ -332,23 +332,23 @@ static void test_removing_what_is_not_there_does_nothing(void **state)
 {
     (void)state;
     struct range ranges[3] = {{0}};
-    struct world world = {.ranges = ranges, .count = 3};
+    struct fixture fixture = {.ranges = ranges, .count = 3};
     const struct address_facts first = {.address = 0x1000, .buffer_id = 0};
     const struct address_facts others[] = {{.address = 0x1000, .buffer_id = 2},
                                            {.address = 0x1001, .buffer_id = 0},
                                            {.address = 0, .buffer_id = 0}};
-    address_map_remove(&world.map, &first);
+    address_map_remove(&fixture.map, &first);
     for (uint32_t i = 0; i < 2; i++) {
-        world.ranges[i] = (struct range){.begin = 0x1000, .size = 16};
-        add(&world, &world.ranges[i]);
+        fixture.ranges[i] = (struct range){.begin = 0x1000, .size = 16};
+        add(&fixture, &fixture.ranges[i]);
     }
     for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
-        address_map_remove(&world.map, &others[i]);
-    assert_finds_what_is_there(&world, 0x1000);
-    take_out(&world, &world.ranges[0]);
-    address_map_remove(&world.map, &first);
-    assert_finds_what_is_there(&world, 0x1000);
-    address_map_release(&world.map);
+        address_map_remove(&fixture.map, &others[i]);
+    assert_finds_what_is_there(&fixture, 0x1000);
+    take_out(&fixture, &fixture.ranges[0]);
+    address_map_remove(&fixture.map, &first);
+    assert_finds_what_is_there(&fixture, 0x1000);
+    address_map_release(&fixture.map);
 }
 
 /* Many small ranges leave no trace in how a large one is found that stays: any of its addresses at
@@ -356,58 +356,58 @@ static void test_removing_what_is_not_there_does_nothing(void **state)
 static void test_what_few_are_left_is_found_as_few_are(void **state)
 {
     (void)state;
-    struct world world;
-    setup(&world, ENTRIES);
-    world.ranges[0] = (struct range){.begin = 0x100000000u, .size = 1 << 24};
-    add(&world, &world.ranges[0]);
+    struct fixture fixture;
+    setup(&fixture, ENTRIES);
+    fixture.ranges[0] = (struct range){.begin = 0x100000000u, .size = 1 << 24};
+    add(&fixture, &fixture.ranges[0]);
     for (uint32_t i = 1; i < ENTRIES; i++) {
-        world.ranges[i] = (struct range){.begin = 0x10000u + 0x100u * i, .size = 0x100};
-        add(&world, &world.ranges[i]);
+        fixture.ranges[i] = (struct range){.begin = 0x10000u + 0x100u * i, .size = 0x100};
+        add(&fixture, &fixture.ranges[i]);
     }
-    assert_true(world.map.slot_count >= ENTRIES);
+    assert_true(fixture.map.slot_count >= ENTRIES);
     for (uint32_t i = 1; i < ENTRIES; i++) {
         /* What can't be given back stays for now. */
         memory_fail_after(i % 3 && i < ENTRIES - 10 ? 0 : 100);
-        take_out(&world, &world.ranges[i]);
+        take_out(&fixture, &fixture.ranges[i]);
         memory_fail_no_more();
         if (i % 500 == 0)
-            assert_finds_what_is_there(&world, world.ranges[ENTRIES - i].begin);
+            assert_finds_what_is_there(&fixture, fixture.ranges[ENTRIES - i].begin);
     }
-    assert_in_range(world.map.slot_count, 1, 1024);
-    assert_finds_what_is_there(&world, 0x100000000u);
-    const struct address_guesses guesses = address_map_guesses(&world.map);
+    assert_in_range(fixture.map.slot_count, 1, 1024);
+    assert_finds_what_is_there(&fixture, 0x100000000u);
+    const struct address_guesses guesses = address_map_guesses(&fixture.map);
     for (uint64_t offset = 0; offset < 1 << 24; offset += 0x5000)
-        assert_true(place_holds(address_guesses_find(&guesses, 0x100000000u + offset),
-                                0x100000000u + offset));
-    teardown(&world);
+        assert_true(buffer_range_contains(address_guesses_find(&guesses, 0x100000000u + offset),
+                                          0x100000000u + offset));
+    teardown(&fixture);
 }
 
 static void test_without_memory_it_stays_as_it_was(void **state)
 {
     (void)state;
     struct random random = random_of("address_map memory");
-    struct world world;
+    struct fixture fixture;
     unsigned failures = 0;
-    setup(&world, 4000);
-    for (uint32_t i = 0; i < world.count; i++)
-        lie_anywhere(&random, &world.ranges[i], i);
-    for (uint32_t i = 0; i < world.count; i++) {
-        struct range *range = &world.ranges[i];
+    setup(&fixture, 4000);
+    for (uint32_t i = 0; i < fixture.count; i++)
+        lie_anywhere(&random, &fixture.ranges[i], i);
+    for (uint32_t i = 0; i < fixture.count; i++) {
+        struct range *range = &fixture.ranges[i];
         memory_fail_after((int)random_below(&random, 2));
-        const struct address_facts place = place_in(&world, range);
-        range->present = address_map_add(&world.map, &place);
+        const struct address_facts place = place_in(&fixture, range);
+        range->present = address_map_add(&fixture.map, &place);
         bool failed = memory_fail_no_more();
         /* It may also fail to choose better slots for what is there. */
         assert_true(range->present || failed);
         if (!range->present) {
             failures++;
-            query(&random, &world, 1);
-            add(&world, range);
+            query(&random, &fixture, 1);
+            add(&fixture, range);
         }
     }
-    query(&random, &world, 200);
+    query(&random, &fixture, 200);
     assert_true(failures > 4);
-    teardown(&world);
+    teardown(&fixture);
 }
 
 int main(void)

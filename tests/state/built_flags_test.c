@@ -10,31 +10,31 @@
 
 enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7 };
 
-static void write(struct built_flags *flags, bool allows, struct moment moment)
+static void write(struct built_flags *flags, bool allows, struct timestamp timestamp)
 {
     const struct built built = {
         .state = BUILT_BEFORE,
         .flags =
             allows ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR : 0};
-    built_flags_write(flags, ID, &built, moment);
+    built_flags_write(flags, ID, &built, timestamp);
 }
 
-static struct moment batch(uint64_t count)
+static struct timestamp batch(uint64_t count)
 {
-    return (struct moment){QUEUE, count};
+    return (struct timestamp){QUEUE, count};
 }
 
 /* Of a build in a batch that follows all of its queue. */
-static struct built_flags_turn turn_in(struct built_flags *flags, struct moment now)
+static struct execution_point turn_in(struct built_flags *flags, struct timestamp now)
 {
-    struct built_flags_turn turn = {.turn = built_flags_now(flags), .now = now};
-    execution_clock_add(&turn.follows, (struct moment){now.queue, now.count - 1});
-    return turn;
+    struct execution_point serial = {.serial = built_flags_now(flags), .now = now};
+    execution_clock_add(&serial.follows, (struct timestamp){now.queue, now.count - 1});
+    return serial;
 }
 
-static enum tristate ask(struct built_flags *flags, struct built_flags_turn turn)
+static enum tristate ask(struct built_flags *flags, struct execution_point serial)
 {
-    return built_flags_allow_disabling(flags, ID, &turn);
+    return built_flags_allow_disabling(flags, ID, &serial);
 }
 
 static void test_latest(void **state)
@@ -55,33 +55,33 @@ static void test_turns_that_have_passed(void **state)
 {
     struct built_flags *flags = *state;
     write(flags, false, batch(1));
-    const struct built_flags_turn turn = turn_in(flags, batch(2));
+    const struct execution_point serial = turn_in(flags, batch(2));
     write(flags, false, batch(3));
-    assert_int_equal(ask(flags, turn), NO);
+    assert_int_equal(ask(flags, serial), NO);
     write(flags, true, batch(4));
-    assert_int_equal(ask(flags, turn), UNKNOWN);
+    assert_int_equal(ask(flags, serial), UNKNOWN);
     write(flags, false, batch(5));
-    assert_int_equal(ask(flags, turn), UNKNOWN);
+    assert_int_equal(ask(flags, serial), UNKNOWN);
 }
 
 static void test_without_order(void **state)
 {
     struct built_flags *flags = *state;
-    write(flags, false, (struct moment){OTHER_QUEUE, 1});
-    struct built_flags_turn turn = turn_in(flags, batch(9));
-    assert_int_equal(ask(flags, turn), UNKNOWN);
-    execution_clock_add(&turn.follows, (struct moment){OTHER_QUEUE, 1});
-    assert_int_equal(ask(flags, turn), NO);
-    write(flags, true, moment_never());
+    write(flags, false, (struct timestamp){OTHER_QUEUE, 1});
+    struct execution_point serial = turn_in(flags, batch(9));
+    assert_int_equal(ask(flags, serial), UNKNOWN);
+    execution_clock_add(&serial.follows, (struct timestamp){OTHER_QUEUE, 1});
+    assert_int_equal(ask(flags, serial), NO);
+    write(flags, true, timestamp_never());
     assert_int_equal(ask(flags, turn_in(flags, batch(9))), UNKNOWN);
 }
 
 static void test_within_a_batch(void **state)
 {
     struct built_flags *flags = *state;
-    struct built_flags_turn before = turn_in(flags, batch(1));
+    struct execution_point before = turn_in(flags, batch(1));
     write(flags, false, batch(1));
-    struct built_flags_turn after = turn_in(flags, batch(1));
+    struct execution_point after = turn_in(flags, batch(1));
     assert_int_equal(ask(flags, before), UNKNOWN);
     assert_int_equal(ask(flags, after), NO);
     after.is_unordered = true;

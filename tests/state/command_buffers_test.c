@@ -8,8 +8,8 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "command_things.h"
 #include "random.h"
+#include "tests/state/command_fixture.h"
 
 /* ---- pools and handles */
 

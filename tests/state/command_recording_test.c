@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "command_things.h"
+#include "tests/state/command_fixture.h"
 
 /* ---- states */
 

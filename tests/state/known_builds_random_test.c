@@ -15,7 +15,7 @@
 #include "random.h"
 #include "src/check/call/check.h"
 #include "src/state/builds/known_builds.h"
-#include "things.h"
+#include "tests/state/fixture.h"
 
 enum { MEMORIES = 2, BUFFERS = 6, ACCELS = 4, SPECS = 6, CALL_MAX = 2, STEPS = 4000, LIVES = 40 };
 
@@ -31,7 +31,7 @@ struct spec {
     VkAccelerationStructureBuildRangeInfoKHR range;
 };
 
-struct world {
+struct fixture {
     struct resources *resources;
     struct device_facts device;
     bool active[RULE_COUNT];
@@ -43,7 +43,7 @@ struct world {
 enum { TRACE_MAX = 4096 };
 
 struct trace {
-    struct world *world;
+    struct fixture *fixture;
     uint64_t words[TRACE_MAX];
     uint32_t count, findings, formats_asked;
 };
@@ -117,14 +117,14 @@ static void say_accel(struct trace *trace, const struct accel_facts *facts)
     say(trace, facts->id);
     say(trace, facts->size);
     say(trace, facts->backed);
-    say(trace, facts->in_pieces);
+    say(trace, facts->is_sparse);
     say(trace, (uint64_t)(uintptr_t)facts->memory);
     say(trace, facts->memory ? facts->begin : 0);
 }
 
 /* What journals read of it. */
-static void see_build(void *user, const struct build_view *build,
-                      const struct geometry_view *geometry)
+static void record_build(void *user, const struct build_view *build,
+                         const struct geometry_view *geometry)
 {
     struct trace *trace = user;
     say(trace, build->index);
@@ -144,52 +144,53 @@ static void see_build(void *user, const struct build_view *build,
     say_address(trace, &geometry->data);
 }
 
-static void see_geometry(void *user, const struct geometry_view *geometry)
+static void record_geometry(void *user, const struct geometry_view *geometry)
 {
     say_address(user, &geometry->vertex);
 }
 
-static void see_ranges(void *user, struct noted_ranges *ranges)
+static void record_ranges(void *user, struct noted_ranges *ranges)
 {
     struct trace *trace = user;
     say(trace, ranges ? ranges->count : 0);
     free(ranges);
 }
 
-static const struct check_witness witness = {
-    .see_build = see_build, .see_geometry = see_geometry, .see_ranges = see_ranges};
+static const struct build_recorder recorder = {.record_build = record_build,
+                                               .record_geometry = record_geometry,
+                                               .record_ranges = record_ranges};
 
-static void check(struct world *world, struct known_builds *known, const uint32_t *chosen,
+static void check(struct fixture *fixture, struct known_builds *known, const uint32_t *chosen,
                   uint32_t count, struct trace *trace)
 {
     VkAccelerationStructureBuildGeometryInfoKHR infos[CALL_MAX];
     const VkAccelerationStructureBuildRangeInfoKHR *ranges[CALL_MAX];
     for (uint32_t i = 0; i < count; i++) {
-        infos[i] = world->specs[chosen[i]].info;
-        ranges[i] = &world->specs[chosen[i]].range;
+        infos[i] = fixture->specs[chosen[i]].info;
+        ranges[i] = &fixture->specs[chosen[i]].range;
     }
     struct readable_cache readable = {0};
     struct check_context context = {.hooks = &hooks,
-                                    .witness = &witness,
+                                    .recorder = &recorder,
                                     .user = trace,
                                     .level = LEVEL_STATE,
-                                    .active = world->active,
+                                    .active = fixture->active,
                                     .readable = &readable,
-                                    .resources = world->resources,
+                                    .resources = fixture->resources,
                                     .known = known};
     struct call_view call = {.command = COMMAND_DEVICE,
                              .info_count = count,
-                             .device = &world->device,
+                             .device = &fixture->device,
                              .infos = infos,
                              .build_ranges = ranges};
-    trace->world = world;
+    trace->fixture = fixture;
     trace->count = trace->findings = trace->formats_asked = 0;
     check_builds(&context, &call);
 }
 
 /* ---- what happens */
 
-static void make_buffer(struct random *random, struct world *world, unsigned n)
+static void make_buffer(struct random *random, struct fixture *fixture, unsigned n)
 {
     const VkBufferUsageFlags usage =
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
@@ -197,90 +198,90 @@ static void make_buffer(struct random *random, struct world *world, unsigned n)
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;
     unsigned at = random_one_in(random, 20) ? 1 + random_below(random, BUFFERS) : n;
     if (random_one_in(random, 20))
-        have_sparse_buffer(world->resources, n, SIZE);
+        have_sparse_buffer(fixture->resources, n, SIZE);
     else
-        have_buffer(world->resources, n, random_one_in(random, 20) ? SIZE / 4 : SIZE,
+        have_buffer(fixture->resources, n, random_one_in(random, 20) ? SIZE / 4 : SIZE,
                     random_one_in(random, 20) ? VK_BUFFER_USAGE_TRANSFER_DST_BIT : usage);
     if (!random_one_in(random, 20))
         resources_bind_buffer(
-            world->resources, buffer(n), memory(1 + random_below(random, MEMORIES)),
+            fixture->resources, buffer(n), memory(1 + random_below(random, MEMORIES)),
             (VkDeviceSize)SIZE * (random_one_in(random, 8) ? at : n), random_one_in(random, 10));
-    resources_set_address(world->resources, buffer(n),
+    resources_set_address(fixture->resources, buffer(n),
                           BASE_OF(at) + (random_one_in(random, 20) ? 0x80 : 0));
 }
 
-static void make_accel(struct random *random, struct world *world, unsigned n)
+static void make_accel(struct random *random, struct fixture *fixture, unsigned n)
 {
-    have_accel(world->resources, n, 1 + random_below(random, 2), 0x400 * (n - 1),
+    have_accel(fixture->resources, n, 1 + random_below(random, 2), 0x400 * (n - 1),
                random_one_in(random, 20) ? 0x80 : 0x400);
 }
 
 /* A buffer beside the others comes to share the addresses of one of them, is bound, or goes. */
-static void change_alias(struct random *random, struct world *world)
+static void change_alias(struct random *random, struct fixture *fixture)
 {
     enum { ALIAS = BUFFERS + 1 };
     unsigned like = 1 + random_below(random, BUFFERS);
     switch (random_below(random, 3)) {
     case 0:
-        resources_remove_buffer(world->resources, buffer(ALIAS));
+        resources_remove_buffer(fixture->resources, buffer(ALIAS));
         break;
     case 1:
-        have_buffer(world->resources, ALIAS, random_one_in(random, 2) ? 2 * SIZE : SIZE / 2, 0);
-        resources_set_address(world->resources, buffer(ALIAS), BASE_OF(like));
+        have_buffer(fixture->resources, ALIAS, random_one_in(random, 2) ? 2 * SIZE : SIZE / 2, 0);
+        resources_set_address(fixture->resources, buffer(ALIAS), BASE_OF(like));
         break;
     default:
-        bind_at(world->resources, ALIAS, 1 + random_below(random, MEMORIES),
+        bind_at(fixture->resources, ALIAS, 1 + random_below(random, MEMORIES),
                 (VkDeviceSize)SIZE * like);
     }
 }
 
 /* One of the things that change what is known. */
-static void change_state(struct random *random, struct world *world)
+static void change_state(struct random *random, struct fixture *fixture)
 {
     unsigned b = 1 + random_below(random, BUFFERS), a = 1 + random_below(random, ACCELS);
     unsigned m = 1 + random_below(random, MEMORIES);
     switch (random_below(random, 24)) {
     case 0:
-        resources_remove_buffer(world->resources, buffer(b));
+        resources_remove_buffer(fixture->resources, buffer(b));
         break;
     case 1:
     case 2:
     case 3:
-        make_buffer(random, world, b);
+        make_buffer(random, fixture, b);
         break;
     case 4:
-        resources_remove_accel(world->resources, accel(a));
+        resources_remove_accel(fixture->resources, accel(a));
         break;
     case 5:
     case 6:
-        make_accel(random, world, a);
+        make_accel(random, fixture, a);
         break;
     case 7:
-        resources_bind_buffer(world->resources, buffer(b), memory(m),
+        resources_bind_buffer(fixture->resources, buffer(b), memory(m),
                               SIZE * (VkDeviceSize)random_below(random, 4), false);
         break;
     case 8:
-        resources_set_address(world->resources, buffer(b),
+        resources_set_address(fixture->resources, buffer(b),
                               BASE_OF(b) + (random_one_in(random, 2) ? 0x80 : 0));
         break;
     case 9:
-        change_alias(random, world);
+        change_alias(random, fixture);
         break;
     case 11:
         if (random_one_in(random, 3))
-            resources_forget_binding(world->resources, buffer(b));
+            resources_forget_binding(fixture->resources, buffer(b));
         break;
     case 10:
         if (random_one_in(random, 3))
-            resources_remove_memory(world->resources, memory(m));
+            resources_remove_memory(fixture->resources, memory(m));
         break;
     default:
         for (m = 1; m <= MEMORIES; m++)
-            have_memory(world->resources, m);
+            have_memory(fixture->resources, m);
         for (unsigned n = 1; n <= BUFFERS; n++)
-            make_buffer(random, world, n);
+            make_buffer(random, fixture, n);
         for (unsigned n = 1; n <= ACCELS; n++)
-            make_accel(random, world, n);
+            make_accel(random, fixture, n);
     }
 }
 
@@ -414,36 +415,36 @@ static void make_spec(struct random *random, struct spec *spec)
     spec->info.pGeometries = &spec->geometry;
 }
 
-static void make_world(struct random *random, struct world *world)
+static void make_fixture(struct random *random, struct fixture *fixture)
 {
     static const bool muted[MESSAGE_ID_COUNT];
-    memset(world, 0, sizeof(*world));
-    world->resources = no_resources();
-    world->device.acceleration_structure = true;
-    world->device.limits.maxGeometryCount = world->device.limits.maxPrimitiveCount = 1 << 20;
-    world->device.limits.minAccelerationStructureScratchOffsetAlignment = 64;
-    world->device.extension.adds_to_inputs = random_one_in(random, 2);
-    world->device.extension.motion_blur_nv = world->device.extension.adds_to_inputs;
-    world->device.micromap.any = random_one_in(random, 3);
-    check_select(COMMAND_DEVICE, LEVEL_STATE, muted, world->active);
+    memset(fixture, 0, sizeof(*fixture));
+    fixture->resources = no_resources();
+    fixture->device.acceleration_structure = true;
+    fixture->device.limits.maxGeometryCount = fixture->device.limits.maxPrimitiveCount = 1 << 20;
+    fixture->device.limits.minAccelerationStructureScratchOffsetAlignment = 64;
+    fixture->device.extension.adds_to_inputs = random_one_in(random, 2);
+    fixture->device.extension.motion_blur_nv = fixture->device.extension.adds_to_inputs;
+    fixture->device.micromap.any = random_one_in(random, 3);
+    check_select(COMMAND_DEVICE, LEVEL_STATE, muted, fixture->active);
     for (unsigned n = 1; n <= MEMORIES; n++)
-        have_memory(world->resources, n);
+        have_memory(fixture->resources, n);
     for (unsigned n = 1; n <= BUFFERS; n++)
-        make_buffer(random, world, n);
+        make_buffer(random, fixture, n);
     for (unsigned n = 1; n <= ACCELS; n++)
-        make_accel(random, world, n);
+        make_accel(random, fixture, n);
     for (unsigned i = 0; i < SPECS; i++)
-        make_spec(random, &world->specs[i]);
+        make_spec(random, &fixture->specs[i]);
 }
 
-static uint32_t happen(struct random *random, struct world *world, uint32_t chosen[CALL_MAX])
+static uint32_t happen(struct random *random, struct fixture *fixture, uint32_t chosen[CALL_MAX])
 {
     if (random_one_in(random, 10))
-        change_state(random, world);
+        change_state(random, fixture);
     uint32_t count = 1 + random_below(random, CALL_MAX);
     for (uint32_t i = 0; i < count; i++) {
         chosen[i] = random_below(random, SPECS);
-        struct spec *spec = &world->specs[chosen[i]];
+        struct spec *spec = &fixture->specs[chosen[i]];
         if (random_one_in(random, 40))
             set_member(random, spec, random_below(random, MEMBERS));
         else if (random_one_in(random, 60))
@@ -460,23 +461,23 @@ static void test_what_is_known_changes_nothing(void **state)
     struct random random = random_of("known builds");
     uint32_t spared = 0, calls_with_findings = 0;
     static struct trace with, without;
-    static struct world world;
+    static struct fixture fixture;
     for (int life = 0; life < LIVES; life++) {
         struct known_builds known = {0};
-        make_world(&random, &world);
+        make_fixture(&random, &fixture);
         for (int i = 0; i < STEPS; i++) {
             uint32_t chosen[CALL_MAX];
-            uint32_t count = happen(&random, &world, chosen);
+            uint32_t count = happen(&random, &fixture, chosen);
             known.rest = 0; /* there is more out of date here than it would put up with */
-            check(&world, &known, chosen, count, &with);
-            check(&world, NULL, chosen, count, &without);
+            check(&fixture, &known, chosen, count, &with);
+            check(&fixture, NULL, chosen, count, &without);
             assert_int_equal(with.count, without.count);
             assert_memory_equal(with.words, without.words, with.count * sizeof(*with.words));
             spared += without.formats_asked - with.formats_asked;
             calls_with_findings += without.findings > 0;
         }
         known_builds_release(&known);
-        resources_destroy(world.resources);
+        resources_destroy(fixture.resources);
     }
     print_message("%u builds were known, %u calls had findings\n", spared, calls_with_findings);
     assert_true(spared > LIVES * STEPS / 20);
@@ -491,32 +492,32 @@ static void test_without_memory_nothing_else_is_found(void **state)
     (void)state;
     struct random random = random_of("known builds without memory");
     static struct trace with, without;
-    static struct world world;
+    static struct fixture fixture;
     uint32_t failures = 0;
     for (int life = 0; life < 4 * LIVES; life++) {
         struct known_builds known = {0};
-        make_world(&random, &world);
+        make_fixture(&random, &fixture);
         for (int i = 0; i < STEPS / 20; i++) {
             uint32_t chosen[CALL_MAX];
             bool fails_in_state = random_one_in(&random, 50);
             if (fails_in_state)
                 memory_fail_after((int)random_below(&random, 4));
             if (fails_in_state)
-                change_alias(&random, &world);
-            uint32_t count = happen(&random, &world, chosen);
+                change_alias(&random, &fixture);
+            uint32_t count = happen(&random, &fixture, chosen);
             failures += memory_fail_no_more();
             if (!fails_in_state && random_one_in(&random, 4))
                 memory_fail_after((int)random_below(&random, 4));
-            check(&world, &known, chosen, count, &with);
+            check(&fixture, &known, chosen, count, &with);
             bool failed = memory_fail_no_more();
             failures += failed;
-            check(&world, NULL, chosen, count, &without);
+            check(&fixture, NULL, chosen, count, &without);
             assert_true(with.findings <= without.findings);
             if (!failed)
                 assert_memory_equal(with.words, without.words, with.count * sizeof(*with.words));
         }
         known_builds_release(&known);
-        resources_destroy(world.resources);
+        resources_destroy(fixture.resources);
     }
     assert_true(failures > 0);
 }

@@ -10,7 +10,7 @@
 
 #include "../report/scarce_memory.h"
 #include "src/state/builds/known_builds.h"
-#include "things.h"
+#include "tests/state/fixture.h"
 
 /* Builds a structure, and says whether it is kept now. */
 static bool keep(struct known_builds *known, unsigned n)

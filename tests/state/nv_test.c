@@ -9,7 +9,7 @@
 
 #include "../report/scarce_memory.h"
 #include "src/state/resources/nv_shape.h"
-#include "things.h"
+#include "tests/state/fixture.h"
 
 enum { OBJECT = 0x1000, MEMORY = 1 << 20 }; /* have_memory's size */
 
@@ -113,10 +113,10 @@ static void test_a_handle_that_is_used_again_is_another_structure(void **state)
     have_memory(resources, 1);
     have_nv(resources, 1);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
-    uint64_t id = nv_facts(resources, 1).id, deaths = resources_deaths(resources);
+    uint64_t id = nv_facts(resources, 1).id, deaths = resources_destroy_count(resources);
     have_nv(resources, 1);
     assert_int_not_equal(nv_facts(resources, 1).id, id);
-    assert_true(resources_deaths(resources) > deaths);
+    assert_true(resources_destroy_count(resources) > deaths);
     assert_binding(resources, 1, NV_UNBOUND);
     assert_int_not_equal(resources_remove_nv_accel(resources, nv(1)), 0);
     assert_int_equal(resources_remove_nv_accel(resources, nv(1)), 0);
@@ -200,27 +200,30 @@ static void test_references_of_what_was_destroyed(void **state)
     assert_reference(resources, NOBODYS, 0, NV_REFERENCE_OF_NOBODY);
 
     /* What was submitted before may have executed before. */
-    uint64_t before = resources_deaths(resources);
+    uint64_t before = resources_destroy_count(resources);
     assert_int_not_equal(resources_remove_nv_accel(resources, nv(1)), 0);
     assert_reference(resources, REFERENCE, before, NV_REFERENCE_BOTTOM_LEVEL);
-    assert_reference(resources, REFERENCE, resources_deaths(resources), NV_REFERENCE_DESTROYED);
+    assert_reference(resources, REFERENCE, resources_destroy_count(resources),
+                     NV_REFERENCE_DESTROYED);
 
     /* A driver may use the value again. */
     have_nv(resources, 2);
     resources_add_nv_reference(resources, nv(2), REFERENCE);
-    assert_reference(resources, REFERENCE, resources_deaths(resources), NV_REFERENCE_BOTTOM_LEVEL);
+    assert_reference(resources, REFERENCE, resources_destroy_count(resources),
+                     NV_REFERENCE_BOTTOM_LEVEL);
 
     /* Two structures had this value, and one is alive. */
     have_nv(resources, 3);
     resources_add_nv_reference(resources, nv(2), SHARED);
     resources_add_nv_reference(resources, nv(3), SHARED);
     resources_remove_nv_accel(resources, nv(2));
-    assert_reference(resources, SHARED, resources_deaths(resources), NV_REFERENCE_BOTTOM_LEVEL);
+    assert_reference(resources, SHARED, resources_destroy_count(resources),
+                     NV_REFERENCE_BOTTOM_LEVEL);
 
     /* The device has no such structure, so nothing is known to be destroyed. */
     resources_add_nv_reference(resources, nv(9), NOBODYS);
     resources_remove_nv_accel(resources, nv(9));
-    assert_reference(resources, NOBODYS, resources_deaths(resources), NV_REFERENCE_UNKNOWN);
+    assert_reference(resources, NOBODYS, resources_destroy_count(resources), NV_REFERENCE_UNKNOWN);
     resources_destroy(resources);
 }
 

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "things.h"
+#include "tests/state/fixture.h"
 
 enum { SIZE = 0x1000 };
 

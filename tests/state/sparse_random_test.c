@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "random.h"
-#include "sparse_things.h"
+#include "tests/state/sparse_fixture.h"
 
 struct model {
     struct {

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "../report/scarce_memory.h"
-#include "sparse_things.h"
+#include "tests/state/sparse_fixture.h"
 
 static void test_a_range_bound_in_one_piece(void **state)
 {
@@ -82,7 +82,7 @@ static void test_an_address_in_a_sparse_buffer_needs_no_memory(void **state)
     assert_int_equal(facts.status, ADDRESS_IN_BUFFER);
     assert_int_equal(facts.bytes_left, PAGES * PAGE - 0x10);
     assert_int_equal(facts.begin, 0x10);
-    assert_true(facts.in_pieces);
+    assert_true(facts.is_sparse);
     assert_null(facts.memory);
     resources_destroy(resources);
 }
@@ -137,7 +137,7 @@ static struct sparse_binding announce(struct resources *resources, VkDeviceSize 
 }
 
 /* Executes a binding of pages 0 to 7 as the count-th batch of a queue, after some of queue 1. */
-static void bind_after(struct resources *resources, unsigned memory_n, struct moment when,
+static void bind_after(struct resources *resources, unsigned memory_n, struct timestamp when,
                        uint64_t seen)
 {
     struct sparse_binding binding = announce(resources, 0, 8 * PAGE, memory_n);
@@ -151,10 +151,10 @@ static void test_who_does_not_follow_a_binding_does_not_know_it(void **state)
     (void)state;
     struct resources *resources = a_structure_in_pages();
     const struct execution_clock before = {.queues = 2, .counts = {0, 1}};
-    bind_after(resources, 1, (struct moment){1, 2}, 0);
+    bind_after(resources, 1, (struct timestamp){1, 2}, 0);
     assert_int_equal(backed(resources), YES);
     assert_int_equal(backed_for(resources, &before), UNKNOWN);
-    bind_after(resources, 0, (struct moment){1, 3}, 2);
+    bind_after(resources, 0, (struct timestamp){1, 3}, 2);
     assert_int_equal(backed(resources), NO);
     assert_int_equal(backed_for(resources, &before), UNKNOWN);
     resources_destroy(resources);
@@ -164,12 +164,12 @@ static void test_bindings_without_order_leave_open_which_came_last(void **state)
 {
     (void)state;
     struct resources *resources = a_structure_in_pages();
-    bind_after(resources, 1, (struct moment){1, 1}, 0);
-    bind_after(resources, 0, (struct moment){2, 1}, 0);
+    bind_after(resources, 1, (struct timestamp){1, 1}, 0);
+    bind_after(resources, 0, (struct timestamp){2, 1}, 0);
     const struct execution_clock all = {.queues = 3, .counts = {0, 1, 1}};
     assert_int_equal(backed_for(resources, &all), UNKNOWN);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-    bind_after(resources, 1, (struct moment){1, 2}, 1); /* nor does this one follow both */
+    bind_after(resources, 1, (struct timestamp){1, 2}, 1); /* nor does this one follow both */
     assert_int_equal(backed(resources), UNKNOWN);
     resources_destroy(resources);
 }
@@ -186,7 +186,7 @@ static void test_an_announced_binding_leaves_all_open(void **state)
     binding = announce(resources, 0, PAGE, 1);
     resources_remove_buffer(resources, buffer(1));
     have_sparse_buffer(resources, 1, PAGES * PAGE); /* of the same handle */
-    resources_bind_sparse(resources, &binding, (struct moment){1, 1}, &all_of_queue_1);
+    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
     resources_settle_sparse(resources, &binding);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
     resources_destroy(resources);
@@ -199,7 +199,7 @@ static void test_memory_of_a_recycled_handle_is_not_what_was_bound(void **state)
     struct sparse_binding binding = announce(resources, 0, 8 * PAGE, 1);
     resources_remove_memory(resources, memory(1));
     have_memory(resources, 1);
-    resources_bind_sparse(resources, &binding, (struct moment){1, 1}, &all_of_queue_1);
+    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
     resources_settle_sparse(resources, &binding);
     assert_int_equal(backed(resources), UNKNOWN);
     resources_destroy(resources);

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "src/check/overlap/sweep.h"
-#include "sweep_things.h"
+#include "tests/state/sweep_fixture.h"
 
 /* Builds of one call that all have one structure as dst, update it, use it as an instance and a
  * micromap, and have one scratch; or the same with structures of their own, on the same memory. */

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "random.h"
-#include "sweep_things.h"
+#include "tests/state/sweep_fixture.h"
 
 enum { PLACE = 64, PLACES = 40 };
 

@@ -9,7 +9,7 @@
 
 #include "random.h"
 #include "src/check/overlap/pairs.h"
-#include "sweep_things.h"
+#include "tests/state/sweep_fixture.h"
 
 enum { MEMORIES = 3, PLACES = 8, ROUNDS = 20000 };
 
@@ -29,7 +29,7 @@ static struct accel_facts random_accel(struct random *random, uintptr_t handle)
         .size = 1 + random_below(random, PLACES),
         .memory = (VkDeviceMemory)(uintptr_t)random_below(random, MEMORIES),
         .begin = random_below(random, PLACES),
-        .in_pieces = random_one_in(random, 20),
+        .is_sparse = random_one_in(random, 20),
     };
 }
 
@@ -40,7 +40,7 @@ static struct address_facts random_scratch(struct random *random)
         .bytes_left = random_below(random, PLACES),
         .memory = (VkDeviceMemory)(uintptr_t)random_below(random, MEMORIES),
         .begin = random_below(random, PLACES),
-        .in_pieces = random_one_in(random, 20),
+        .is_sparse = random_one_in(random, 20),
     };
 }
 

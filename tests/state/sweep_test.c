@@ -13,7 +13,7 @@
 #include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/check/overlap/sweep.h"
-#include "sweep_things.h"
+#include "tests/state/sweep_fixture.h"
 
 enum { RANGES = 120 };
 
@@ -174,12 +174,12 @@ static void make_random(struct random *random, struct call *call, const struct s
 {
     *call = (struct call){0};
     uint32_t builds = 1 + random_below(random, 36);
-    bool in_pieces = random_one_in(random, 3);
+    bool is_sparse = random_one_in(random, 3);
     for (uint32_t build = 0; build < builds; build++) {
         add_random(random, call, style, ROLE_DST, build);
         if (random_one_in(random, 2))
             add_random(random, call, style, ROLE_SRC, build);
-        for (uint32_t i = random_below(random, in_pieces ? 4 : 2); i > 0; i--)
+        for (uint32_t i = random_below(random, is_sparse ? 4 : 2); i > 0; i--)
             add_random(random, call, style, ROLE_SCRATCH, build);
     }
 }

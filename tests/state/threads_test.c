@@ -20,7 +20,7 @@
 #include "src/state/builds/size_cache.h"
 #include "src/state/commands/command_buffers.h"
 #include "src/state/commands/object_names.h"
-#include "things.h"
+#include "tests/state/fixture.h"
 
 enum {
     RECORDERS = 5,
@@ -96,7 +96,7 @@ static void look_up(unsigned n, unsigned others)
     resources_find_id(device.resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(others));
 }
 
-static void ask_for_sizes(struct random *random)
+static void query_sizes(struct random *random)
 {
     struct build_shape shape = {.low = random_below(random, 64), .high = 1};
     struct size_facts sizes;
@@ -125,11 +125,11 @@ static void record_once(struct random *random, unsigned n)
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
     struct command_buffer *own = command_buffers_find(device.command_buffers, command_buffer(n));
     EXPECT(own && own->handle == command_buffer(n));
-    command_buffer_begin(own, &info, resources_deaths(device.resources), VK_SUCCESS);
+    command_buffer_begin(own, &info, resources_destroy_count(device.resources), VK_SUCCESS);
     label_stack_push(command_buffers_labels(device.command_buffers, command_buffer(n)), &label);
     for (unsigned build = 0; build < BUILDS; build++) {
         look_up(n, 1 + RECORDERS + random_below(random, MAKERS * OBJECTS));
-        ask_for_sizes(random);
+        query_sizes(random);
         struct command_buffer_facts facts;
         command_buffers_facts(device.command_buffers, own, command_buffer(n), &facts);
         EXPECT(facts.alive == YES && facts.state == COMMAND_BUFFER_RECORDING);

@@ -2,7 +2,7 @@
 /* Commands of backend cpu: descriptors, of which those of acceleration structures cannot work. What
  * would make such a descriptor fails; writes of them are left out. */
 #include "layer/cpu/commands.h"
-#include "layer/cpu/driver/refuse.h"
+#include "layer/cpu/driver/unsupported.h"
 #include "layer/cpu/overlay.h"
 #include "src/base/chain.h"
 
@@ -27,9 +27,9 @@ static bool mutable_types_trace(const void *chain)
     return found;
 }
 
-static void refuse(const struct layer_device *device, const char *command)
+static void report_unsupported(const struct layer_device *device, const char *command)
 {
-    cpu_refuse(device->instance, command, "a descriptor of an acceleration structure");
+    cpu_report_unsupported(device->instance, command, "a descriptor of an acceleration structure");
 }
 
 /* ---- layouts, pools, templates */
@@ -49,7 +49,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateDescriptorSetLayout(
     if (!layout_traces(pCreateInfo))
         return cpu_next(device)->CreateDescriptorSetLayout(device, pCreateInfo, pAllocator,
                                                            pSetLayout);
-    refuse(layer_find_device(device), "vkCreateDescriptorSetLayout");
+    report_unsupported(layer_find_device(device), "vkCreateDescriptorSetLayout");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -78,7 +78,7 @@ cpu_CreateDescriptorPool(VkDevice device, const VkDescriptorPoolCreateInfo *pCre
     if (!traces)
         return cpu_next(device)->CreateDescriptorPool(device, pCreateInfo, pAllocator,
                                                       pDescriptorPool);
-    refuse(layer_find_device(device), "vkCreateDescriptorPool");
+    report_unsupported(layer_find_device(device), "vkCreateDescriptorPool");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -99,7 +99,7 @@ static bool template_traces(const VkDescriptorUpdateTemplateCreateInfo *info)
         if (!template_traces(pCreateInfo))                                                         \
             return cpu_next(device)->name(device, pCreateInfo, pAllocator,                         \
                                           pDescriptorUpdateTemplate);                              \
-        refuse(layer_find_device(device), "vk" #name);                                             \
+        report_unsupported(layer_find_device(device), "vk" #name);                                 \
         return VK_ERROR_VALIDATION_FAILED_EXT;                                                     \
     }
 
@@ -129,7 +129,7 @@ static bool writes_work(const struct layer_device *device, const char *command, 
     next_run(writes, count, &begin, &length);
     if (begin == 0 && length == count)
         return true;
-    refuse(device, command);
+    report_unsupported(device, command);
     return false;
 }
 
@@ -200,7 +200,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetDescriptorEXT(VkDevice device,
                                                 size_t dataSize, void *pDescriptor)
 {
     if (type_traces(pDescriptorInfo->type))
-        refuse(layer_find_device(device), "vkGetDescriptorEXT");
+        report_unsupported(layer_find_device(device), "vkGetDescriptorEXT");
     else
         cpu_next(device)->GetDescriptorEXT(device, pDescriptorInfo, dataSize, pDescriptor);
 }
@@ -210,7 +210,8 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureOpaqueCaptureDescript
 {
     (void)pInfo;
     (void)pData;
-    refuse(layer_find_device(device), "vkGetAccelerationStructureOpaqueCaptureDescriptorDataEXT");
+    report_unsupported(layer_find_device(device),
+                       "vkGetAccelerationStructureOpaqueCaptureDescriptorDataEXT");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -224,6 +225,6 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_WriteResourceDescriptorsEXT(
     if (!traces)
         return cpu_next(device)->WriteResourceDescriptorsEXT(device, resourceCount, pResources,
                                                              pDescriptors);
-    refuse(layer_find_device(device), "vkWriteResourceDescriptorsEXT");
+    report_unsupported(layer_find_device(device), "vkWriteResourceDescriptorsEXT");
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: shaders, of which those that trace rays cannot work. */
 #include "layer/cpu/commands.h"
-#include "layer/cpu/driver/refuse.h"
+#include "layer/cpu/driver/unsupported.h"
 #include "layer/cpu/overlay.h"
 #include "src/base/chain.h"
 
@@ -48,11 +48,11 @@ static bool code_traces(const uint32_t *code, size_t size)
     return false;
 }
 
-static const char *const what_is_refused = "a shader that traces rays";
+static const char *const what_is_unsupported = "a shader that traces rays";
 
-static VkResult refuse(VkDevice device, const char *command)
+static VkResult report_unsupported(VkDevice device, const char *command)
 {
-    cpu_refuse(layer_find_device(device)->instance, command, what_is_refused);
+    cpu_report_unsupported(layer_find_device(device)->instance, command, what_is_unsupported);
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
@@ -62,7 +62,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateShaderModule(VkDevice device,
                                                       VkShaderModule *pShaderModule)
 {
     if (code_traces(pCreateInfo->pCode, pCreateInfo->codeSize))
-        return refuse(device, "vkCreateShaderModule");
+        return report_unsupported(device, "vkCreateShaderModule");
     return cpu_next(device)->CreateShaderModule(device, pCreateInfo, pAllocator, pShaderModule);
 }
 
@@ -77,7 +77,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateShadersEXT(VkDevice device, uint32_t cr
             continue;
         for (uint32_t j = 0; j < createInfoCount; j++)
             pShaders[j] = VK_NULL_HANDLE;
-        return refuse(device, "vkCreateShadersEXT");
+        return report_unsupported(device, "vkCreateShadersEXT");
     }
     return cpu_next(device)->CreateShadersEXT(device, createInfoCount, pCreateInfos, pAllocator,
                                               pShaders);
@@ -93,12 +93,12 @@ static bool stage_traces(const VkPipelineShaderStageCreateInfo *stage)
     return module && code_traces(module->pCode, module->codeSize);
 }
 
-static VkResult refuse_pipelines(VkDevice device, const char *command, uint32_t count,
-                                 VkPipeline *pipelines)
+static VkResult report_unsupported_pipelines(VkDevice device, const char *command, uint32_t count,
+                                             VkPipeline *pipelines)
 {
     for (uint32_t i = 0; i < count; i++)
         pipelines[i] = VK_NULL_HANDLE;
-    return refuse(device, command);
+    return report_unsupported(device, command);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
@@ -108,8 +108,8 @@ cpu_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCache, uint3
 {
     for (uint32_t i = 0; i < createInfoCount; i++)
         if (stage_traces(&pCreateInfos[i].stage))
-            return refuse_pipelines(device, "vkCreateComputePipelines", createInfoCount,
-                                    pPipelines);
+            return report_unsupported_pipelines(device, "vkCreateComputePipelines", createInfoCount,
+                                                pPipelines);
     return cpu_next(device)->CreateComputePipelines(device, pipelineCache, createInfoCount,
                                                     pCreateInfos, pAllocator, pPipelines);
 }
@@ -122,8 +122,8 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateGraphicsPipelines(
     for (uint32_t i = 0; i < createInfoCount; i++)
         for (uint32_t j = 0; j < pCreateInfos[i].stageCount; j++)
             if (stage_traces(&pCreateInfos[i].pStages[j]))
-                return refuse_pipelines(device, "vkCreateGraphicsPipelines", createInfoCount,
-                                        pPipelines);
+                return report_unsupported_pipelines(device, "vkCreateGraphicsPipelines",
+                                                    createInfoCount, pPipelines);
     return cpu_next(device)->CreateGraphicsPipelines(device, pipelineCache, createInfoCount,
                                                      pCreateInfos, pAllocator, pPipelines);
 }
@@ -138,7 +138,8 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRayTracingPipelinesNV(
     (void)pipelineCache;
     (void)pCreateInfos;
     (void)pAllocator;
-    return refuse_pipelines(device, "vkCreateRayTracingPipelinesNV", createInfoCount, pPipelines);
+    return report_unsupported_pipelines(device, "vkCreateRayTracingPipelinesNV", createInfoCount,
+                                        pPipelines);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL cpu_CompileDeferredNV(VkDevice device, VkPipeline pipeline,
@@ -146,7 +147,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CompileDeferredNV(VkDevice device, VkPipeline
 {
     (void)pipeline;
     (void)shader;
-    return refuse(device, "vkCompileDeferredNV");
+    return report_unsupported(device, "vkCompileDeferredNV");
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL cpu_GetRayTracingShaderGroupHandlesNV(VkDevice device,
@@ -160,7 +161,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_GetRayTracingShaderGroupHandlesNV(VkDevice de
     (void)groupCount;
     (void)dataSize;
     (void)pData;
-    return refuse(device, "vkGetRayTracingShaderGroupHandlesNV");
+    return report_unsupported(device, "vkGetRayTracingShaderGroupHandlesNV");
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdTraceRaysNV(
@@ -188,5 +189,5 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdTraceRaysNV(
     (void)depth;
     const struct layer_device *device = layer_find_recording_device(commandBuffer);
     if (device)
-        cpu_refuse(device->instance, "vkCmdTraceRaysNV", what_is_refused);
+        cpu_report_unsupported(device->instance, "vkCmdTraceRaysNV", what_is_unsupported);
 }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: what buffers are for. The driver knows no usage of ray tracing, and the
  * backend copies from and to all buffers that have addresses. */
+#include "layer/cpu/advertise.h"
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/chain_copy.h"
-#include "layer/cpu/offer.h"
 #include "layer/cpu/overlay.h"
 
 static const VkBufferUsageFlags2 RAY_TRACING_USAGE =
@@ -80,7 +80,7 @@ DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirementsKHR)
         struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
         VkPhysicalDeviceExternalBufferInfo below = *pExternalBufferInfo;                           \
         struct chain_copy copy = {0};                                                              \
-        if (cpu_offers(instance, physicalDevice))                                                  \
+        if (cpu_advertises(instance, physicalDevice))                                              \
             usage_begin(&copy, &below.pNext, &below.usage);                                        \
         instance->next.name(physicalDevice, &below, pExternalBufferProperties);                    \
         chain_copy_end(&copy);                                                                     \

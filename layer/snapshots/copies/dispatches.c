@@ -134,7 +134,7 @@ bool dispatches_are_allowed(const struct recorder *recorder)
         !(command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT))
         return false;
     return recorder->device->cpu ||
-           (!command_buffer->work_lost && !command_buffer->inherits_conditions &&
+           (!command_buffer->work_failed && !command_buffer->inherits_conditions &&
             !state->is_partial && !state->queries);
 }
 

@@ -100,7 +100,7 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
     if (!count)
         return false;
     if (count > (uint32_t)GROUP * GROUPS_MAX || !dispatches_prepare(recorder, SHADER_GATHER)) {
-        recorder_lose(recorder);
+        recorder_fail(recorder);
         return false;
     }
     if (!list_ranges(recorder, &gathering->ranges) ||

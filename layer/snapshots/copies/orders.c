@@ -43,7 +43,7 @@ static bool add_block(struct recorder *recorder, uint32_t order_count, uint64_t 
         return false;
     const struct copy_block block = {{snapshot->chunk, count, snapshot->offset}, 0};
     if (!recording_add_copy_block(recorder->recording, &block)) {
-        recorder_lose(recorder);
+        recorder_fail(recorder);
         return false;
     }
     recorder->first_order = 0;
@@ -91,7 +91,7 @@ static bool order_copy(struct recorder *recorder, uint64_t address, uint64_t siz
 {
     uint64_t count = (size + COPY_SIZE_MAX - 1) / COPY_SIZE_MAX;
     if (count > UINT32_MAX / 2 || !dispatches_prepare(recorder, SHADER_COPY)) {
-        recorder_lose(recorder);
+        recorder_fail(recorder);
         return false;
     }
     if (!reserve(recorder, (uint32_t)count, size, snapshot))
@@ -103,7 +103,7 @@ static bool order_copy(struct recorder *recorder, uint64_t address, uint64_t siz
 
 bool recorder_measure(struct recorder *recorder, uint64_t address, struct snapshot *snapshot)
 {
-    if (recorder->is_barred || !dispatches_are_allowed(recorder) ||
+    if (recorder->cannot_inject || !dispatches_are_allowed(recorder) ||
         !reserve(recorder, 1, 0, snapshot))
         return false;
     snapshot->address = address;
@@ -173,7 +173,7 @@ static enum left_out find_obstacle(const struct recorder *recorder,
                                    const struct buffer_target *source)
 {
     struct snapshots *snapshots = recorder->device->snapshots;
-    if (recorder->is_barred || (!recorder->addresses && !dispatches_are_allowed(recorder)))
+    if (recorder->cannot_inject || (!recorder->addresses && !dispatches_are_allowed(recorder)))
         return LEFT_OUT_PLACE;
     bool can_read =
         recorder->addresses ? snapshots_can_copy(snapshots, source->buffer) : !source->is_protected;

@@ -23,7 +23,7 @@ static void renew_order(const struct renewal *renewal, struct copy_order *order)
             resources_find_readable(resources, order->source, order->size, &renewal->seen);
         return;
     }
-    resources_ask_address(resources, order->source, &facts);
+    resources_look_up_address(resources, order->source, &facts);
     order->left = facts.status == ADDRESS_IN_BUFFER ? facts.bytes_left : 0;
 }
 

@@ -7,7 +7,7 @@
 
 /* Large enough that a command buffer of small builds needs one; kept when given back, up to: */
 #define CHUNK_SIZE ((uint64_t)256 << 10)
-#define KEPT_MAX ((uint64_t)64 << 20)
+#define RETAINED_MAX ((uint64_t)64 << 20)
 /* A kept chunk is used for what needs no less than a part of it. */
 #define KEPT_FACTOR 4
 
@@ -135,7 +135,7 @@ VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chu
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
 {
     pthread_mutex_lock(&staging->lock);
-    bool is_kept = chunk->chunk.size <= KEPT_MAX - staging->kept_size;
+    bool is_kept = chunk->chunk.size <= RETAINED_MAX - staging->kept_size;
     if (is_kept) {
         chunk->next = staging->kept;
         staging->kept = chunk;

@@ -114,7 +114,7 @@ struct strip {
     const struct block *block;
     uint32_t first_bit; /* the next one's position plus 1 */
     uint32_t reused, fresh, count;
-    bool is_sound;
+    bool is_well_formed;
 };
 
 static uint32_t next_vertex(struct strip *strip)
@@ -128,8 +128,8 @@ static uint32_t next_vertex(struct strip *strip)
         vertex = read_bits(block, strip->reused, block->index_bits);
         strip->reused += block->index_bits;
     }
-    strip->is_sound &= vertex < block->vertices && strip->reused <= strip->first_bit &&
-                       strip->reused - block->reuse <= REUSE_MAX;
+    strip->is_well_formed &= vertex < block->vertices && strip->reused <= strip->first_bit &&
+                             strip->reused - block->reuse <= REUSE_MAX;
     return vertex;
 }
 
@@ -146,9 +146,9 @@ static bool read_strip(const struct block *block, uint8_t triangles[TRIANGLES_MA
     struct strip strip = {.block = block,
                           .first_bit = BLOCK_BITS - 2 * (block->triangles - 1),
                           .reused = block->reuse,
-                          .is_sound = true};
+                          .is_well_formed = true};
     enum control before = RESTART;
-    for (uint32_t i = 0; i < block->triangles && strip.is_sound; i++) {
+    for (uint32_t i = 0; i < block->triangles && strip.is_well_formed; i++) {
         enum control control =
             i == 0 ? RESTART : (enum control)read_bits(block, BLOCK_BITS - 2 * i, 2);
         uint8_t *triangle = triangles[i];
@@ -165,7 +165,7 @@ static bool read_strip(const struct block *block, uint8_t triangles[TRIANGLES_MA
         triangle[2] = (uint8_t)next_vertex(&strip);
         before = control;
     }
-    return strip.is_sound;
+    return strip.is_well_formed;
 }
 
 /* Geometry index and opaque bit, 25 bits; false: a payload that there isn't. */
@@ -225,9 +225,9 @@ void dense_decode(const struct builder_dense *dense, uint32_t count, struct dens
         struct block block = {.bytes = (const uint8_t *)dense->data + at};
         uint8_t triangles[TRIANGLES_MAX][3];
         read_header(&block);
-        bool is_sound = lay_out(&block) && read_strip(&block, triangles);
+        bool is_well_formed = lay_out(&block) && read_strip(&block, triangles);
         for (uint32_t i = 0; i < block.triangles && done < count; i++, done++)
-            if (is_sound)
+            if (is_well_formed)
                 decode_triangle(&block, i, triangles[i], &to[done]);
             else
                 to[done] = (struct dense_triangle){.found = SOURCE_OUT_OF_RANGE};

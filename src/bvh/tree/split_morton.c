@@ -70,7 +70,7 @@ static void split_part(struct build_state *state, struct tree_task task)
             uint32_t right = now.slot + 2 * (middle - now.begin);
             tree_set_inner(&state->tree[now.slot], right, size);
             struct tree_task other = {.slot = right, .begin = middle, .end = now.end};
-            if (size < TREE_TASK_SIZE || !tree_hand_on(state, &other)) {
+            if (size < TREE_TASK_SIZE || !tree_share_task(state, &other)) {
                 waiting[count].slot = right;
                 waiting[count].begin = middle;
                 waiting[count++].end = now.end;

@@ -69,13 +69,13 @@ static void split_node(struct build_state *state, const struct tree_task *task,
     tree_set_inner(&state->tree[task->slot], right, task->end - task->begin);
 }
 
-bool tree_hand_on(struct build_state *state, const struct tree_task *task)
+bool tree_share_task(struct build_state *state, const struct tree_task *task)
 {
     if (workers_are_alone(&state->workers) || task->end - task->begin < TREE_TASK_SIZE)
         return false;
     pthread_mutex_lock(&state->lock);
     state->tasks[state->task_count++] = *task;
-    pthread_cond_signal(&state->task_news);
+    pthread_cond_signal(&state->task_wakeup);
     pthread_mutex_unlock(&state->lock);
     return true;
 }
@@ -92,7 +92,7 @@ static void run_tasks(void *context)
     pthread_mutex_lock(&state->lock);
     while (state->task_count > 0 || state->tasks_running > 0) {
         if (state->task_count == 0) {
-            pthread_cond_wait(&state->task_news, &state->lock);
+            pthread_cond_wait(&state->task_wakeup, &state->lock);
             continue;
         }
         struct tree_task task = state->tasks[--state->task_count];
@@ -101,7 +101,7 @@ static void run_tasks(void *context)
         job->run(state, task);
         pthread_mutex_lock(&state->lock);
         if (--state->tasks_running == 0)
-            pthread_cond_broadcast(&state->task_news);
+            pthread_cond_broadcast(&state->task_wakeup);
     }
     pthread_mutex_unlock(&state->lock);
 }
@@ -133,7 +133,7 @@ static void split_part(struct build_state *state, struct tree_task task)
         if (state->split_range(state, &task, &halves)) {
             struct tree_task children[2];
             split_node(state, &task, &halves, children);
-            if (!tree_hand_on(state, &children[1]))
+            if (!tree_share_task(state, &children[1]))
                 waiting[count++] = children[1];
             task = children[0];
             continue;
@@ -161,7 +161,7 @@ static void split_top(struct build_state *state, struct tree_task task, uint32_t
             task = children[0];
             continue;
         }
-        if (!tree_hand_on(state, &task))
+        if (!tree_share_task(state, &task))
             split_part(state, task);
         if (count == 0)
             return;

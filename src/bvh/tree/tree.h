@@ -105,7 +105,7 @@ struct build_state {
     /* tasks of several threads, the latest first */
     struct tree_task *tasks;
     uint32_t task_count, tasks_running;
-    pthread_cond_t task_news; /* with `lock` */
+    pthread_cond_t task_wakeup; /* with `lock` */
 };
 
 /* prepare.c: reads every primitive and fills refs, bounds and the report */
@@ -119,7 +119,7 @@ void tree_split_all(struct build_state *state, tree_splitter *split_range, uint3
 
 /* Leaves a task to whichever thread is free, if that is worth it. Tasks have no primitives in
  * common: the scratch has room for all there can be. */
-bool tree_hand_on(struct build_state *state, const struct tree_task *task);
+bool tree_share_task(struct build_state *state, const struct tree_task *task);
 /* Runs the tasks that have been handed on, and those that they hand on, on all threads. */
 typedef void tree_task_runner(struct build_state *state, struct tree_task task);
 void tree_run_tasks(struct build_state *state, tree_task_runner *run);

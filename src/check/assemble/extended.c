@@ -6,16 +6,16 @@
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
-bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+bool extended_geometry_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
     switch ((int)geometry->geometryType) {
     case VK_GEOMETRY_TYPE_SPHERES_NV:
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
-        return spheres_are_sound(geometry);
+        return spheres_are_well_formed(geometry);
     case VK_GEOMETRY_TYPE_MICROMAP_KHR:
-        return micromap_is_sound(geometry);
+        return micromap_is_well_formed(geometry);
     case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
-        return dense_is_sound(geometry);
+        return dense_is_well_formed(geometry);
     default:
         return false;
     }
@@ -37,7 +37,7 @@ const struct address_facts *chained_input(struct check_context *context,
     chained->items[i].role = role;
     chained->items[i].facts = (struct address_facts){.status = ADDRESS_UNKNOWN};
     if (!geometry_is_empty(geometry))
-        resources_ask_address(context->resources, address, &chained->items[i].facts);
+        resources_look_up_address(context->resources, address, &chained->items[i].facts);
     return &chained->items[i].facts;
 }
 
@@ -46,7 +46,7 @@ const struct address_facts *chained_input(struct check_context *context,
 static const VkStructureType dense_type =
     VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX;
 
-bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+bool dense_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
     const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
         chain_find(geometry->pNext, dense_type);

@@ -8,11 +8,11 @@
 #include "src/view/extension_view.h"
 
 /* Whether a driver can be asked about a geometry whose data is in its chain, which is readable. */
-bool extended_geometry_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
-bool micromap_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
+bool extended_geometry_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry);
+bool micromap_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry);
 /* Of a build whose sizes depend on its structures alone: drivers are given no counts. */
 bool is_micromap_build_for_device(const struct build_view *build);
-bool spheres_are_sound(const VkAccelerationStructureGeometryKHR *geometry);
+bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry);
 /* What the chain of a geometry says of spheres, swept or not: nothing given where it has none. */
 void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view);
 /* The same of a copy of what was chained, of either kind; sType 0: nothing was. */
@@ -21,7 +21,7 @@ void view_chained_spheres(const struct geometry_view *geometry,
                           struct swept_spheres_view *view);
 /* How many triangles a geometry says that it has which takes no build range; false for others. */
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count);
-bool dense_is_sound(const VkAccelerationStructureGeometryKHR *geometry);
+bool dense_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry);
 
 /* Where the structure that geometryType needs was not found in the chain of a geometry: whether
  * that is what is wrong, and not something else with the chain. */

@@ -123,7 +123,7 @@ bool view_recall(const struct check_context *context, struct known_build *known,
 
 /* ---- keeping */
 
-/* Whether what is known of a structure stays while resources_changes does; of none in a sparse
+/* Whether what is known of a structure stays while resources_generation does; of none in a sparse
  * buffer is it known here whether it is backed. */
 static bool accel_is_settled(const struct accel_facts *accel)
 {
@@ -133,7 +133,7 @@ static bool accel_is_settled(const struct accel_facts *accel)
 /* Likewise. */
 static bool address_is_settled(const struct address_facts *address)
 {
-    return address->status == ADDRESS_IN_BUFFER && !address->in_pieces && !address->is_shared;
+    return address->status == ADDRESS_IN_BUFFER && !address->is_sparse && !address->is_shared;
 }
 
 static bool is_settled(const struct build_view *build,

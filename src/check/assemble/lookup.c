@@ -10,8 +10,8 @@ _Static_assert(VIEWS_MAX *ACCELS_OF_BUILD <= RESOURCE_ACCEL_QUERIES &&
                        RESOURCE_ADDRESS_QUERIES,
                "all of the views are asked for together");
 
-static void ask_for_accel(struct resource_queries *queries, VkAccelerationStructureKHR accel,
-                          struct accel_facts *facts)
+static void queue_accel(struct resource_queries *queries, VkAccelerationStructureKHR accel,
+                        struct accel_facts *facts)
 {
     if (!accel) {
         *facts = (struct accel_facts){0};
@@ -21,23 +21,22 @@ static void ask_for_accel(struct resource_queries *queries, VkAccelerationStruct
     queries->accels[queries->accel_count++].facts = facts;
 }
 
-static void ask_for_address(struct resource_queries *queries, VkDeviceAddress address,
-                            struct address_facts *facts)
+static void queue_address(struct resource_queries *queries, VkDeviceAddress address,
+                          struct address_facts *facts)
 {
     queries->addresses[queries->address_count].address = address;
     queries->addresses[queries->address_count++].facts = facts;
 }
 
-static void ask_for_build(struct resource_queries *queries, struct build_view *build)
+static void queue_build(struct resource_queries *queries, struct build_view *build)
 {
-    ask_for_accel(queries, build->info->dstAccelerationStructure, &build->dst);
-    ask_for_accel(queries, build->info->srcAccelerationStructure, &build->src);
+    queue_accel(queries, build->info->dstAccelerationStructure, &build->dst);
+    queue_accel(queries, build->info->srcAccelerationStructure, &build->src);
     if (build->call->command != COMMAND_HOST)
-        ask_for_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
+        queue_address(queries, build->info->scratchData.deviceAddress, &build->scratch);
 }
 
-static inline void ask_for_geometry(struct resource_queries *queries,
-                                    struct geometry_view *geometry)
+static inline void queue_geometry(struct resource_queries *queries, struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
@@ -47,16 +46,16 @@ static inline void ask_for_geometry(struct resource_queries *queries,
     if (geometry->build->call->command == COMMAND_HOST || geometry_is_empty(geometry))
         return;
     if (triangles) {
-        ask_for_address(queries, triangles->vertexData.deviceAddress, &geometry->vertex);
+        queue_address(queries, triangles->vertexData.deviceAddress, &geometry->vertex);
         if (index_type_size(triangles->indexType))
-            ask_for_address(queries, triangles->indexData.deviceAddress, &geometry->index_data);
+            queue_address(queries, triangles->indexData.deviceAddress, &geometry->index_data);
         if (triangles->transformData.deviceAddress)
-            ask_for_address(queries, triangles->transformData.deviceAddress, &geometry->transform);
+            queue_address(queries, triangles->transformData.deviceAddress, &geometry->transform);
     }
     if (aabbs)
-        ask_for_address(queries, aabbs->data.deviceAddress, &geometry->data);
+        queue_address(queries, aabbs->data.deviceAddress, &geometry->data);
     if (instances)
-        ask_for_address(queries, instances->data.deviceAddress, &geometry->data);
+        queue_address(queries, instances->data.deviceAddress, &geometry->data);
 }
 
 /* What is kept of them is fetched together, too. False where none is to be looked for, or kept. */
@@ -89,9 +88,9 @@ bool view_builds_found(struct check_context *context, struct build_view *builds,
     for (unsigned i = 0; i < count; i++) {
         if (is_known[i])
             continue;
-        ask_for_build(&queries, &builds[i]);
+        queue_build(&queries, &builds[i]);
         if (builds[i].geometry_count)
-            ask_for_geometry(&queries, &first_geometries[i]);
+            queue_geometry(&queries, &first_geometries[i]);
     }
     if (queries.accel_count + queries.address_count)
         resources_find_all(context->resources, &queries);
@@ -102,6 +101,6 @@ void view_geometry_found(struct check_context *context, struct geometry_view *ge
 {
     struct resource_queries queries;
     queries.accel_count = queries.address_count = 0;
-    ask_for_geometry(&queries, geometry);
+    queue_geometry(&queries, geometry);
     resources_find_all(context->resources, &queries);
 }

@@ -85,7 +85,7 @@ bool view_displacement(struct check_context *context, const struct geometry_view
     return true;
 }
 
-bool micromap_is_sound(const VkAccelerationStructureGeometryKHR *geometry)
+bool micromap_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
     return chain_find(geometry->pNext,
                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR) != NULL;
@@ -126,7 +126,7 @@ void view_opacity_state(struct check_context *context, struct geometry_view *geo
                         struct opacity_view *view)
 {
     const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
-    resources_ask_accel(context->resources, opacity->micromap, &view->micromap);
+    resources_look_up_accel(context->resources, opacity->micromap, &view->micromap);
     if (view->micromap.alive == NO)
         view->micromap.of_another_device = context->hooks->of_another_device(
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)view->micromap.handle);

@@ -91,20 +91,20 @@ void view_chained_spheres(const struct geometry_view *geometry,
     view->data.geometry = geometry;
 }
 
-static bool members_are_sound(const struct sphere_data *data)
+static bool members_are_well_formed(const struct sphere_data *data)
 {
     return format_is_known(data->vertex_format) && format_is_known(data->radius_format) &&
            (has_indices(data) || data->index_type == VK_INDEX_TYPE_NONE_KHR);
 }
 
-bool spheres_are_sound(const VkAccelerationStructureGeometryKHR *geometry)
+bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
     if (geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV) {
         const VkAccelerationStructureGeometrySpheresDataNV *s =
             chain_find(geometry->pNext, spheres_type);
-        return s && members_are_sound(&(struct sphere_data){COMMON_MEMBERS(s)});
+        return s && members_are_well_formed(&(struct sphere_data){COMMON_MEMBERS(s)});
     }
     const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
         chain_find(geometry->pNext, swept_type);
-    return s && members_are_sound(&(struct sphere_data){COMMON_MEMBERS(s)});
+    return s && members_are_well_formed(&(struct sphere_data){COMMON_MEMBERS(s)});
 }

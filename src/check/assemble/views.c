@@ -11,7 +11,7 @@
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
 #include "src/state/builds/build_info.h"
-#include "src/state/builds/recent_build.h"
+#include "src/state/builds/previous_shape.h"
 #include "src/state/builds/size_cache.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
@@ -246,8 +246,9 @@ ON_RECORDING_PATH inline void view_geometry(struct check_context *context,
 
 /* State. */
 
-static bool triangles_are_sound(struct check_context *context,
-                                const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+static bool
+triangles_are_well_formed(struct check_context *context,
+                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
     return chain_is_readable(context, triangles->pNext) &&
            format_is_known(triangles->vertexFormat) &&
@@ -263,15 +264,15 @@ static bool is_within_limits(const struct build_view *build)
            build->triangle_count <= limits->maxPrimitiveCount;
 }
 
-/* Whether the rules of parameters say all that is_sound asks: they do where there are no structures
- * to chain, and nothing that the registry doesn't know. */
-static bool rules_tell_all(const struct device_facts *device)
+/* Whether the rules of parameters say all that is_well_formed asks: they do where there are no
+ * structures to chain, and nothing that the registry doesn't know. */
+static bool rules_report_all(const struct device_facts *device)
 {
     return !device->extension.adds_to_inputs && !device->newer_than_registry;
 }
 
-__attribute__((noinline)) static bool structures_are_sound(struct check_context *context,
-                                                           const struct build_view *build)
+__attribute__((noinline)) static bool structures_are_well_formed(struct check_context *context,
+                                                                 const struct build_view *build)
 {
     VkAccelerationStructureTypeKHR type = build->info->type;
     if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
@@ -283,19 +284,20 @@ __attribute__((noinline)) static bool structures_are_sound(struct check_context 
         const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
         if (!chain_is_readable(context, geometry->pNext) ||
-            (triangles ? !triangles_are_sound(context, triangles)
+            (triangles ? !triangles_are_well_formed(context, triangles)
                        : !aabbs_in(geometry) && !instances_in(geometry) &&
-                             !extended_geometry_is_sound(geometry)))
+                             !extended_geometry_is_well_formed(geometry)))
             return false;
     }
     return true;
 }
 
 /* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
-static bool is_sound(struct check_context *context, const struct build_view *build, bool holds)
+static bool is_well_formed(struct check_context *context, const struct build_view *build,
+                           bool holds)
 {
-    return is_within_limits(build) &&
-           ((holds && rules_tell_all(build->call->device)) || structures_are_sound(context, build));
+    return is_within_limits(build) && ((holds && rules_report_all(build->call->device)) ||
+                                       structures_are_well_formed(context, build));
 }
 
 static bool needs_no_count(const struct build_view *build, uint32_t *count)
@@ -311,7 +313,7 @@ static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view
 }
 
 /* Of all geometries of a build. */
-static void ask_for_sizes(struct check_context *context, struct build_view *build)
+static void query_sizes(struct check_context *context, struct build_view *build)
 {
     uint32_t inline_counts[INLINE_COUNTS] = {0}, *counts = inline_counts;
     uint32_t count = build->geometry_count;
@@ -340,26 +342,27 @@ static void look_elsewhere(struct check_context *context, struct accel_facts *ac
 bool view_is_like_recent(const struct check_context *context, const struct build_view *build)
 {
     uint32_t primitive_count;
-    return context->recent_build && build->geometry_count == 1 &&
+    return context->previous_shape && build->geometry_count == 1 &&
            view_primitive_count(build, 0, &primitive_count) &&
-           recent_build_is_like(context->recent_build, build->info, primitive_count,
-                                build_type_of(build));
+           previous_shape_is_same(context->previous_shape, build->info, primitive_count,
+                                  build_type_of(build));
 }
 
 void view_keep_recent(const struct check_context *context, const struct build_view *build,
                       bool holds)
 {
     uint32_t primitive_count;
-    if (context->recent_build && build->geometry_count == 1 && build->sizes.known &&
+    if (context->previous_shape && build->geometry_count == 1 && build->sizes.known &&
         view_primitive_count(build, 0, &primitive_count))
-        recent_build_set(context->recent_build, build->info, primitive_count, build_type_of(build),
-                         &build->sizes, holds);
+        previous_shape_set(context->previous_shape, build->info, primitive_count,
+                           build_type_of(build), &build->sizes, holds);
 }
 
 void view_build_sizes(struct check_context *context, struct build_view *build, bool holds)
 {
-    if (is_sound(context, build, holds) && build->geometry_count == build->info->geometryCount)
-        ask_for_sizes(context, build);
+    if (is_well_formed(context, build, holds) &&
+        build->geometry_count == build->info->geometryCount)
+        query_sizes(context, build);
 }
 
 void view_build_state(struct check_context *context, struct build_view *build)

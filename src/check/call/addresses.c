@@ -53,9 +53,9 @@ void check_indirect(struct walk *walk, const struct build_view *build, bool with
     walk_indirect(walk, &indirect, LEVEL_PARAMETERS);
     if (!with_state || !indirect.address)
         return;
-    resources_ask_address(context->resources, *indirect.address, &indirect.facts);
+    resources_look_up_address(context->resources, *indirect.address, &indirect.facts);
     walk_indirect(walk, &indirect, LEVEL_STATE);
     check_indirect_address(walk, &indirect);
-    if (context->witness)
-        context->witness->see_indirect(context->user, &indirect);
+    if (context->recorder)
+        context->recorder->record_indirect(context->user, &indirect);
 }

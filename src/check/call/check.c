@@ -15,9 +15,9 @@
 #include "src/check/call/host_checks.h"
 #include "src/check/content/content.h"
 #include "src/check/overlap/pairs.h"
-#include "src/check/walk/hold.h"
+#include "src/check/walk/fast_path.h"
 #include "src/check/walk/walk.h"
-#include "src/state/builds/recent_build.h"
+#include "src/state/builds/previous_shape.h"
 
 /* The rows of a geometry and, where its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
@@ -33,7 +33,7 @@ __attribute__((cold)) static void walk_all_of_geometry(struct walk *walk,
                                                        const struct range_view *range,
                                                        bool has_count, bool with_state)
 {
-    walk->holds = false;
+    walk->passes = false;
     walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
     if (range->geometry->build->call->command == COMMAND_HOST)
         check_host_geometry(walk, range);
@@ -62,16 +62,16 @@ ON_RECORDING_PATH static void check_geometry(struct walk *walk, struct geometry_
     struct chained_inputs chained;
     if (build->call->device->extension.adds_to_inputs)
         check_extended_geometry(walk, geometry, &chained, with_state);
-    if (with_state && !walk->alike)
+    if (with_state && !walk->same_shape)
         view_geometry_state(walk->context, geometry);
-    if (!geometry_holds(&range, has_count, with_state, walk->alike))
+    if (!geometry_passes(&range, has_count, with_state, walk->same_shape))
         walk_all_of_geometry(walk, &range, has_count, with_state);
     if (!with_state)
         return;
-    if (walk->context->witness && !comes_with_build(build, geometry))
-        walk->context->witness->see_geometry(walk->context->user, geometry);
+    if (walk->context->recorder && !comes_with_build(build, geometry))
+        walk->context->recorder->record_geometry(walk->context->user, geometry);
     if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
-        check_host_contents(walk, &range);
+        check_host_inputs(walk, &range);
 }
 
 __attribute__((cold)) static void
@@ -107,11 +107,11 @@ static void find_sizes(const struct walk *walk, struct build_view *build, bool i
 {
     struct check_context *context = walk->context;
     if (is_like)
-        build->sizes = context->recent_build->sizes;
+        build->sizes = context->previous_shape->sizes;
     else
-        view_build_sizes(context, build, walk->holds);
-    if (!is_like || (walk->holds && !context->recent_build->holds))
-        view_keep_recent(context, build, walk->holds);
+        view_build_sizes(context, build, walk->passes);
+    if (!is_like || (walk->passes && !context->previous_shape->passes))
+        view_keep_recent(context, build, walk->passes);
 }
 
 /* Puts a build to the rules about itself; one that they find valid may be kept as such. */
@@ -123,11 +123,11 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
     uint32_t findings_before = walk->findings;
     walk->hides_sizes = false;
     bool is_like = view_is_like_recent(context, build);
-    walk->alike = is_like && recent_build_holds(context->recent_build, build->info);
+    walk->same_shape = is_like && previous_shape_matches(context->previous_shape, build->info);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
-    walk->holds = build_parameters_hold(build, walk->alike);
-    if (!walk->holds)
+    walk->passes = build_parameters_pass(build, walk->same_shape);
+    if (!walk->passes)
         walk_all_of_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
         check_indirect(walk, build, with_state);
@@ -140,12 +140,12 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
         view_build_state(context, build);
         if (!walk->hides_sizes)
             find_sizes(walk, build, is_like);
-        bool state_holds = build_state_holds(build);
-        if (!state_holds)
+        bool state_passes = build_state_passes(build);
+        if (!state_passes)
             walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)
             check_host_build(walk, build);
-        if (keeps && walk->holds && state_holds && walk->findings == findings_before)
+        if (keeps && walk->passes && state_passes && walk->findings == findings_before)
             view_keep_known(context, build, first);
     }
 }
@@ -172,13 +172,13 @@ static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_v
 {
     struct check_context *context = walk->context;
     collect_ranges(walk, sweep, build);
-    build->contents = walk->contents;
-    build_contents_tell(walk->contents);
-    if (context->witness)
-        context->witness->see_build(context->user, build,
-                                    comes_with_build(build, first) ? first : NULL);
-    if (walk->contents)
-        content_forget_kept(walk);
+    build->inputs = walk->inputs;
+    build_inputs_mark_known(walk->inputs);
+    if (context->recorder)
+        context->recorder->record_build(context->user, build,
+                                        comes_with_build(build, first) ? first : NULL);
+    if (walk->inputs)
+        content_forget_inputs(walk);
 }
 
 /* Checks `count` builds, VIEWS_MAX at most, from `begin` on. */
@@ -208,8 +208,8 @@ static void check_pairs(struct walk *walk, const struct call_view *call, struct 
 {
     const struct check_context *context = walk->context;
     pairs_walk(walk, call, sweep);
-    if (sweep->noted_count && context->witness)
-        context->witness->see_ranges(context->user, sweep_all_ranges(sweep));
+    if (sweep->noted_count && context->recorder)
+        context->recorder->record_ranges(context->user, sweep_all_ranges(sweep));
 }
 
 void check_call(struct check_context *context, const struct call_view *call)
@@ -245,9 +245,9 @@ ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_v
     walk_start(&walk, context);
     context->copies = &copies;
     if (context->known)
-        context->changes = resources_changes(context->resources);
+        context->changes = resources_generation(context->resources);
     view_call(context, call);
-    if (!call_holds(call))
+    if (!call_passes(call))
         walk_all_of_call(&walk, call);
     if (call->infos_readable && (call_is_aligned(call) || align_call(context, call)))
         check_all_builds(&walk, call);

@@ -85,7 +85,7 @@ find_instances(struct check_context *context, const struct build_view *build,
 /* Asks only for the rows of its subject. */
 #define ASK_HOST_GEOMETRY(name, level)                                                             \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        walk_report(walk, RULE_##name, &location, &finding);
 
 static void walk_host_geometry(struct walk *walk, const struct host_geometry_view *view)
 {
@@ -117,7 +117,7 @@ void check_host_geometry(struct walk *walk, const struct range_view *range)
 
 #define ASK_HOST_BUILD(name, level)                                                                \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        walk_report(walk, RULE_##name, &location, &finding);
 
 static void walk_host_build(struct walk *walk, const struct host_build_view *view)
 {

@@ -10,7 +10,7 @@
 /* The rows of one subject are in a file of their own. */
 #define RULE(subject, name, row_level, ids)                                                        \
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(subject, &finding))        \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        walk_report(walk, RULE_##name, &location, &finding);
 
 static void walk_micromap_build(struct walk *walk, const struct micromap_build_view *micromap_build,
                                 enum level level)

@@ -111,27 +111,27 @@ static void find_geometry(struct check_context *context, struct nv_geometry_view
         find_buffer(context, geometry->aabbs->aabbData, &geometry->boxes);
 }
 
-static void see_input(struct check_context *context, uint32_t geometry, enum input_role role,
-                      const struct buffer_facts *facts)
+static void record_input(struct check_context *context, uint32_t geometry, enum input_role role,
+                         const struct buffer_facts *facts)
 {
     if (facts->id)
-        context->witness->see_nv_input(context->user, geometry, role, facts);
+        context->recorder->record_nv_input(context->user, geometry, role, facts);
 }
 
-static void see_geometry(struct check_context *context, const struct nv_geometry_view *geometry)
+static void record_geometry(struct check_context *context, const struct nv_geometry_view *geometry)
 {
     uint32_t index = geometry->index;
-    see_input(context, index, INPUT_VERTEX, &geometry->vertex);
-    see_input(context, index, INPUT_INDEX, &geometry->index_data);
-    see_input(context, index, INPUT_TRANSFORM, &geometry->transform);
-    see_input(context, index, INPUT_AABBS, &geometry->boxes);
+    record_input(context, index, INPUT_VERTEX, &geometry->vertex);
+    record_input(context, index, INPUT_INDEX, &geometry->index_data);
+    record_input(context, index, INPUT_TRANSFORM, &geometry->transform);
+    record_input(context, index, INPUT_AABBS, &geometry->boxes);
 }
 
-static void see_call(struct check_context *context, const struct nv_call_view *call)
+static void record_call(struct check_context *context, const struct nv_call_view *call)
 {
-    context->witness->see_nv_build(context->user, call);
-    see_input(context, 0, INPUT_SCRATCH, &call->scratch_facts);
-    see_input(context, 0, INPUT_INSTANCES, &call->instance_facts);
+    context->recorder->record_nv_build(context->user, call);
+    record_input(context, 0, INPUT_SCRATCH, &call->scratch_facts);
+    record_input(context, 0, INPUT_INSTANCES, &call->instance_facts);
 }
 
 /* ---- the call */
@@ -146,8 +146,8 @@ static void check_geometries(struct walk *walk, const struct nv_call_view *call,
             continue;
         find_geometry(context, &geometry);
         walk_nv_geometry(walk, &geometry, LEVEL_STATE);
-        if (context->witness)
-            see_geometry(context, &geometry);
+        if (context->recorder)
+            record_geometry(context, &geometry);
     }
 }
 
@@ -168,8 +168,8 @@ static void check_parameters(struct walk *walk, struct nv_call_view *call)
             walk_nv_info(walk, &info, LEVEL_STATE);
         check_geometries(walk, call, with_state);
     }
-    if (context->witness)
-        see_call(context, call);
+    if (context->recorder)
+        record_call(context, call);
     nv_shape_release(call->dst_facts.created);
     nv_shape_release(call->src_facts.created);
 }

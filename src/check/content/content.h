@@ -11,7 +11,7 @@
 
 /* At level CONTENT: puts the data of a geometry of a host build to its rules. What can't be read,
  * and ranges that are not known, others speak of. */
-void check_host_contents(struct walk *walk, const struct range_view *range);
+void check_host_inputs(struct walk *walk, const struct range_view *range);
 
 /* The same of a geometry whose data is elsewhere. `chained`: a copy of what was chained to it;
  * NULL: its own chain is there. */
@@ -76,8 +76,8 @@ void content_check_instance(struct content *content, uint32_t index, bool has_mo
 void content_keep_count(struct content *content);
 void content_keep(struct content *content);
 void content_keep_instance(struct content *content, uint32_t index, uint64_t reference);
-void content_lose_instance(struct content *content);
-void content_forget_kept(struct walk *walk); /* once the build was seen */
+void content_keep_unknown_instance(struct content *content);
+void content_forget_inputs(struct walk *walk); /* once the build was seen */
 
 /* All structures that instances of the build in hand refer to, each once. */
 struct instance_uses {

@@ -13,7 +13,7 @@
 #include "src/view/micromap_view.h"
 
 /* A build whose structure may be what an instance of another build refers to. */
-struct kept_build {
+struct retained_build {
     const struct recorded_build *build;
     uint64_t dst_id;
 };
@@ -22,7 +22,7 @@ struct executed_call {
     struct walk walk;
     struct call_view view;
     struct sweep *sweep; /* of what instances refer to; NULL: nothing, or no memory */
-    struct kept_build *builds;
+    struct retained_build *builds;
     uint32_t count, capacity;
 };
 
@@ -94,7 +94,7 @@ static void read_direct(struct executed_call *call, const struct executed_build 
 
 #define ASK_INDIRECT_RANGE(name, level)                                                            \
     if (walk->wants[RULE_##name] && !name(indirect_range, &finding))                               \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        walk_report(walk, RULE_##name, &location, &finding);
 
 static void walk_indirect_range(struct walk *walk, const struct indirect_range_view *indirect_range)
 {
@@ -123,7 +123,7 @@ static void check_unindexed_opacity(struct walk *walk, const struct range_view *
         opacity->indexType == VK_INDEX_TYPE_NONE_KHR &&
         walk->wants[RULE_opacity_triangles_are_within_micromap] &&
         !opacity_triangles_are_within_micromap(&view, &finding))
-        walk_hand_on(walk, RULE_opacity_triangles_are_within_micromap, &location, &finding);
+        walk_report(walk, RULE_opacity_triangles_are_within_micromap, &location, &finding);
 }
 
 /* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
@@ -164,10 +164,10 @@ static void check_sums(struct walk *walk, const struct build_view *build)
     struct finding finding;
     if (walk->wants[RULE_blas_triangle_count_is_within_limit] &&
         !blas_triangle_count_is_within_limit(build, &finding))
-        walk_hand_on(walk, RULE_blas_triangle_count_is_within_limit, &location, &finding);
+        walk_report(walk, RULE_blas_triangle_count_is_within_limit, &location, &finding);
     if (walk->wants[RULE_blas_aabb_count_is_within_limit] &&
         !blas_aabb_count_is_within_limit(build, &finding))
-        walk_hand_on(walk, RULE_blas_aabb_count_is_within_limit, &location, &finding);
+        walk_report(walk, RULE_blas_aabb_count_is_within_limit, &location, &finding);
 }
 
 static void read_indirect(struct executed_call *call, const struct executed_build *executed)
@@ -185,13 +185,13 @@ static void keep_build(struct executed_call *call, const struct executed_build *
 {
     if (call->count == call->capacity) {
         uint32_t capacity = call->capacity ? call->capacity * 2 : 8;
-        struct kept_build *builds = realloc(call->builds, capacity * sizeof(*builds));
+        struct retained_build *builds = realloc(call->builds, capacity * sizeof(*builds));
         if (!builds)
             return;
         call->builds = builds;
         call->capacity = capacity;
     }
-    call->builds[call->count++] = (struct kept_build){executed->build, executed->dst_id};
+    call->builds[call->count++] = (struct retained_build){executed->build, executed->dst_id};
 }
 
 static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)
@@ -208,12 +208,12 @@ static void collect_instances(struct executed_call *call, const struct recorded_
 }
 
 /* The structure may have died since. */
-static void collect_dst(struct executed_call *call, const struct kept_build *kept)
+static void collect_dst(struct executed_call *call, const struct retained_build *kept)
 {
     struct check_context *context = call->walk.context;
     const struct build_parameters *given = recorded_build_given(kept->build);
     struct build_view build = view_of(call, kept->build, given->ranges);
-    resources_ask_accel(context->resources, given->info.dstAccelerationStructure, &build.dst);
+    resources_look_up_accel(context->resources, given->info.dstAccelerationStructure, &build.dst);
     if (build.dst.alive != YES || build.dst.id != kept->dst_id)
         return;
     view_build_state(context, &build);
@@ -230,7 +230,7 @@ static void walk_pairs(struct executed_call *call)
     /* The others were asked when the call was recorded. */
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule_infos[rule].level != LEVEL_CONTENT)
-            walk_stop_asking(walk, (enum rule)rule);
+            walk_stop_rule(walk, (enum rule)rule);
     pairs_walk(walk, &call->view, call->sweep);
 }
 
@@ -238,15 +238,15 @@ static void walk_pairs(struct executed_call *call)
 
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
-    call->walk.contents = build->contents;
-    call->walk.turn = build->turn;
+    call->walk.inputs = build->inputs;
+    call->walk.point = build->point;
     if (build->build->is_indirect)
         read_indirect(call, build);
     else
         read_direct(call, build);
-    build_contents_tell(build->contents);
-    call->walk.contents = NULL;
-    call->walk.turn = NULL;
+    build_inputs_mark_known(build->inputs);
+    call->walk.inputs = NULL;
+    call->walk.point = NULL;
     collect_instances(call, build->build);
     keep_build(call, build);
 }

@@ -4,7 +4,7 @@
 #define ASSAY_CHECK_CONTENT_EXECUTED_H
 
 #include "src/check/call/check.h"
-#include "src/check/replay/contents.h"
+#include "src/check/replay/update_inputs.h"
 #include "src/snapshots/recorded_build.h"
 
 /* One build of an execution. */
@@ -12,10 +12,10 @@ struct executed_build {
     const struct recorded_build *build;
     uint64_t dst_id;                       /* of its structure; 0 where it isn't known */
     struct input_memory memory;            /* what it read */
-    struct build_contents *contents;       /* to be filled; NULL: nobody will ask */
+    struct build_inputs *inputs;           /* to be filled; NULL: nobody will ask */
     const struct used_micromap_note *used; /* the micromaps that its geometries use: */
     uint32_t used_count;
-    const struct built_flags_turn *turn; /* of a build of instances; NULL: it isn't known */
+    const struct execution_point *point; /* of a build of instances; NULL: it isn't known */
 };
 
 /* The builds of one call, in the call's order; those of which nothing is known may be missing. */

@@ -50,10 +50,11 @@ static void look_up(const struct content *content, uint64_t reference,
 {
     const struct check_context *context = content->walk->context;
     if (content->range->geometry->build->call->command == COMMAND_HOST)
-        resources_ask_accel(context->resources, (VkAccelerationStructureKHR)(uintptr_t)reference,
-                            referenced);
+        resources_look_up_accel(context->resources,
+                                (VkAccelerationStructureKHR)(uintptr_t)reference, referenced);
     else
-        resources_find_referenced(context->resources, reference, context->deaths, referenced);
+        resources_find_referenced(context->resources, reference, context->destroy_count,
+                                  referenced);
 }
 
 void content_find_reference(struct content *content, uint64_t reference,
@@ -108,7 +109,7 @@ static void check_nv_reference(struct content *content, uint32_t index, uint64_t
         .index = index,
         .reference = reference,
         .refers_to = resources_find_nv_reference(content->walk->context->resources, reference,
-                                                 content->walk->context->deaths)};
+                                                 content->walk->context->destroy_count)};
     content_walk_nv_instance(content, &view);
 }
 
@@ -117,7 +118,7 @@ static enum tristate find_disabling(const struct content *content,
 {
     const struct walk *walk = content->walk;
     return referenced->alive == YES
-               ? built_flags_allow_disabling(walk->context->flags, referenced->id, walk->turn)
+               ? built_flags_allow_disabling(walk->context->flags, referenced->id, walk->point)
                : UNKNOWN;
 }
 
@@ -166,7 +167,7 @@ static void read_pointed_instance(struct content *content, uint32_t index,
     if (bytes)
         read_instance(content, index, bytes);
     else
-        content_lose_instance(content);
+        content_keep_unknown_instance(content);
 }
 
 /* Pointers to instances with motion have the type in their low bits, and lead to the structure of

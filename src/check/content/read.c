@@ -51,7 +51,7 @@ static struct location location_of(const struct geometry_view *geometry)
 #define ASK_ONCE(name, view)                                                                       \
     if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
         content->wants[RULE_##name] = false;                                                       \
-        walk_hand_on(content->walk, RULE_##name, &location, &finding);                             \
+        walk_report(content->walk, RULE_##name, &location, &finding);                              \
     }
 
 #define ASK_INDICES(name, level) ASK_ONCE(name, indices)
@@ -305,7 +305,7 @@ static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t si
     return size < EXTENT_MAX ? readable_extent(context, *bytes, (size_t)size) : 0;
 }
 
-void check_host_contents(struct walk *walk, const struct range_view *range)
+void check_host_inputs(struct walk *walk, const struct range_view *range)
 {
     const struct input_memory memory = {.find = find_in_host_memory,
                                         .context = walk->context->readable};

@@ -112,7 +112,7 @@ static uint64_t *find_inactive(const struct content *content)
     return inactive;
 }
 
-static void keep_indices(const struct content *content, struct geometry_contents *kept)
+static void keep_indices(const struct content *content, struct geometry_inputs *kept)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(content->range->geometry->geometry);
@@ -131,24 +131,24 @@ static void keep_indices(const struct content *content, struct geometry_contents
 }
 
 /* What the host builds is kept here; for what command buffers build there is a place already. */
-static struct geometry_contents *kept_of(struct content *content)
+static struct geometry_inputs *kept_of(struct content *content)
 {
     const struct build_view *build = content->range->geometry->build;
-    struct build_contents *there = content->walk->contents;
+    struct build_inputs *there = content->walk->inputs;
     uint32_t index = content->range->geometry->index;
     if (build->call->command != COMMAND_HOST)
         return there && index < there->count ? &there->items[index] : NULL;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
         !build_is_update(build->info))
         return NULL;
-    if (!content->walk->contents)
-        content->walk->contents = build_contents_create(build->geometry_count);
-    return content->walk->contents ? &content->walk->contents->items[index] : NULL;
+    if (!content->walk->inputs)
+        content->walk->inputs = build_inputs_create(build->geometry_count);
+    return content->walk->inputs ? &content->walk->inputs->items[index] : NULL;
 }
 
 void content_keep_count(struct content *content)
 {
-    struct geometry_contents *kept = kept_of(content);
+    struct geometry_inputs *kept = kept_of(content);
     if (!kept)
         return;
     kept->count_known = true;
@@ -157,7 +157,7 @@ void content_keep_count(struct content *content)
 
 void content_keep(struct content *content)
 {
-    struct geometry_contents *kept = kept_of(content);
+    struct geometry_inputs *kept = kept_of(content);
     if (!kept)
         return;
     kept->inactive = find_inactive(content);
@@ -166,7 +166,7 @@ void content_keep(struct content *content)
 
 void content_keep_instance(struct content *content, uint32_t index, uint64_t reference)
 {
-    struct geometry_contents *kept = kept_of(content);
+    struct geometry_inputs *kept = kept_of(content);
     if (!kept || content->has_gaps)
         return;
     if (!kept->inactive)
@@ -175,9 +175,9 @@ void content_keep_instance(struct content *content, uint32_t index, uint64_t ref
         set_inactive(kept->inactive, index);
 }
 
-void content_lose_instance(struct content *content)
+void content_keep_unknown_instance(struct content *content)
 {
-    struct geometry_contents *kept = kept_of(content);
+    struct geometry_inputs *kept = kept_of(content);
     content->has_gaps = true;
     if (!kept)
         return;
@@ -185,8 +185,8 @@ void content_lose_instance(struct content *content)
     kept->inactive = NULL;
 }
 
-void content_forget_kept(struct walk *walk)
+void content_forget_inputs(struct walk *walk)
 {
-    build_contents_release(walk->contents);
-    walk->contents = NULL;
+    build_inputs_release(walk->inputs);
+    walk->inputs = NULL;
 }

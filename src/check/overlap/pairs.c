@@ -30,7 +30,7 @@ static void note_sparse(struct sweep *sweep, const struct used_range *range,
                         const struct sparse_bytes *bytes)
 {
     struct noted_range noted = {.range = *range, .bytes = *bytes};
-    noted.range.in_pieces = true;
+    noted.range.is_sparse = true;
     sweep_note(sweep, &noted);
 }
 
@@ -65,7 +65,7 @@ static inline void keep_in_accel(struct sweep *sweep, struct used_range *range,
 {
     range->span = memory_span_of(accel->memory, accel->begin, size);
     sweep_keep(sweep, range);
-    if (accel->in_pieces)
+    if (accel->is_sparse)
         note_sparse_accel(sweep, range, accel, size);
 }
 
@@ -131,7 +131,7 @@ static inline void collect_scratch(struct sweep *sweep, const struct build_view 
     if (!range)
         return;
     range->span = span_of_scratch(scratch, size);
-    if (scratch->in_pieces)
+    if (scratch->is_sparse)
         note_sparse(sweep, range,
                     &(struct sparse_bytes){scratch->buffer, scratch->buffer_id, scratch->begin,
                                            scratch->begin + size});
@@ -174,7 +174,7 @@ bool pairs_has_none_within(const struct check_context *context, const struct bui
     const struct address_facts *scratch = &build->scratch;
     if (context->level < LEVEL_STATE || !build->sizes.known ||
         build->info->srcAccelerationStructure || build->micromaps ||
-        scratch->status != ADDRESS_IN_BUFFER || dst->in_pieces || scratch->in_pieces)
+        scratch->status != ADDRESS_IN_BUFFER || dst->is_sparse || scratch->is_sparse)
         return false;
     struct memory_span a = memory_span_of(dst->memory, dst->begin, size_in_structure(build, dst));
     struct memory_span b = span_of_scratch(scratch, build_scratch_size(build));
@@ -251,14 +251,14 @@ static bool wants_pairs_of(const bool *wants, enum range_kind a, enum range_kind
 struct pair_walk {
     struct walk *walk;
     const struct call_view *call;
-    bool in_pieces; /* only pairs of which one is in a sparse buffer */
+    bool is_sparse; /* only pairs of which one is in a sparse buffer */
 };
 
 static bool visit_pair(void *user, const struct used_range *a, const struct used_range *b,
                        const struct memory_span *shared)
 {
     struct pair_walk *pairs = user;
-    if (pairs->in_pieces && !a->in_pieces && !b->in_pieces)
+    if (pairs->is_sparse && !a->is_sparse && !b->is_sparse)
         return true;
     struct pair_view pair = {
         .call = pairs->call, .a = *a, .b = *b, .shares_memory = shared != NULL};
@@ -281,6 +281,6 @@ ON_RECORDING_PATH void pairs_walk(struct walk *walk, const struct call_view *cal
 
 void pairs_walk_pieces(struct walk *walk, const struct call_view *call, struct sweep *sweep)
 {
-    struct pair_walk pairs = {.walk = walk, .call = call, .in_pieces = true};
+    struct pair_walk pairs = {.walk = walk, .call = call, .is_sparse = true};
     sweep_shared_memory(sweep, visit_pair, &pairs);
 }

@@ -60,18 +60,18 @@ static void check_structure(struct replay *replay, const struct journal *journal
     bool is_nv = entry->command == COMMAND_NV;
     struct structure_state state =
         is_nv ? state_of_nv(replay->resources, handle) : state_of(replay->resources, handle);
-    bool died = state.alive == NO || (state.alive == YES && state.id != id);
-    bool lost_memory = state.alive == YES && was_backed && state.backed == NO;
-    enum rule rule = died ? rules->alive : rules->backed;
-    if ((!died && !lost_memory) || !is_wanted(replay, entry, rule))
+    bool is_destroyed = state.alive == NO || (state.alive == YES && state.id != id);
+    bool memory_was_destroyed = state.alive == YES && was_backed && state.backed == NO;
+    enum rule rule = is_destroyed ? rules->alive : rules->backed;
+    if ((!is_destroyed && !memory_was_destroyed) || !is_wanted(replay, entry, rule))
         return;
     struct location location = {.command = (enum build_command)entry->command,
                                 .subject = is_nv ? SUBJECT_PARAMETER : SUBJECT_BUILD,
                                 .build = entry->info};
     struct finding finding;
     finding_says(&finding, rules->field,
-                 died ? "{} was destroyed after the build was recorded"
-                      : "{} lost its memory, or its buffer, after the build was recorded",
+                 is_destroyed ? "{} was destroyed after the build was recorded"
+                              : "{} lost its memory, or its buffer, after the build was recorded",
                  object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                               : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                         handle));
@@ -92,7 +92,7 @@ static void check_entry(struct replay *replay, const struct journal *journal,
     static const struct structure_rules nv_src = {"src", RULE_nv_src_is_a_valid_handle, RULE_COUNT};
     bool is_nv = entry->command == COMMAND_NV;
     if (entry->kind == JOURNAL_USE_MICROMAP)
-        replay_micromap_death(replay, journal, entry);
+        replay_destroyed_micromap(replay, journal, entry);
     if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
         return;
     check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed,
@@ -178,8 +178,8 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
     resources_find_buffer(replay->resources, input->buffer, &facts);
     resources_end_reading(replay->resources, token);
     enum rule rule = nv_inputs[input->role].rule;
-    bool died = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
-    if (!died || !replay->active[COMMAND_NV][rule])
+    bool is_destroyed = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
+    if (!is_destroyed || !replay->active[COMMAND_NV][rule])
         return;
     struct location location = {.command = COMMAND_NV,
                                 .subject = nv_inputs[input->role].subject,
@@ -201,16 +201,16 @@ static void check_inputs(struct replay *replay, const struct journal *journal)
             check_input(replay, journal, input);
 }
 
-void replay_deaths(struct replay *replay, const struct journal *journal)
+void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
-    bool any_died = journal->deaths != resources_deaths(replay->resources);
+    bool any_destroyed = journal->destroy_count != resources_destroy_count(replay->resources);
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE)
-            replay_deaths(replay, entry->secondary);
-        else if (any_died)
+            replay_destroyed(replay, entry->secondary);
+        else if (any_destroyed)
             check_entry(replay, journal, entry);
     }
-    if (any_died)
+    if (any_destroyed)
         check_inputs(replay, journal);
 }

@@ -5,8 +5,8 @@
 #include "src/check/replay/micromap.h"
 
 /* Most updates have no findings: only those that do are worth locating. */
-static bool hand_on(void *user, enum rule rule, const struct location *location,
-                    const struct finding *finding)
+static bool report(void *user, enum rule rule, const struct location *location,
+                   const struct finding *finding)
 {
     const struct update_judgement *judgement = user;
     struct replay *replay = judgement->replay;
@@ -15,7 +15,7 @@ static bool hand_on(void *user, enum rule rule, const struct location *location,
     return replay->found(replay->user, rule, location, finding);
 }
 
-static const struct check_hooks hooks = {.found = hand_on};
+static const struct check_hooks hooks = {.found = report};
 
 void update_judgement_begin(struct update_judgement *judgement, struct replay *replay,
                             const struct journal *journal, const struct journal_entry *entry)

@@ -9,7 +9,7 @@
 
 #define RULE(subject, name, level, ids)                                                            \
     if (walk->wants[RULE_##name] && !name(subject, &finding))                                      \
-        walk_hand_on(walk, RULE_##name, location, &finding);
+        walk_report(walk, RULE_##name, location, &finding);
 
 static void walk_used_micromap(struct walk *walk, const struct used_micromap_view *used_micromap,
                                const struct location *location)
@@ -47,8 +47,8 @@ struct judgement {
     const struct journal_entry *entry;
 };
 
-static bool hand_on(void *user, enum rule rule, const struct location *location,
-                    const struct finding *finding)
+static bool report(void *user, enum rule rule, const struct location *location,
+                   const struct finding *finding)
 {
     const struct judgement *judgement = user;
     struct replay *replay = judgement->replay;
@@ -71,7 +71,7 @@ static void judge(struct replay *replay, const struct journal *journal,
                   const struct built *source)
 {
     struct judgement judgement = {.replay = replay, .journal = journal, .entry = entry};
-    static const struct check_hooks hooks = {.found = hand_on};
+    static const struct check_hooks hooks = {.found = report};
     struct check_context context = {.hooks = &hooks, .user = &judgement};
     struct walk walk = {.context = &context, .wants = replay->active[entry->command]};
     const struct used_micromap_view view = {.command = (enum build_command)entry->command,
@@ -111,8 +111,8 @@ void replay_submit_micromap(struct replay *replay, const struct journal *journal
           updated.src_id ? replay_read(replay, &updated) : NULL);
 }
 
-void replay_micromap_death(struct replay *replay, const struct journal *journal,
-                           const struct journal_entry *entry)
+void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
+                               const struct journal_entry *entry)
 {
     bool is_ext = entry->micromap.is_ext;
     enum rule rule = is_ext ? RULE_ext_opacity_micromap_is_valid : RULE_opacity_micromap_is_valid;
@@ -127,5 +127,5 @@ void replay_micromap_death(struct replay *replay, const struct journal *journal,
         "{} was destroyed after the build was recorded",
         object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                entry->src));
-    hand_on(&judgement, rule, &location, &finding);
+    report(&judgement, rule, &location, &finding);
 }

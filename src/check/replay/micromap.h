@@ -14,8 +14,8 @@ void replay_submit_micromap(struct replay *replay, const struct journal *journal
                             const struct journal_entry *entry);
 
 /* Reports a micromap that was destroyed since the entry was recorded. */
-void replay_micromap_death(struct replay *replay, const struct journal *journal,
-                           const struct journal_entry *entry);
+void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
+                               const struct journal_entry *entry);
 
 /* The micromaps of one geometry of an update; nothing where neither build has any. */
 void judge_updated_micromap(struct walk *walk, const struct updated_geometry_view *geometry,

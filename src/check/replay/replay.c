@@ -4,10 +4,10 @@
 
 #include <string.h>
 
-#include "src/check/replay/contents.h"
 #include "src/check/replay/judge.h"
 #include "src/check/replay/micromap.h"
 #include "src/check/replay/states.h"
+#include "src/check/replay/update_inputs.h"
 #include "src/state/builds/built_flags.h"
 
 /* What the command buffer knows by itself. A source that it does not know makes its result unknown
@@ -25,7 +25,7 @@ static void keep_copy(struct build_states *known, const struct journal_entry *en
         copy = built_unknown;
     if (entry->kind == JOURNAL_COMPACT)
         copy.compacted = true;
-    build_states_set(known, entry->dst_id, &copy, moment_never());
+    build_states_set(known, entry->dst_id, &copy, timestamp_never());
 }
 
 static void keep_entries(struct build_states *known, struct journal_cursor cursor);
@@ -34,7 +34,7 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
-        build_states_set(known, entry->dst_id, &entry->built, moment_never());
+        build_states_set(known, entry->dst_id, &entry->built, timestamp_never());
         break;
     case JOURNAL_UPDATE:
     case JOURNAL_COPY:
@@ -42,7 +42,7 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
         keep_copy(known, entry);
         break;
     case JOURNAL_FILL:
-        build_states_set(known, entry->dst_id, &built_filled, moment_never());
+        build_states_set(known, entry->dst_id, &built_filled, timestamp_never());
         break;
     case JOURNAL_EXECUTE:
         keep_entries(known, journal_start(entry->secondary));
@@ -78,7 +78,7 @@ static void learn(struct command_buffer *command_buffer, const struct journal_ma
     const struct journal_entry *stop = journal_next(&end);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor)) && entry != stop;)
         keep_entry(&command_buffer->known, entry);
-    command_buffer->knows = true;
+    command_buffer->has_known_states = true;
 }
 
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
@@ -87,7 +87,7 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
     struct journal *journal = command_buffer->journal;
     struct journal_cursor cursor = journal_start_after(journal, mark);
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (!command_buffer->knows && journal_asks(entry))
+        if (!command_buffer->has_known_states && journal_entry_has_source_to_check(entry))
             learn(command_buffer, mark);
         if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
             replay_record_micromap(replay, &command_buffer->known, journal, entry);
@@ -103,7 +103,7 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
 
 void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark)
 {
-    if (command_buffer->knows)
+    if (command_buffer->has_known_states)
         keep_entries(&command_buffer->known, journal_start_after(command_buffer->journal, mark));
 }
 
@@ -179,7 +179,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
 static void judge_sparse(struct replay *replay, const struct journal *journal,
                          const struct journal_entry *entry)
 {
-    if (entry->dst_in_pieces || entry->src_in_pieces)
+    if (entry->dst_is_sparse || entry->src_is_sparse)
         replay_backing(replay, journal, entry);
     if (entry->kind == JOURNAL_RANGES)
         replay_ranges(replay, journal, entry);
@@ -220,9 +220,9 @@ static void fetch_states(const struct build_states *states,
                          const struct journal_entry *const entries[], uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
-        build_states_expect(states, entries[i]->dst_id);
+        build_states_prefetch(states, entries[i]->dst_id);
     for (uint32_t i = 0; i < count; i++)
-        build_states_expect_found(states, entries[i]->dst_id);
+        build_states_prefetch_found(states, entries[i]->dst_id);
 }
 
 void replay_submitted(struct replay *replay, const struct journal *journal)

@@ -11,7 +11,7 @@
 #include "src/state/commands/command_buffers.h"
 
 /* Judges the entries of a call just recorded, those behind `mark`, as far as the command buffer
- * knows their sources: for journals that ask for any (journal_asks). */
+ * knows their sources: for journals that ask for any (journal_entry_has_source_to_check). */
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
                      const struct journal_mark *mark);
 
@@ -19,7 +19,7 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
 void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark);
 
 /* Reports what the builds use that died since they were recorded. */
-void replay_deaths(struct replay *replay, const struct journal *journal);
+void replay_destroyed(struct replay *replay, const struct journal *journal);
 
 /* Replays a command buffer as it is submitted: judges its updates and notes what it writes. */
 void replay_submitted(struct replay *replay, const struct journal *journal);

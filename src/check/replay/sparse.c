@@ -38,7 +38,7 @@ static void check_structure(struct replay *replay, const struct journal *journal
     unsigned token = resources_begin_reading(replay->resources);
     resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
     resources_end_reading(replay->resources, token);
-    if (facts.id != id || !facts.in_pieces || !replay->active[entry->command][rule])
+    if (facts.id != id || !facts.is_sparse || !replay->active[entry->command][rule])
         return;
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
                                        facts.begin + facts.size};
@@ -52,10 +52,10 @@ void replay_backing(struct replay *replay, const struct journal *journal,
 {
     if (!replay->predecessors_known)
         return;
-    if (entry->dst_in_pieces)
+    if (entry->dst_is_sparse)
         check_structure(replay, journal, entry, entry->dst, entry->dst_id,
                         RULE_dst_is_backed_by_memory);
-    if (entry->src_in_pieces && entry->kind == JOURNAL_UPDATE && entry->src_id != entry->dst_id)
+    if (entry->src_is_sparse && entry->kind == JOURNAL_UPDATE && entry->src_id != entry->dst_id)
         check_structure(replay, journal, entry, entry->src, entry->src_id,
                         RULE_update_src_is_backed_by_memory);
 }
@@ -68,8 +68,8 @@ struct range_judgement {
     uint32_t position; /* of the call's first build */
 };
 
-static bool hand_on(void *user, enum rule rule, const struct location *location,
-                    const struct finding *finding)
+static bool report(void *user, enum rule rule, const struct location *location,
+                   const struct finding *finding)
 {
     const struct range_judgement *judgement = user;
     struct replay *replay = judgement->replay;
@@ -96,7 +96,7 @@ static void find_ranges(struct replay *replay, const struct noted_ranges *noted,
 {
     for (uint32_t i = 0; i < noted->count; i++) {
         search->range = noted->items[i].range;
-        if (search->range.in_pieces)
+        if (search->range.is_sparse)
             resources_find_pieces(replay->resources, &noted->items[i].bytes, replay->follows,
                                   add_piece, search);
         else
@@ -109,10 +109,10 @@ void replay_ranges(struct replay *replay, const struct journal *journal,
                    const struct journal_entry *entry)
 {
     if (!replay->predecessors_known || !entry->ranges ||
-        journal->deaths != resources_deaths(replay->resources))
+        journal->destroy_count != resources_destroy_count(replay->resources))
         return;
     struct range_judgement judgement = {replay, journal, entry->ranges->position};
-    static const struct check_hooks hooks = {.found = hand_on};
+    static const struct check_hooks hooks = {.found = report};
     struct check_context context = {.hooks = &hooks,
                                     .level = LEVEL_EXECUTION,
                                     .active = replay->active[entry->command],

@@ -9,7 +9,7 @@ const struct built built_filled = {.state = BUILT_FILLED};
 static const struct built never = {.state = BUILT_NEVER};
 
 /* Whether the batch certainly sees what was written then. */
-static bool is_settled(const struct replay *replay, struct moment written)
+static bool is_settled(const struct replay *replay, struct timestamp written)
 {
     bool is_own = written.queue == replay->now.queue && written.count == replay->now.count;
     return !written.count || (is_own && !replay->unordered) ||
@@ -52,7 +52,7 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 {
     struct build_state *before = build_states_find(replay->states, id);
     bool contested = before && (before->host_writers || !is_settled(replay, before->written));
-    struct moment written = contested ? moment_never() : replay->now;
+    struct timestamp written = contested ? timestamp_never() : replay->now;
     if (contested)
         built = &built_unknown;
     if (!id)

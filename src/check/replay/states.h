@@ -7,7 +7,7 @@
 #include "src/state/commands/command_buffers.h"
 
 struct built_flags;
-struct content_notes;
+struct input_notes;
 
 struct replay {
     const bool (*active)[RULE_COUNT]; /* by command */
@@ -16,14 +16,14 @@ struct replay {
     /* At submission only. */
     struct build_states *states;           /* live */
     struct build_undo *undo;               /* notes what they were before, if not NULL */
-    struct moment now;                     /* when the batch executes, */
+    struct timestamp now;                  /* when the batch executes, */
     const struct execution_clock *follows; /* what it certainly follows, */
-    bool predecessors_known;     /* and whether all that executes before it has been replayed */
-    bool never_is_certain;       /* nothing but journalled commands builds on this device */
-    bool unordered;              /* what the batch does has no order in itself */
-    struct built_flags *flags;   /* told of all writes; NULL: nobody asks */
-    struct content_notes *notes; /* of builds that are read later; NULL: none is */
-    bool out_of_memory;          /* set where a write could not be noted */
+    bool predecessors_known;   /* and whether all that executes before it has been replayed */
+    bool never_is_certain;     /* nothing but journalled commands builds on this device */
+    bool unordered;            /* what the batch does has no order in itself */
+    struct built_flags *flags; /* told of all writes; NULL: nobody asks */
+    struct input_notes *notes; /* of builds that are read later; NULL: none is */
+    bool out_of_memory;        /* set where a write could not be noted */
 
     /* Told before findings: which build of which command buffer they are about. */
     void (*locate)(void *user, const struct journal *journal, uint32_t position, uint32_t info);

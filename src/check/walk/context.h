@@ -16,7 +16,7 @@
 
 struct built_flags;
 struct known_builds;
-struct recent_build;
+struct previous_shape;
 struct sweep;
 
 /* The functions that a check calls, with the context's `user`. They may call down; none is called
@@ -36,39 +36,40 @@ struct check_hooks {
 };
 
 /* The functions that see what a call builds, for its journal; likewise. */
-struct check_witness {
+struct build_recorder {
     /* Each build after its rules, with its geometry if it has one alone, without chained inputs;
      * NULL: its geometries have been seen before it, as has where COMMAND_INDIRECT reads its
      * ranges. */
-    void (*see_build)(void *user, const struct build_view *build,
-                      const struct geometry_view *geometry);
-    void (*see_geometry)(void *user, const struct geometry_view *geometry);
-    void (*see_indirect)(void *user, const struct indirect_view *indirect);
+    void (*record_build)(void *user, const struct build_view *build,
+                         const struct geometry_view *geometry);
+    void (*record_geometry)(void *user, const struct geometry_view *geometry);
+    void (*record_indirect)(void *user, const struct indirect_view *indirect);
     /* All ranges of a call that uses sparse buffers; takes them over. NULL without memory. */
-    void (*see_ranges)(void *user, struct noted_ranges *ranges);
+    void (*record_ranges)(void *user, struct noted_ranges *ranges);
     /* The same for COMMAND_NV. */
-    void (*see_nv_build)(void *user, const struct nv_call_view *call);
-    void (*see_nv_input)(void *user, uint32_t geometry, enum input_role role,
-                         const struct buffer_facts *facts);
+    void (*record_nv_build)(void *user, const struct nv_call_view *call);
+    void (*record_nv_input)(void *user, uint32_t geometry, enum input_role role,
+                            const struct buffer_facts *facts);
 };
 
 /* What a check needs of its surroundings. */
 struct check_context {
     const struct check_hooks *hooks;
-    const struct check_witness *witness; /* or NULL */
+    const struct build_recorder *recorder; /* or NULL */
     void *user;
     enum level level;
     const bool *active; /* RULE_COUNT: the rules to walk for this command, see check_select */
     struct readable_cache *readable;
     struct aligned_copies *copies; /* of misaligned parameters; filled while a call is checked */
     struct resources *resources;
-    struct recent_build *recent_build; /* kept between calls; or NULL */
-    struct known_builds *known;        /* likewise, taken for this check; of COMMAND_DEVICE alone */
-    uint64_t changes;                  /* resources_changes when it began */
-    struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
-    struct built_flags *flags; /* of structures that builds have found; or NULL */
-    const struct built_flags_turn *turn; /* of the host's call; NULL: it isn't known */
-    uint64_t deaths; /* resources_deaths when what is checked after it executed was submitted */
+    struct previous_shape *previous_shape; /* kept between calls; or NULL */
+    struct known_builds *known; /* likewise, taken for this check; of COMMAND_DEVICE alone */
+    uint64_t changes;           /* resources_generation when it began */
+    struct sweep *sweep;        /* memory kept between calls, see check_make_sweep; or NULL */
+    struct built_flags *flags;  /* of structures that builds have found; or NULL */
+    const struct execution_point *point; /* of the host's call; NULL: it isn't known */
+    uint64_t destroy_count; /* resources_destroy_count when what is checked after it executed was
+                               submitted */
 };
 
 /* Which rules there are to walk for a command at a level: fills active[RULE_COUNT]. */

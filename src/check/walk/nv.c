@@ -7,7 +7,7 @@
 /* Asks one predicate, if its row is of the level and wanted. */
 #define ASK(name, row_level, view)                                                                 \
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(view, &finding))           \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        walk_report(walk, RULE_##name, &location, &finding);
 
 #define ASK_NV_CALL(name, level) ASK(name, level, nv_call)
 

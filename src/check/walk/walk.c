@@ -24,12 +24,12 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->hides_sizes = false;
     walk->micromaps = (struct micromap_uses){0};
     walk->instances = NULL;
-    walk->contents = NULL;
-    walk->turn = context->turn;
+    walk->inputs = NULL;
+    walk->point = context->point;
     walk->wants = context->active;
 }
 
-void walk_stop_asking(struct walk *walk, enum rule rule)
+void walk_stop_rule(struct walk *walk, enum rule rule)
 {
     if (walk->wants != walk->fewer)
         memcpy(walk->fewer, walk->wants, sizeof(walk->fewer));
@@ -37,27 +37,27 @@ void walk_stop_asking(struct walk *walk, enum rule rule)
     walk->fewer[rule] = false;
 }
 
-void walk_hand_on(struct walk *walk, enum rule rule, const struct location *location,
-                  const struct finding *finding)
+void walk_report(struct walk *walk, enum rule rule, const struct location *location,
+                 const struct finding *finding)
 {
     struct check_context *context = walk->context;
     walk->findings++;
     walk->hides_sizes |= rule_infos[rule].is_of_sizes;
     if (!context->hooks->found(context->user, rule, location, finding))
-        walk_stop_asking(walk, rule);
+        walk_stop_rule(walk, rule);
 }
 
-__attribute__((cold)) static void hand_on(struct walk *walk, enum rule rule,
-                                          struct location location, const struct finding *finding)
+__attribute__((cold)) static void report(struct walk *walk, enum rule rule,
+                                         struct location location, const struct finding *finding)
 {
-    walk_hand_on(walk, rule, &location, finding);
+    walk_report(walk, rule, &location, finding);
 }
 
 /* Asks one predicate, if its row is of the level and wanted. `location` is made of a finding only.
  */
 #define ASK(name, row_level, view, location)                                                       \
     if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(view, &finding))           \
-        hand_on(walk, RULE_##name, location, &finding);
+        report(walk, RULE_##name, location, &finding);
 
 /* Defines a walk of the rows of a subject, which are those that ASK_subject asks, once for each of
  * the two levels: the compiler leaves out the rows of the other. */
@@ -164,7 +164,7 @@ WALK(indirect)
 /* Pairs are met once, whatever their rows' levels. */
 #define ASK_PAIR(name, row_level)                                                                  \
     if (walk->wants[RULE_##name] && !name(pair, &finding))                                         \
-        walk_hand_on(walk, RULE_##name, &location, &finding);
+        walk_report(walk, RULE_##name, &location, &finding);
 
 void walk_pair(struct walk *walk, const struct pair_view *pair)
 {
@@ -244,7 +244,7 @@ WALK(dense)
 /* Updates are judged once, where their source is known. */
 #define ASK_HERE(name, view)                                                                       \
     if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
-        walk_hand_on(walk, RULE_##name, location, &finding);
+        walk_report(walk, RULE_##name, location, &finding);
 
 #define ASK_UPDATE(name, level) ASK_HERE(name, update)
 

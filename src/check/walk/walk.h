@@ -7,7 +7,7 @@
 #include "src/view/extension_view.h"
 #include "src/view/micromap_view.h"
 
-struct built_flags_turn;
+struct execution_point;
 struct instance_uses;
 
 /* The state of one check. */
@@ -17,23 +17,24 @@ struct walk {
     bool fewer[RULE_COUNT]; /* `wants`, where that isn't all of the context's active rules */
     uint32_t findings;
     bool hides_sizes; /* a finding about the build in hand is about what its sizes depend on */
-    bool alike; /* what holds of the recent build's shape holds of the build in hand (hold.h), */
-    bool holds; /* and all of its parameters, and its geometries', as far as that was asked */
+    bool same_shape;  /* what holds of the recent build's shape holds of the build in hand (hold.h),
+                       */
+    bool passes;      /* and all of its parameters, and its geometries', as far as that was asked */
     struct micromap_uses micromaps;      /* of the build in hand, see check_micromap_build */
-    struct build_contents *contents;     /* likewise, to be kept; NULL: nothing */
-    const struct built_flags_turn *turn; /* likewise, when it executed; NULL: it isn't known */
-    struct instance_uses *instances;     /* likewise, see check_host_contents; NULL: none */
+    struct build_inputs *inputs;         /* likewise, to be kept; NULL: nothing */
+    const struct execution_point *point; /* likewise, when it executed; NULL: it isn't known */
+    struct instance_uses *instances;     /* likewise, see check_host_inputs; NULL: none */
 };
 
 void walk_start(struct walk *walk, struct check_context *context);
 /* Stops asking a rule. */
-void walk_stop_asking(struct walk *walk, enum rule rule);
+void walk_stop_rule(struct walk *walk, enum rule rule);
 /* Where a geometry, or its build range, is. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
 /* Hands on a finding, and notes whether more of its rule are wanted. */
-__attribute__((cold)) void walk_hand_on(struct walk *walk, enum rule rule,
-                                        const struct location *location,
-                                        const struct finding *finding);
+__attribute__((cold)) void walk_report(struct walk *walk, enum rule rule,
+                                       const struct location *location,
+                                       const struct finding *finding);
 
 /* Each walks the rows of its subject at one of the two levels that a call decides. */
 void walk_call(struct walk *walk, const struct call_view *call, enum level level);

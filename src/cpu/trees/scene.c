@@ -7,9 +7,9 @@
 /* Looked for when a ray meets what has one; they mean what they do now. */
 static void open_micromaps(struct cpu_scene *scene)
 {
-    cpu_pins_init(&scene->micromaps, scene->device->structures);
-    cpu_pins_hold(&scene->micromaps);
-    scene->traced.micromaps = cpu_pins_micromaps(&scene->micromaps);
+    blas_references_init(&scene->micromaps, scene->device->structures);
+    blas_references_hold_all(&scene->micromaps);
+    scene->traced.micromaps = blas_references_micromaps(&scene->micromaps);
 }
 
 VkResult cpu_scene_open(struct cpu_device *device, uint64_t handle, enum trace_accuracy accuracy,
@@ -22,16 +22,16 @@ VkResult cpu_scene_open(struct cpu_device *device, uint64_t handle, enum trace_a
         cpu_tree_release(scene->tree);
         return VK_ERROR_VALIDATION_FAILED;
     }
-    cpu_pins_init(&scene->pins, device->structures);
+    blas_references_init(&scene->references, device->structures);
     scene->traced = (struct trace_scene){
         .structure = bytes,
         .accuracy = accuracy,
-        .resolver = cpu_pins_collected(&scene->pins),
+        .resolver = blas_references_collected(&scene->references),
         .counters = &scene->counters,
     };
     if (device->has_micromaps)
         open_micromaps(scene);
-    if (cpu_pins_collect(&scene->pins, bytes))
+    if (blas_references_collect(&scene->references, bytes))
         return VK_SUCCESS;
     cpu_scene_close(scene);
     return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -47,7 +47,7 @@ void cpu_scene_close(struct cpu_scene *scene)
     cpu_count(&counters->exact_calls, scene->counters.exact_calls);
     cpu_count(&counters->micromaps_read, scene->counters.micromaps);
     if (scene->device->has_micromaps)
-        cpu_pins_release(&scene->micromaps);
-    cpu_pins_release(&scene->pins);
+        blas_references_release(&scene->micromaps);
+    blas_references_release(&scene->references);
     cpu_tree_release(scene->tree);
 }

@@ -5,16 +5,16 @@
 
 #include "src/bvh/trace.h"
 #include "src/cpu/device.h"
-#include "src/cpu/trees/pins.h"
+#include "src/cpu/trees/blas_references.h"
 
 struct cpu_scene {
     struct cpu_device *device;
     struct cpu_tree *tree;
-    struct cpu_pins pins;
-    struct cpu_pins micromaps;      /* where the device has any */
-    struct trace_scene traced;      /* for trace_closest() and trace_candidates() */
-    struct trace_counters counters; /* added to the device's when closed */
-    uint64_t rays;                  /* the caller's to count */
+    struct blas_references references;
+    struct blas_references micromaps; /* where the device has any */
+    struct trace_scene traced;        /* for trace_closest() and trace_candidates() */
+    struct trace_counters counters;   /* added to the device's when closed */
+    uint64_t rays;                    /* the caller's to count */
 };
 
 /* VK_ERROR_VALIDATION_FAILED where the handle is no built structure. The scene must not move; one

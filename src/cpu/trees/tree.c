@@ -29,7 +29,7 @@ struct cpu_tree *cpu_tree_create(void)
     return tree;
 }
 
-struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work)
+struct cpu_tree *cpu_tree_create_lazy(const struct cpu_tree_work *work)
 {
     struct cpu_tree *tree = cpu_tree_create();
     if (tree) {

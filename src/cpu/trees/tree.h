@@ -28,7 +28,7 @@ struct cpu_tree_work {
 /* Return one reference; NULL without memory, and then the work stays with the caller. The first is
  * without bytes until the caller has allocated and written them. */
 struct cpu_tree *cpu_tree_create(void);
-struct cpu_tree *cpu_tree_create_late(const struct cpu_tree_work *work);
+struct cpu_tree *cpu_tree_create_lazy(const struct cpu_tree_work *work);
 
 struct cpu_tree *cpu_tree_keep(struct cpu_tree *tree); /* returns it */
 void cpu_tree_release(struct cpu_tree *tree);          /* NULL: nothing */

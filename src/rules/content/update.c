@@ -6,11 +6,10 @@
 
 /* False where nothing is known of one of both, or they can't be compared. */
 static bool find_both(const struct updated_geometry_view *geometry,
-                      const struct geometry_contents **asked,
-                      const struct geometry_contents **source)
+                      const struct geometry_inputs **asked, const struct geometry_inputs **source)
 {
-    *asked = build_contents_of(geometry->update->asked->contents, geometry->index);
-    *source = build_contents_of(geometry->update->source->contents, geometry->index);
+    *asked = build_inputs_of(geometry->update->asked->inputs, geometry->index);
+    *source = build_inputs_of(geometry->update->source->inputs, geometry->index);
     return *asked && *source && geometry->asked->type == geometry->source->type &&
            (*asked)->primitive_count == (*source)->primitive_count;
 }
@@ -45,7 +44,7 @@ static bool changed(const struct updated_geometry_view *geometry, struct finding
 bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updated_geometry,
                                        struct finding *finding)
 {
-    const struct geometry_contents *asked, *source;
+    const struct geometry_inputs *asked, *source;
     uint32_t first;
     return !find_both(updated_geometry, &asked, &source) ||
            !find_first(source->inactive, asked->inactive, asked->primitive_count, &first) ||
@@ -57,7 +56,7 @@ bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updat
 bool active_primitives_stay_active(const struct updated_geometry_view *updated_geometry,
                                    struct finding *finding)
 {
-    const struct geometry_contents *asked, *source;
+    const struct geometry_inputs *asked, *source;
     uint32_t first;
     return !find_both(updated_geometry, &asked, &source) ||
            !find_first(asked->inactive, source->inactive, asked->primitive_count, &first) ||
@@ -69,7 +68,7 @@ bool active_primitives_stay_active(const struct updated_geometry_view *updated_g
 bool index_values_match_source(const struct updated_geometry_view *updated_geometry,
                                struct finding *finding)
 {
-    const struct geometry_contents *asked, *source;
+    const struct geometry_inputs *asked, *source;
     if (!find_both(updated_geometry, &asked, &source) || !asked->indices || !source->indices ||
         asked->indices_size != source->indices_size ||
         updated_geometry->asked->index_type != updated_geometry->source->index_type ||

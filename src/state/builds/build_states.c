@@ -12,12 +12,12 @@ struct build_state *build_states_find(const struct build_states *states, uint64_
     return handle_table_find(&states->by_id, id);
 }
 
-void build_states_expect(const struct build_states *states, uint64_t id)
+void build_states_prefetch(const struct build_states *states, uint64_t id)
 {
-    handle_table_expect(&states->by_id, id);
+    handle_table_prefetch(&states->by_id, id);
 }
 
-void build_states_expect_found(const struct build_states *states, uint64_t id)
+void build_states_prefetch_found(const struct build_states *states, uint64_t id)
 {
     const struct build_state *state = build_states_find(states, id);
     if (!state)
@@ -41,7 +41,7 @@ static struct build_state *find_or_add(struct build_states *states, uint64_t id)
 }
 
 bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
-                      struct moment written)
+                      struct timestamp written)
 {
     struct build_state *state = id ? find_or_add(states, id) : NULL;
     if (!state)
@@ -59,7 +59,7 @@ bool build_states_add_writer(struct build_states *states, uint64_t id)
 }
 
 void build_state_replace(struct build_state *state, const struct built *built,
-                         struct moment written)
+                         struct timestamp written)
 {
     struct built shared = built_share(built); /* `built` may be the state's own */
     built_release(&state->built);

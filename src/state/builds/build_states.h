@@ -12,9 +12,9 @@
 struct build_state {
     uint64_t id;
     struct built built;
-    struct moment written; /* when, count 0: never; not used by a command buffer's own map */
-    uint32_t host_writers; /* commands of the host that are writing it: until they have ended
-                              nothing is known of it */
+    struct timestamp written; /* when, count 0: never; not used by a command buffer's own map */
+    uint32_t host_writers;    /* commands of the host that are writing it: until they have ended
+                                 nothing is known of it */
 };
 
 /* Zero-initialized is empty. */
@@ -26,17 +26,17 @@ struct build_states {
 struct build_state *build_states_find(const struct build_states *states, uint64_t id);
 
 /* Will soon be looked for: fetches where it is found; and then, once that has come, what is. */
-void build_states_expect(const struct build_states *states, uint64_t id);
-void build_states_expect_found(const struct build_states *states, uint64_t id);
+void build_states_prefetch(const struct build_states *states, uint64_t id);
+void build_states_prefetch_found(const struct build_states *states, uint64_t id);
 
 /* Notes what the structure was last built with; shares it. Out of memory: an older note is
  * forgotten, and false returned. */
 bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
-                      struct moment written);
+                      struct timestamp written);
 
 /* The same for a state that was found. */
 void build_state_replace(struct build_state *state, const struct built *built,
-                         struct moment written);
+                         struct timestamp written);
 
 /* A command of the host begins to write the structure. False without memory. */
 bool build_states_add_writer(struct build_states *states, uint64_t id);

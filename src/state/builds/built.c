@@ -25,7 +25,7 @@ struct built built_share(const struct built *built)
         add_reference(&built->shapes->references);
     if (built->compacted_size)
         add_reference(&built->compacted_size->references);
-    build_contents_share(built->contents);
+    build_inputs_share(built->inputs);
     return *built;
 }
 
@@ -33,7 +33,7 @@ void built_release(struct built *built)
 {
     if (built->shapes && take_reference(&built->shapes->references))
         free(built->shapes);
-    build_contents_release(built->contents);
+    build_inputs_release(built->inputs);
     if (built->compacted_size && take_reference(&built->compacted_size->references))
         free(built->compacted_size);
     *built = (struct built){0};
@@ -224,7 +224,7 @@ void built_add_shapes(struct built *built, const struct build_description *descr
 {
     built->shapes = describe_geometries(description);
     if (built->shapes)
-        built->contents = build_contents_share(description->contents);
+        built->inputs = build_inputs_share(description->inputs);
     else
         built_forget(built);
 }

@@ -13,7 +13,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/state/builds/build_info.h"
-#include "src/state/builds/contents.h"
+#include "src/state/builds/inputs.h"
 #include "src/state/facts.h"
 
 struct geometry_shape {
@@ -80,8 +80,8 @@ struct built {
     uint32_t position;
 
     uint32_t geometry_count;
-    struct geometry_shapes *shapes;  /* NULL where they weren't kept */
-    struct build_contents *contents; /* NULL: none are kept */
+    struct geometry_shapes *shapes; /* NULL where they weren't kept */
+    struct build_inputs *inputs;    /* NULL: none are kept */
     VkAccelerationStructureTypeKHR type;
     VkBuildAccelerationStructureFlagsKHR flags;
     enum built_state state;
@@ -130,7 +130,7 @@ static inline void built_describe(struct built *built,
     built->type = info->type;
     built->flags = info->flags;
     built->shapes = NULL;
-    built->contents = NULL;
+    built->inputs = NULL;
     built->state = BUILT_BEFORE;
     built->compacted = built->sole = false;
     built->compacted_size = NULL;
@@ -154,7 +154,7 @@ struct build_description {
     VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
     bool dense_readable;                   /* the chains of dense geometries, with their data */
     const struct micromap_uses *micromaps; /* NULL: none */
-    struct build_contents *contents;       /* shared; NULL: none */
+    struct build_inputs *inputs;           /* shared; NULL: none */
 };
 
 /* Of a build of VK_NV_ray_tracing, whose geometries are readable: types, counts and index types.

@@ -11,13 +11,13 @@
 struct flagged {
     bool allows;
     uint64_t since;
-    struct moment written;
+    struct timestamp written;
 };
 
 struct built_flags {
     pthread_mutex_t lock; /* guards the rest */
     struct handle_table by_id;
-    uint64_t turn;
+    uint64_t serial;
 };
 
 struct built_flags *built_flags_create(void)
@@ -85,7 +85,7 @@ static void set(struct built_flags *flags, uint64_t id, const struct flagged *fl
 }
 
 void built_flags_write(struct built_flags *flags, uint64_t id, const struct built *built,
-                       struct moment written)
+                       struct timestamp written)
 {
     if (!flags || !id)
         return;
@@ -93,7 +93,7 @@ void built_flags_write(struct built_flags *flags, uint64_t id, const struct buil
     const struct flagged flagged = {
         .allows =
             built->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR,
-        .since = ++flags->turn,
+        .since = ++flags->serial,
         .written = written};
     if (built->state == BUILT_BEFORE)
         set(flags, id, &flagged);
@@ -105,28 +105,28 @@ void built_flags_write(struct built_flags *flags, uint64_t id, const struct buil
 uint64_t built_flags_now(struct built_flags *flags)
 {
     pthread_mutex_lock(&flags->lock);
-    uint64_t turn = flags->turn;
+    uint64_t serial = flags->serial;
     pthread_mutex_unlock(&flags->lock);
-    return turn;
+    return serial;
 }
 
-static bool came_before(const struct flagged *flagged, const struct built_flags_turn *turn)
+static bool came_before(const struct flagged *flagged, const struct execution_point *serial)
 {
-    struct moment written = flagged->written;
-    bool is_own = written.queue == turn->now.queue && written.count == turn->now.count;
-    return flagged->since <= turn->turn &&
-           ((is_own && !turn->is_unordered) || execution_clock_has(&turn->follows, written));
+    struct timestamp written = flagged->written;
+    bool is_own = written.queue == serial->now.queue && written.count == serial->now.count;
+    return flagged->since <= serial->serial &&
+           ((is_own && !serial->is_unordered) || execution_clock_has(&serial->follows, written));
 }
 
 enum tristate built_flags_allow_disabling(struct built_flags *flags, uint64_t id,
-                                          const struct built_flags_turn *turn)
+                                          const struct execution_point *serial)
 {
-    if (!flags || !id || !turn)
+    if (!flags || !id || !serial)
         return UNKNOWN;
     pthread_mutex_lock(&flags->lock);
     const struct flagged *flagged = handle_table_find(&flags->by_id, id);
     enum tristate allows = UNKNOWN;
-    if (flagged && came_before(flagged, turn))
+    if (flagged && came_before(flagged, serial))
         allows = flagged->allows ? YES : NO;
     pthread_mutex_unlock(&flags->lock);
     return allows;

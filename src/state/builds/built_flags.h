@@ -11,9 +11,9 @@
 struct built_flags;
 
 /* When a build executed, and what came before it. */
-struct built_flags_turn {
-    uint64_t turn;
-    struct moment now;
+struct execution_point {
+    uint64_t serial;
+    struct timestamp now;
     bool is_unordered; /* what its batch does has no order in itself */
     struct execution_clock follows;
 };
@@ -23,7 +23,7 @@ void built_flags_destroy(struct built_flags *flags); /* NULL: nothing, here and 
 
 /* The structure of that id was written at that moment, and the turn it was. */
 void built_flags_write(struct built_flags *flags, uint64_t id, const struct built *built,
-                       struct moment written);
+                       struct timestamp written);
 /* Nothing is known of it, or of any, until it is written again. */
 void built_flags_forget(struct built_flags *flags, uint64_t id);
 void built_flags_forget_all(struct built_flags *flags);
@@ -32,6 +32,6 @@ void built_flags_forget_all(struct built_flags *flags);
 uint64_t built_flags_now(struct built_flags *flags);
 /* Whether the structure, as a build at that turn found it, lets instances disable micromaps. */
 enum tristate built_flags_allow_disabling(struct built_flags *flags, uint64_t id,
-                                          const struct built_flags_turn *turn);
+                                          const struct execution_point *serial);
 
 #endif

@@ -2,7 +2,7 @@
 /* Builds that were found valid, and what was known of all that they name. What moves is built again
  * in every frame, and mostly with the same buffers: a build that is asked for as it was before need
  * not be judged again, nor looked up, while nothing has changed of what that was found from
- * (resources_changes).
+ * (resources_generation).
  *
  * Only what is built more than once is kept; of a structure that was built once, its handle. Who
  * uses them takes them, for one at a time may. */
@@ -24,7 +24,7 @@ struct known_build {
     /* What was asked for, */
     alignas(KNOWN_BUILD_ALIGNMENT) VkAccelerationStructureKHR dst;
     VkAccelerationStructureKHR src;
-    uint64_t changes; /* and resources_changes then */
+    uint64_t changes; /* and resources_generation then */
     VkDeviceAddress scratch_address, inputs[KNOWN_INPUTS];
     VkBuildAccelerationStructureModeKHR mode;
     uint32_t primitive_offset, first_vertex, transform_offset;

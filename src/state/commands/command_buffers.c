@@ -216,8 +216,8 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
 }
 
 /* Spread as in src/base/handle_table.c. */
-static struct command_buffer *_Atomic *recent_slot(struct command_buffers *command_buffers,
-                                                   VkCommandBuffer handle)
+static struct command_buffer *_Atomic *shape_slot(struct command_buffers *command_buffers,
+                                                  VkCommandBuffer handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
     return &command_buffers->recent[hash >> (64 - RECENT_BITS)];
@@ -231,7 +231,7 @@ look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
         handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
     reader_lock_leave(&command_buffers->lock, stripe);
     if (found)
-        atomic_store_explicit(recent_slot(command_buffers, handle), found, memory_order_release);
+        atomic_store_explicit(shape_slot(command_buffers, handle), found, memory_order_release);
     return found;
 }
 
@@ -240,7 +240,7 @@ inline struct command_buffer *command_buffers_find(struct command_buffers *comma
                                                    VkCommandBuffer handle)
 {
     struct command_buffer *recent =
-        atomic_load_explicit(recent_slot(command_buffers, handle), memory_order_acquire);
+        atomic_load_explicit(shape_slot(command_buffers, handle), memory_order_acquire);
     bool is_it =
         recent && handle && atomic_load_explicit(&recent->handle, memory_order_acquire) == handle;
     return is_it ? recent : look_up(command_buffers, handle);
@@ -255,9 +255,9 @@ bool command_buffers_incomplete(struct command_buffers *command_buffers)
 }
 
 /* Of a handle without record. */
-__attribute__((cold)) static void facts_of_nobody(struct command_buffers *command_buffers,
-                                                  VkCommandBuffer handle,
-                                                  struct command_buffer_facts *facts)
+__attribute__((cold)) static void no_facts(struct command_buffers *command_buffers,
+                                           VkCommandBuffer handle,
+                                           struct command_buffer_facts *facts)
 {
     bool incomplete = command_buffers_incomplete(command_buffers);
     *facts = (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
@@ -268,7 +268,7 @@ void command_buffers_facts(struct command_buffers *command_buffers,
                            struct command_buffer_facts *facts)
 {
     if (!command_buffer) {
-        facts_of_nobody(command_buffers, handle, facts);
+        no_facts(command_buffers, handle, facts);
         return;
     }
     *facts = command_buffer->facts;

@@ -11,7 +11,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/state/builds/build_states.h"
-#include "src/state/builds/recent_build.h"
+#include "src/state/builds/previous_shape.h"
 #include "src/state/commands/journal.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/commands/validity.h"
@@ -43,14 +43,15 @@ struct command_buffer {
     struct journal *journal; /* NULL: never recorded, or no memory for it */
     /* What the journal alone tells of structures; made when first asked for. */
     struct build_states known;
-    bool knows;
-    bool work_lost; /* for lack of memory: what a backend should carry out isn't all in the journal
-                     */
+    bool has_known_states;
+    bool
+        work_failed; /* for lack of memory: what a backend should carry out isn't all in the journal
+                      */
     bool executes_once;       /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */
     bool inherits_conditions; /* where a secondary executes, queries or conditional rendering may be
                                  active */
     struct label_stack labels;
-    struct recent_build recent_build;
+    struct previous_shape previous_shape;
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers);
@@ -88,7 +89,7 @@ struct label_stack *command_buffers_labels(struct command_buffers *command_buffe
 
 /* What commands do to a command buffer. All accept NULL. */
 void command_buffer_begin(struct command_buffer *command_buffer,
-                          const VkCommandBufferBeginInfo *begin_info, uint64_t deaths,
+                          const VkCommandBufferBeginInfo *begin_info, uint64_t destroy_count,
                           VkResult result);
 void command_buffer_end(struct command_buffer *command_buffer, VkResult result);
 /* `releases`: what it kept for the next recording is freed, too. */

@@ -11,7 +11,7 @@ __attribute__((cold, noinline)) static void drop_rest(struct command_buffer *com
     validity_release(command_buffer->validity);
     command_buffer->validity = NULL;
     build_states_release(&command_buffer->known);
-    command_buffer->knows = false;
+    command_buffer->has_known_states = false;
     label_stack_clear(&command_buffer->labels);
 }
 
@@ -38,9 +38,9 @@ ON_RECORDING_PATH static void start_over(struct command_buffer *command_buffer,
     facts->state = state;
     facts->build_index = 0;
     command_buffer->suspending = false;
-    command_buffer->work_lost = false;
-    if (command_buffer->dependents.count || command_buffer->validity || command_buffer->knows ||
-        !label_stack_is_clear(&command_buffer->labels))
+    command_buffer->work_failed = false;
+    if (command_buffer->dependents.count || command_buffer->validity ||
+        command_buffer->has_known_states || !label_stack_is_clear(&command_buffer->labels))
         drop_rest(command_buffer);
     renew_journal(command_buffer);
 }
@@ -56,7 +56,7 @@ static bool inherits_conditions(const VkCommandBufferInheritanceInfo *inheritanc
 }
 
 void command_buffer_begin(struct command_buffer *command_buffer,
-                          const VkCommandBufferBeginInfo *begin_info, uint64_t deaths,
+                          const VkCommandBufferBeginInfo *begin_info, uint64_t destroy_count,
                           VkResult result)
 {
     if (!command_buffer)
@@ -66,7 +66,7 @@ void command_buffer_begin(struct command_buffer *command_buffer,
     if (!command_buffer->journal)
         command_buffer->journal = journal_create(command_buffer->handle);
     if (command_buffer->journal)
-        command_buffer->journal->deaths = deaths;
+        command_buffer->journal->destroy_count = destroy_count;
     command_buffer->executes_once = begin_info->flags & VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     command_buffer->inherits_conditions = false;
     /* The flag is ignored for primary command buffers, as is inheritance. */

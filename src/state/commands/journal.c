@@ -154,7 +154,7 @@ static void forget_recent_inputs(struct journal *journal)
 
 void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 {
-    if (journal->holds)
+    if (journal->has_references)
         release_entries(journal_start_after(journal, mark));
     chunk_list_cut(&journal->entries, sizeof(struct journal_entry), mark->entries);
     chunk_list_cut(&journal->inputs, sizeof(struct journal_input), mark->inputs);
@@ -163,7 +163,7 @@ void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 
 __attribute__((cold, noinline)) static void release_held(struct journal *journal)
 {
-    if (journal->holds)
+    if (journal->has_references)
         release_entries(journal_start(journal));
     while (journal->label_count)
         label_stack_clear(&journal->labels[--journal->label_count]);
@@ -175,14 +175,14 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 /* Every recording begins with this, and most have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
-    if (journal->holds || journal->label_count || journal->work)
+    if (journal->has_references || journal->label_count || journal->work)
         release_held(journal);
     chunk_list_clear(&journal->entries, sizeof(struct journal_entry));
     if (!chunk_list_is_empty(&journal->inputs)) {
         chunk_list_clear(&journal->inputs, sizeof(struct journal_input));
         forget_recent_inputs(journal);
     }
-    journal->holds = journal->asks = journal->executes = false;
+    journal->has_references = journal->has_sources_to_check = journal->executes = false;
     journal->has_events = journal->incomplete = false;
 }
 

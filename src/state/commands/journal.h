@@ -57,7 +57,7 @@ struct journal_entry {
     bool judged;                 /* an update that recording could judge by itself */
     bool dst_backed, src_backed; /* by memory, as far as that was known when it was recorded */
     bool geometry_by_pointer;    /* of ppGeometries */
-    bool dst_in_pieces, src_in_pieces; /* of a sparse buffer */
+    bool dst_is_sparse, src_is_sparse; /* of a sparse buffer */
     uint32_t info;                     /* index in pInfos, of builds and updates */
     uint32_t labels;                   /* see journal_note_labels */
     /* Structures by handle (of VkAccelerationStructureNV for COMMAND_NV) and by id; the id tells a
@@ -126,7 +126,7 @@ struct journal {
     atomic_uint references;
     VkCommandBuffer command_buffer; /* null: a command of the host */
     struct host_view *host;         /* of a command of the host that reads; else NULL */
-    uint64_t deaths;                /* resources_deaths when recording began */
+    uint64_t destroy_count;         /* resources_destroy_count when recording began */
     struct chunk_list entries, inputs;
     struct label_stack *labels; /* each that builds were recorded under */
     uint32_t label_count, label_capacity, label_changes;
@@ -134,11 +134,12 @@ struct journal {
     /* What a backend will carry out when the journal has its turn; or NULL. */
     void *work;
     void (*release_work)(void *work);
-    bool binds;      /* it has entries JOURNAL_BIND, and no others */
-    bool holds;      /* entries hold something that must be released */
-    bool asks;       /* entries ask what a structure was built with, see journal_asks */
-    bool executes;   /* entries execute secondary command buffers */
-    bool has_events; /* its own, or those of secondaries */
+    bool binds;                /* it has entries JOURNAL_BIND, and no others */
+    bool has_references;       /* entries hold something that must be released */
+    bool has_sources_to_check; /* entries ask what a structure was built with, see
+                                  journal_entry_has_source_to_check */
+    bool executes;             /* entries execute secondary command buffers */
+    bool has_events;           /* its own, or those of secondaries */
     bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
 };
 
@@ -152,13 +153,13 @@ bool journal_is_shared(const struct journal *journal);
 bool journal_contains(const struct journal *journal, const struct journal *other);
 
 /* Whether what an entry means depends on what its source was built with. */
-static inline bool journal_asks(const struct journal_entry *entry)
+static inline bool journal_entry_has_source_to_check(const struct journal_entry *entry)
 {
     return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
            entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
 }
 
-static inline bool journal_holds(const struct journal_entry *entry)
+static inline bool journal_entry_has_references(const struct journal_entry *entry)
 {
     if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
         return entry->built.shapes || entry->built.compacted_size;
@@ -183,8 +184,8 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
 /* May be left out for what neither asks nor holds anything. */
 static inline void journal_end_entry(struct journal *journal, const struct journal_entry *entry)
 {
-    journal->holds |= journal_holds(entry);
-    journal->asks |= journal_asks(entry);
+    journal->has_references |= journal_entry_has_references(entry);
+    journal->has_sources_to_check |= journal_entry_has_source_to_check(entry);
 }
 
 /* The same for an entry that is made elsewhere: without memory its references are released. */

@@ -14,7 +14,7 @@ struct used_range {
     bool is_update;                    /* mode of that build */
     bool is_micromap;                  /* ROLE_SRC: what triangles use, not what is updated, */
     bool is_instance;                  /* or what an instance refers to */
-    bool in_pieces;                    /* `span` is a piece of a sparse buffer */
+    bool is_sparse;                    /* `span` is a piece of a sparse buffer */
     VkAccelerationStructureKHR handle; /* not for ROLE_SCRATCH */
     struct memory_span span;           /* memory null: compared by handle only */
 };
@@ -22,7 +22,7 @@ struct used_range {
 /* A range as it was recorded; of a sparse buffer only its bytes are known by then. */
 struct noted_range {
     struct used_range range;
-    struct sparse_bytes bytes; /* range.in_pieces */
+    struct sparse_bytes bytes; /* range.is_sparse */
 };
 
 /* All of a call. */

@@ -18,9 +18,9 @@ static uint32_t index_of_bindings(struct order_queue *queue, struct execution_or
 /* A clock that names a batch names all before it, so that it can't name one without those. */
 static void add_bindings(struct execution_clock *clock, const struct order_batch *batch)
 {
-    struct moment before = {batch->moment.queue, batch->moment.count - 1};
-    if (batch->moment.count && (!before.count || execution_clock_has(clock, before)))
-        execution_clock_add(clock, batch->moment);
+    struct timestamp before = {batch->timestamp.queue, batch->timestamp.count - 1};
+    if (batch->timestamp.count && (!before.count || execution_clock_has(clock, before)))
+        execution_clock_add(clock, batch->timestamp);
 }
 
 /* The fence is signalled after all of its submission. */
@@ -54,13 +54,13 @@ void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks
     struct submission *submission = batch->submission;
     execution_clock_copy(&batch->clock, &submission->host);
     if (order_batch_follow_waits(batch, &batch->clock, &batch->clock))
-        execution_order_lose_locked(submission->order, ORDER_LOST_TO_WAITS);
+        execution_order_set_unknown_locked(submission->order, ORDER_UNKNOWN_TOO_MANY_WAITS);
     batch->predecessors_known = !submission->uncertain;
-    batch->moment = (struct moment){0};
+    batch->timestamp = (struct timestamp){0};
     if (batch->command_count) {
         uint32_t index = index_of_bindings(submission->queue_record, submission->order);
         if (index)
-            batch->moment = (struct moment){index, ++clocks->bindings};
+            batch->timestamp = (struct timestamp){index, ++clocks->bindings};
     }
     signal_after_bindings(batch, clocks);
 }
@@ -69,5 +69,6 @@ void execution_order_join_all(struct execution_clock *clock, const struct order_
 {
     execution_clock_join(clock, &queue->clocks.all);
     if (queue->clocks.bindings)
-        execution_clock_add(clock, (struct moment){queue->bindings_index, queue->clocks.bindings});
+        execution_clock_add(clock,
+                            (struct timestamp){queue->bindings_index, queue->clocks.bindings});
 }

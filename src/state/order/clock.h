@@ -18,15 +18,15 @@ enum {
 };
 
 /* When something executed: in the count-th batch of a queue, from 1. */
-struct moment {
+struct timestamp {
     uint32_t queue;
     uint64_t count;
 };
 
 /* A moment that nothing follows: that of writes of undetermined order. */
-static inline struct moment moment_never(void)
+static inline struct timestamp timestamp_never(void)
 {
-    return (struct moment){.count = UINT64_MAX};
+    return (struct timestamp){.count = UINT64_MAX};
 }
 
 struct execution_clock {
@@ -34,9 +34,10 @@ struct execution_clock {
     uint64_t counts[EXECUTION_QUEUES];
 };
 
-static inline bool execution_clock_has(const struct execution_clock *clock, struct moment moment)
+static inline bool execution_clock_has(const struct execution_clock *clock,
+                                       struct timestamp timestamp)
 {
-    return moment.queue < clock->queues && moment.count <= clock->counts[moment.queue];
+    return timestamp.queue < clock->queues && timestamp.count <= clock->counts[timestamp.queue];
 }
 
 static inline void execution_clock_copy(struct execution_clock *clock,
@@ -61,11 +62,11 @@ static inline void execution_clock_join(struct execution_clock *clock,
             clock->counts[i] = other->counts[i];
 }
 
-static inline void execution_clock_add(struct execution_clock *clock, struct moment moment)
+static inline void execution_clock_add(struct execution_clock *clock, struct timestamp timestamp)
 {
-    execution_clock_extend(clock, moment.queue + 1);
-    if (clock->counts[moment.queue] < moment.count)
-        clock->counts[moment.queue] = moment.count;
+    execution_clock_extend(clock, timestamp.queue + 1);
+    if (clock->counts[timestamp.queue] < timestamp.count)
+        clock->counts[timestamp.queue] = timestamp.count;
 }
 
 /* Whether `clock` names all that `other` names. */
@@ -73,7 +74,8 @@ static inline bool execution_clock_covers(const struct execution_clock *clock,
                                           const struct execution_clock *other)
 {
     for (uint32_t i = 0; i < other->queues; i++)
-        if (other->counts[i] && !execution_clock_has(clock, (struct moment){i, other->counts[i]}))
+        if (other->counts[i] &&
+            !execution_clock_has(clock, (struct timestamp){i, other->counts[i]}))
             return false;
     return true;
 }

@@ -31,7 +31,7 @@ static bool enter(struct execution_order *order)
     if (!order)
         return false;
     pthread_mutex_lock(&order->lock);
-    if (!order->lost)
+    if (!order->order_unknown)
         return true;
     pthread_mutex_unlock(&order->lock);
     return false;
@@ -69,7 +69,7 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
         semaphore->foreign = foreign;
     } else {
         free(semaphore);
-        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
     leave(order);
 }
@@ -119,7 +119,7 @@ void execution_order_add_fence(struct execution_order *order, VkFence handle, bo
         fence->foreign = foreign;
     } else {
         free(fence);
-        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
     leave(order);
 }
@@ -159,7 +159,7 @@ void execution_order_reset_fence(struct execution_order *order, VkFence handle)
  * A batch that is held back and yet complete was released by something that the layer didn't see,
  * unless a call that released it is still under way: then it counts when that call has returned. */
 
-void execution_order_see_fence(struct execution_order *order, VkFence handle)
+void execution_order_observe_fence(struct execution_order *order, VkFence handle)
 {
     if (!enter(order))
         return;
@@ -168,22 +168,22 @@ void execution_order_see_fence(struct execution_order *order, VkFence handle)
         if (fence->has_clock)
             execution_clock_join(&order->host, &fence->clock);
         else if (!order->in_flight)
-            execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
+            execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
         fence->seen = true;
     }
     leave(order);
 }
 
-void execution_order_see_semaphore(struct execution_order *order, VkSemaphore handle,
-                                   uint64_t value, bool exact)
+void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
+                                       uint64_t value, bool exact)
 {
     if (!enter(order))
         return;
     struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
     if (semaphore && semaphore->timeline) {
-        semaphore_clock_see(semaphore, value, exact);
+        semaphore_clock_observe(semaphore, value, exact);
         if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
-            execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
+            execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
         execution_order_prune(order, semaphore);
         execution_order_release_held(order);
     }
@@ -203,23 +203,23 @@ void execution_order_start_idle(struct execution_order *order, VkQueue handle,
     leave(order);
 }
 
-static void see_queue_idle(struct execution_order *order, struct order_queue *queue,
-                           uint64_t serial)
+static void observe_queue_idle(struct execution_order *order, struct order_queue *queue,
+                               uint64_t serial)
 {
     if (queue->held && queue->held->submission->serial <= serial && !order->in_flight)
-        execution_order_lose_locked(order, ORDER_LOST_TO_HOST);
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
     else
         queue->idle_serial = serial;
 }
 
-void execution_order_see_idle(struct execution_order *order, const struct idle_wait *wait)
+void execution_order_observe_idle(struct execution_order *order, const struct idle_wait *wait)
 {
     if (!enter(order))
         return;
     execution_clock_join(&order->host, &wait->clock);
-    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->lost; i++)
+    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->order_unknown; i++)
         if (!wait->queue || order->queues[i].handle == wait->queue)
-            see_queue_idle(order, &order->queues[i], wait->serial);
+            observe_queue_idle(order, &order->queues[i], wait->serial);
     leave(order);
 }
 
@@ -232,13 +232,13 @@ void execution_order_host_clock(struct execution_order *order, struct execution_
     leave(order);
 }
 
-bool execution_order_host_turn(struct execution_order *order, struct execution_clock *clock)
+bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock)
 {
     clock->queues = 0;
     if (!enter(order))
         return false;
     execution_clock_copy(clock, &order->host);
-    bool is_told = !order->run_list && !order->busy;
+    bool is_reported = !order->run_list && !order->busy;
     leave(order);
-    return is_told;
+    return is_reported;
 }

@@ -55,7 +55,7 @@ enum work_phase {
 struct batch_run {
     VkQueue queue; /* VK_NULL_HANDLE: the host */
     enum work_phase work;
-    struct moment moment;                /* of work of the host when it ends */
+    struct timestamp timestamp;          /* of work of the host when it ends */
     const struct execution_clock *clock; /* what it certainly follows */
     const struct submitted_commands *commands;
     uint32_t command_count;
@@ -66,14 +66,14 @@ struct batch_run {
 };
 
 /* Why the order is lost. */
-enum order_loss {
-    ORDER_LOST_TO_DEVICE,  /* that is lost itself */
-    ORDER_LOST_TO_MEMORY,  /* there was none */
-    ORDER_LOST_TO_QUEUES,  /* of which there are more than are told apart */
-    ORDER_LOST_TO_THREADS, /* that submit to one queue at once */
-    ORDER_LOST_TO_WAITS,   /* for signals that aren't submitted: of too many batches, or of sparse
-                              bindings */
-    ORDER_LOST_TO_HOST,    /* that saw complete what nothing known has released */
+enum order_unknown_reason {
+    ORDER_UNKNOWN_DEVICE_LOST,      /* that is lost itself */
+    ORDER_UNKNOWN_OUT_OF_MEMORY,    /* there was none */
+    ORDER_UNKNOWN_TOO_MANY_QUEUES,  /* of which there are more than are told apart */
+    ORDER_UNKNOWN_RACING_THREADS,   /* that submit to one queue at once */
+    ORDER_UNKNOWN_TOO_MANY_WAITS,   /* for signals that aren't submitted: of too many batches, or of
+                              sparse   bindings */
+    ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* that saw complete what nothing known has released */
 };
 
 /* What the order is for. Each may be NULL. */
@@ -94,7 +94,7 @@ struct execution_hooks {
     /* The batch is submitted, and its turn has come. */
     void (*run)(void *user, const struct batch_run *batch);
     /* The order is lost: anything may have executed. */
-    void (*lost)(void *user, enum order_loss why);
+    void (*order_unknown)(void *user, enum order_unknown_reason why);
 };
 
 VkResult execution_order_create(struct execution_order **order,
@@ -167,10 +167,10 @@ void execution_order_reset_fence(struct execution_order *order, VkFence handle);
 
 /* ---- what the host has seen */
 
-void execution_order_see_fence(struct execution_order *order, VkFence handle);
+void execution_order_observe_fence(struct execution_order *order, VkFence handle);
 /* Its value is that (`exact`), or at least that. */
-void execution_order_see_semaphore(struct execution_order *order, VkSemaphore handle,
-                                   uint64_t value, bool exact);
+void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
+                                       uint64_t value, bool exact);
 
 /* What has been submitted before a wait for idle; the wait may overlap other submissions. */
 struct idle_wait {
@@ -180,14 +180,14 @@ struct idle_wait {
 };
 void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait);
-void execution_order_see_idle(struct execution_order *order, const struct idle_wait *wait);
+void execution_order_observe_idle(struct execution_order *order, const struct idle_wait *wait);
 
 /* A call has returned VK_ERROR_DEVICE_LOST, say. */
-void execution_order_lose(struct execution_order *order, enum order_loss why);
+void execution_order_set_unknown(struct execution_order *order, enum order_unknown_reason why);
 
 /* What certainly executed before a command that the host is about to carry out. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
 /* The same; false where not all of that has had its turn. */
-bool execution_order_host_turn(struct execution_order *order, struct execution_clock *clock);
+bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock);
 
 #endif

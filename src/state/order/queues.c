@@ -34,8 +34,8 @@ void execution_order_destroy(struct execution_order *order)
     if (!order)
         return;
     pthread_mutex_lock(&order->lock);
-    order->lost_told = true;
-    execution_order_lose_locked(order, ORDER_LOST_TO_DEVICE);
+    order->unknown_reported = true;
+    execution_order_set_unknown_locked(order, ORDER_UNKNOWN_DEVICE_LOST);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
 
@@ -52,12 +52,12 @@ void execution_order_destroy(struct execution_order *order)
     free(order);
 }
 
-void execution_order_lose(struct execution_order *order, enum order_loss why)
+void execution_order_set_unknown(struct execution_order *order, enum order_unknown_reason why)
 {
     if (!order)
         return;
     pthread_mutex_lock(&order->lock);
-    execution_order_lose_locked(order, why);
+    execution_order_set_unknown_locked(order, why);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
 }
@@ -90,8 +90,9 @@ static bool take_queue(struct submission *submission)
 {
     struct order_queue *queue = find_queue(submission->order, submission->queue);
     if (!queue || queue->in_flight) {
-        execution_order_lose_locked(submission->order,
-                                    queue ? ORDER_LOST_TO_THREADS : ORDER_LOST_TO_QUEUES);
+        execution_order_set_unknown_locked(submission->order, queue
+                                                                  ? ORDER_UNKNOWN_RACING_THREADS
+                                                                  : ORDER_UNKNOWN_TOO_MANY_QUEUES);
         return false;
     }
     queue->in_flight = true;
@@ -106,8 +107,8 @@ static void start(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     if (submission->out_of_memory)
-        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
-    if (order->lost || (has_queue(submission->kind) && !take_queue(submission)))
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
+    if (order->order_unknown || (has_queue(submission->kind) && !take_queue(submission)))
         return;
     submission->state = SUBMISSION_PREPARED;
     submission->uncertain = order->in_flight && order->held_count;
@@ -120,7 +121,7 @@ static void start(struct submission *submission)
     if (submission->ready_count < submission->batch_count)
         order->waiting++;
     if (submission->out_of_memory)
-        execution_order_lose_locked(order, ORDER_LOST_TO_MEMORY);
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     if (has_queue(submission->kind))
         for (uint32_t i = 0; i < submission->ready_count; i++)
             if (submission->kind == SUBMIT_COMMANDS || submission->batches[i].command_count)
@@ -156,8 +157,8 @@ static void end_work(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     struct order_batch *batch = &submission->batches[1];
-    batch->moment = (struct moment){EXECUTION_HOST, ++order->host_count};
-    execution_clock_add(&order->host, batch->moment);
+    batch->timestamp = (struct timestamp){EXECUTION_HOST, ++order->host_count};
+    execution_clock_add(&order->host, batch->timestamp);
     execution_order_append_run(order, batch);
 }
 
@@ -165,7 +166,7 @@ static void succeed(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     stop(submission, SUBMISSION_MADE);
-    if (order->lost)
+    if (order->order_unknown)
         return;
     submission->serial = ++order->last_serial;
     submission_publish(submission);
@@ -173,7 +174,7 @@ static void succeed(struct submission *submission)
         end_work(submission);
     execution_order_release_held(order);
     if (order->held_count > EXECUTION_HELD_BATCHES)
-        execution_order_lose_locked(order, ORDER_LOST_TO_WAITS);
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_TOO_MANY_WAITS);
 }
 
 static void fail(struct submission *submission)
@@ -193,7 +194,7 @@ bool submission_prepare(struct submission *submission)
     if (submission->kind == SUBMIT_HOST_WORK)
         add_end_of_work(submission);
     pthread_mutex_lock(&order->lock);
-    if (!order->lost)
+    if (!order->order_unknown)
         start(submission);
     bool is_prepared = submission->state == SUBMISSION_PREPARED;
     bool skip = (is_prepared && submission_check(submission)) || submission->skip;
@@ -212,7 +213,7 @@ bool submission_prepare(struct submission *submission)
 static void fail_work(struct submission *submission)
 {
     stop(submission, SUBMISSION_FAILED);
-    if (!submission->order->lost)
+    if (!submission->order->order_unknown)
         end_work(submission);
 }
 
@@ -220,7 +221,7 @@ static void finish(struct submission *submission, VkResult result)
 {
     struct execution_order *order = submission->order;
     if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_lose_locked(order, ORDER_LOST_TO_DEVICE);
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_DEVICE_LOST);
     if (submission->state == SUBMISSION_PREPARED && result >= VK_SUCCESS)
         succeed(submission);
     else if (submission->state == SUBMISSION_PREPARED && submission->kind == SUBMIT_HOST_WORK)

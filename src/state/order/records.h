@@ -26,7 +26,7 @@ struct order_batch {
     struct order_batch *next; /* held back on its queue, or in the run list */
     uint32_t first_operation, operation_count;
     uint32_t first_commands, command_count;
-    struct moment moment;
+    struct timestamp timestamp;
     struct execution_clock clock;
     bool is_open; /* its commands are */
     bool predecessors_known;
@@ -109,9 +109,9 @@ struct execution_order {
     uint32_t held_count; /* batches */
     struct order_batch *run_list, **run_end;
     bool busy; /* a thread is in a hook that is not to be called by two at once */
-    bool lost, lost_told;
-    enum order_loss loss; /* while it is lost */
-    bool has_open;        /* any queue has an open batch */
+    bool order_unknown, unknown_reported;
+    enum order_unknown_reason unknown_reason; /* while it is lost */
+    bool has_open;                            /* any queue has an open batch */
     struct submission *spare;
 };
 
@@ -151,7 +151,8 @@ void execution_order_join_all(struct execution_clock *clock, const struct order_
 
 /* execution_run.c */
 void execution_order_append_run(struct execution_order *order, struct order_batch *batch);
-void execution_order_lose_locked(struct execution_order *order, enum order_loss why);
+void execution_order_set_unknown_locked(struct execution_order *order,
+                                        enum order_unknown_reason why);
 void execution_order_drain(struct execution_order *order);
 /* Calls `check` for the ready batches if it is their turn. Returns whether to skip the call. */
 bool submission_check(struct submission *submission);

@@ -196,7 +196,7 @@ bool order_batch_follow_waits(const struct order_batch *batch, struct execution_
 static void add_open(struct submission *submission, struct queue_clocks *clocks)
 {
     uint32_t index = submission->queue_record->index;
-    struct moment last = {index, clocks->last_open};
+    struct timestamp last = {index, clocks->last_open};
     if (!clocks->first_open || execution_clock_has(&submission->host, last))
         clocks->first_open = clocks->count;
     clocks->last_open = clocks->count;
@@ -212,8 +212,8 @@ static bool follows_open(const struct order_batch *batch, const struct queue_clo
         const struct queue_clocks *clocks =
             i == submission->queue_record->index ? own : &order->queues[i].clocks;
         if (clocks->first_open &&
-            execution_clock_has(&own->all, (struct moment){i, clocks->first_open}) &&
-            !execution_clock_has(&submission->host, (struct moment){i, clocks->last_open}))
+            execution_clock_has(&own->all, (struct timestamp){i, clocks->first_open}) &&
+            !execution_clock_has(&submission->host, (struct timestamp){i, clocks->last_open}))
             return true;
     }
     return false;
@@ -261,10 +261,10 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
     execution_clock_join(&clocks->all, &submission->host);
     bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all) || batch->is_open;
 
-    batch->moment = (struct moment){submission->queue_record->index, ++clocks->count};
+    batch->timestamp = (struct timestamp){submission->queue_record->index, ++clocks->count};
     execution_clock_copy(&batch->clock, &clocks->builds);
-    execution_clock_add(&clocks->builds, batch->moment);
-    execution_clock_add(&clocks->all, batch->moment);
+    execution_clock_add(&clocks->builds, batch->timestamp);
+    execution_clock_add(&clocks->all, batch->timestamp);
     if (open)
         add_open(submission, clocks);
     batch->predecessors_known =
@@ -276,7 +276,7 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
 static void resolve_host(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
-    batch->moment = (struct moment){EXECUTION_HOST, 0}; /* work gets its own when it ends */
+    batch->timestamp = (struct timestamp){EXECUTION_HOST, 0}; /* work gets its own when it ends */
     batch->predecessors_known = !submission->uncertain;
     execution_clock_copy(&batch->clock, &submission->host);
     for (uint32_t i = 0; i < batch->operation_count; i++)
@@ -367,7 +367,7 @@ static void release(struct order_queue *queue, struct order_batch **link)
 void execution_order_release_held(struct execution_order *order)
 {
     bool released = order->held_count > 0;
-    while (released && !order->lost) {
+    while (released && !order->order_unknown) {
         released = false;
         for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
             for (struct order_batch **link; (link = find_releasable(&order->queues[i]));) {

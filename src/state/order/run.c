@@ -11,11 +11,12 @@ void execution_order_append_run(struct execution_order *order, struct order_batc
 }
 
 /* Held batches go to the run list to be freed with the others. */
-void execution_order_lose_locked(struct execution_order *order, enum order_loss why)
+void execution_order_set_unknown_locked(struct execution_order *order,
+                                        enum order_unknown_reason why)
 {
-    if (!order->lost)
-        order->loss = why;
-    order->lost = true;
+    if (!order->order_unknown)
+        order->unknown_reason = why;
+    order->order_unknown = true;
     for (uint32_t i = 0; i < order->queue_count; i++) {
         struct order_queue *queue = &order->queues[i];
         if (!queue->held)
@@ -66,7 +67,7 @@ static struct batch_run describe(const struct order_batch *batch)
     return (struct batch_run){
         .queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE,
         .work = phase_of(batch),
-        .moment = batch->moment,
+        .timestamp = batch->timestamp,
         .clock = &batch->clock,
         .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
         .command_count = batch->command_count,
@@ -77,14 +78,14 @@ static struct batch_run describe(const struct order_batch *batch)
 
 /* ---- running */
 
-static void tell_lost(struct execution_order *order)
+static void report_unknown(struct execution_order *order)
 {
-    order->lost_told = true;
-    if (!order->hooks.lost)
+    order->unknown_reported = true;
+    if (!order->hooks.order_unknown)
         return;
     order->busy = true;
     pthread_mutex_unlock(&order->lock);
-    order->hooks.lost(order->hooks.user, order->loss);
+    order->hooks.order_unknown(order->hooks.user, order->unknown_reason);
     pthread_mutex_lock(&order->lock);
     order->busy = false;
 }
@@ -110,7 +111,7 @@ static struct order_batch *take_first(struct execution_order *order)
 
 static void run(struct execution_order *order, const struct order_batch *batch)
 {
-    if (!order->lost && order->hooks.run) {
+    if (!order->order_unknown && order->hooks.run) {
         struct batch_run description = describe(batch);
         order->busy = true;
         pthread_mutex_unlock(&order->lock);
@@ -125,8 +126,8 @@ void execution_order_drain(struct execution_order *order)
 {
     while (!order->busy) {
         struct order_batch *batch = NULL;
-        if (order->lost && !order->lost_told)
-            tell_lost(order);
+        if (order->order_unknown && !order->unknown_reported)
+            report_unknown(order);
         else if ((batch = take_first(order)))
             run(order, batch);
         else
@@ -139,10 +140,10 @@ void execution_order_drain(struct execution_order *order)
 bool submission_check(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    bool has_turn = submission->kind == SUBMIT_HOST_WORK
-                        ? !order->run_list
-                        : submission->ready_count && order->run_list == submission->batches;
-    if (!order->hooks.check || order->lost || order->busy || !has_turn ||
+    bool is_runnable = submission->kind == SUBMIT_HOST_WORK
+                           ? !order->run_list
+                           : submission->ready_count && order->run_list == submission->batches;
+    if (!order->hooks.check || order->order_unknown || order->busy || !is_runnable ||
         submission->kind == SUBMIT_BINDINGS)
         return false;
     bool skip = false;
@@ -160,7 +161,7 @@ bool submission_check(struct submission *submission)
 }
 
 /* Checked batches are at the head of the list, so nobody else is in a hook. */
-static void tell_drop(struct execution_order *order)
+static void report_drop(struct execution_order *order)
 {
     order->busy = true;
     pthread_mutex_unlock(&order->lock);
@@ -174,8 +175,8 @@ void submission_withdraw(struct submission *submission)
     struct execution_order *order = submission->order;
     if (submission->kind == SUBMIT_HOST_WORK)
         return;
-    if (submission->checked && order->hooks.drop && !order->lost)
-        tell_drop(order);
+    if (submission->checked && order->hooks.drop && !order->order_unknown)
+        report_drop(order);
     for (struct order_batch **link = &order->run_list; *link;) {
         if ((*link)->submission != submission) {
             link = &(*link)->next;

@@ -134,7 +134,7 @@ void semaphore_clock_forget(struct semaphore_clock *semaphore, uint64_t value)
         semaphore->reached = value;
 }
 
-void semaphore_clock_see(struct semaphore_clock *semaphore, uint64_t value, bool exact)
+void semaphore_clock_observe(struct semaphore_clock *semaphore, uint64_t value, bool exact)
 {
     if (value > semaphore->reached) {
         uint32_t i = first_at(semaphore, value);

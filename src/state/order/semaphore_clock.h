@@ -64,7 +64,7 @@ void semaphore_clock_forget(struct semaphore_clock *semaphore, uint64_t value);
 /* The host has seen the value, or (`exact` false) that it is at least that. To be followed by
  * semaphore_clock_catch_up. A value that no announced signal explains makes the semaphore foreign.
  */
-void semaphore_clock_see(struct semaphore_clock *semaphore, uint64_t value, bool exact);
+void semaphore_clock_observe(struct semaphore_clock *semaphore, uint64_t value, bool exact);
 
 /* Joins the host's clock with the published signals that the host knows to have executed. Returns
  * false if there is one that isn't published. */

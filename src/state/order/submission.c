@@ -26,17 +26,17 @@ struct submission *submission_begin(struct execution_order *order, enum submissi
     if (!order)
         return NULL;
     pthread_mutex_lock(&order->lock);
-    bool lost = order->lost;
-    struct submission *submission = lost ? NULL : order->spare;
+    bool order_unknown = order->order_unknown;
+    struct submission *submission = order_unknown ? NULL : order->spare;
     if (submission)
         order->spare = submission->next;
     pthread_mutex_unlock(&order->lock);
-    if (lost)
+    if (order_unknown)
         return NULL;
     if (!submission)
         submission = calloc(1, sizeof(*submission));
     if (!submission) {
-        execution_order_lose(order, ORDER_LOST_TO_MEMORY);
+        execution_order_set_unknown(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
         return NULL;
     }
     submission->order = order;

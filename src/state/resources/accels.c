@@ -31,7 +31,7 @@ static uint64_t remove_accel(struct resources *resources, VkAccelerationStructur
     if (!accel)
         return 0;
     uint64_t id = accel->facts.id;
-    resources_note_death(resources);
+    resources_count_destroyed(resources);
     accel_record_forget_address(resources, accel);
     accel_record_free(accel);
     return id;

@@ -17,7 +17,7 @@ const struct address_facts *address_guesses_second(const struct address_guesses 
         if (address_guesses_know(guesses, guess, grain))
             break;
     }
-    return &guesses->places[guess & guesses->mask];
+    return &guesses->ranges[guess & guesses->mask];
 }
 
 unsigned address_guesses_remember(const struct address_guesses *guesses, uint64_t address,

@@ -16,7 +16,7 @@
  * They are no more than guesses, which readers make better. */
 struct address_guesses {
     _Atomic uint32_t *items;
-    struct address_facts *places; /* by slot; 0 is nobody's, unused ones hold no address */
+    struct address_facts *ranges; /* by slot; 0 is nobody's, unused ones hold no address */
     uint32_t mask;                /* the number of slots, and of items, less 1 */
     unsigned grain_shift;         /* from addresses to grains, */
     uint64_t factor;              /* and on to slots and items */
@@ -44,16 +44,16 @@ static inline bool address_guesses_know(const struct address_guesses *guesses, u
     return (guess ^ (uint32_t)grain * 0x9e3779b9u) <= guesses->mask;
 }
 
-static inline bool place_holds(const struct address_facts *place, uint64_t address)
+static inline bool buffer_range_contains(const struct address_facts *range, uint64_t address)
 {
-    return address - place->address < place->bytes_left;
+    return address - range->address < range->bytes_left;
 }
 
 /* The first guess; no more than that, but always a place. */
 static inline const struct address_facts *
 address_guesses_first(const struct address_guesses *guesses, uint64_t address)
 {
-    return &guesses->places[address_guesses_home(guesses, address >> guesses->grain_shift)];
+    return &guesses->ranges[address_guesses_home(guesses, address >> guesses->grain_shift)];
 }
 
 /* The second, likewise. */
@@ -65,7 +65,7 @@ static inline const struct address_facts *
 address_guesses_go_on(const struct address_guesses *guesses, const struct address_facts *first,
                       uint64_t address)
 {
-    return place_holds(first, address) ? first : address_guesses_second(guesses, address);
+    return buffer_range_contains(first, address) ? first : address_guesses_second(guesses, address);
 }
 
 static inline const struct address_facts *

@@ -18,9 +18,9 @@ struct address_chunk {
     size_t count; /* never 0 between calls */
 };
 
-static uint64_t end_of(const struct address_facts *place)
+static uint64_t end_of(const struct address_facts *range)
 {
-    return place->address + place->bytes_left;
+    return range->address + range->bytes_left;
 }
 
 /* The number of places of a chunk that begin at or before `address`. */
@@ -66,9 +66,9 @@ static uint64_t settle_chunk(struct address_map *map, size_t c, uint64_t reach)
 {
     const struct address_chunk *chunk = map->chunks[c];
     for (size_t i = 0; i < chunk->count; i++) {
-        struct address_facts *place = &map->guesses.places[chunk->slots[i]];
-        uint64_t end = end_of(place);
-        place->is_shared = reach > place->address || end > begin_of_next(map, c, i);
+        struct address_facts *range = &map->guesses.ranges[chunk->slots[i]];
+        uint64_t end = end_of(range);
+        range->is_shared = reach > range->address || end > begin_of_next(map, c, i);
         reach = larger_of(reach, end);
     }
     return reach;
@@ -96,27 +96,27 @@ static uint32_t take_slot(const struct address_guesses *guesses, uint64_t addres
 {
     size_t home = address_guesses_home(guesses, address >> guesses->grain_shift);
     for (size_t way = 0; way < ADDRESS_WAYS; way++)
-        if (home != way && !guesses->places[home ^ way].bytes_left)
+        if (home != way && !guesses->ranges[home ^ way].bytes_left)
             return (uint32_t)(home ^ way);
     do
         *cursor = (*cursor + 1) & guesses->mask;
-    while (!*cursor || guesses->places[*cursor].bytes_left);
+    while (!*cursor || guesses->ranges[*cursor].bytes_left);
     return (uint32_t)*cursor;
 }
 
 /* Puts a place into a slot; returns whether there is room for a guess at it. */
-static bool settle_place(const struct address_guesses *guesses, const struct address_facts *place,
+static bool settle_range(const struct address_guesses *guesses, const struct address_facts *range,
                          size_t *cursor, uint32_t *slot)
 {
-    *slot = take_slot(guesses, place->address, cursor);
-    guesses->places[*slot] = *place;
-    return address_guesses_remember(guesses, place->address, *slot) < ADDRESS_WAYS;
+    *slot = take_slot(guesses, range->address, cursor);
+    guesses->ranges[*slot] = *range;
+    return address_guesses_remember(guesses, range->address, *slot) < ADDRESS_WAYS;
 }
 
 /* Where places begin, in their order; NULL without memory. */
 static uint64_t *begins_of_all(const struct address_map *map)
 {
-    uint64_t *begins = malloc((map->place_count + 1) * sizeof(*begins)), *next = begins;
+    uint64_t *begins = malloc((map->range_count + 1) * sizeof(*begins)), *next = begins;
     for (size_t c = 0; begins && c < map->chunk_count; c++) {
         const struct address_chunk *chunk = map->chunks[c];
         memcpy(next, chunk->begins, chunk->count * sizeof(*next));
@@ -131,44 +131,44 @@ static bool rebuild(struct address_map *map, uint32_t slot_count)
     const struct address_guesses old = map->guesses;
     struct address_guesses guesses = {
         .items = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.items)),
-        .places = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.places)),
+        .ranges = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.ranges)),
         .mask = slot_count - 1};
     uint64_t *begins = begins_of_all(map);
-    if (!guesses.items || !guesses.places || !begins) {
+    if (!guesses.items || !guesses.ranges || !begins) {
         free((void *)guesses.items);
-        free(guesses.places);
+        free(guesses.ranges);
         free(begins);
         return false;
     }
-    address_guesses_tune(&guesses, begins, map->place_count);
+    address_guesses_tune(&guesses, begins, map->range_count);
     free(begins);
-    memset(guesses.places, 0, slot_count * sizeof(*guesses.places));
+    memset(guesses.ranges, 0, slot_count * sizeof(*guesses.ranges));
     for (size_t c = 0; c < map->chunk_count; c++)
         for (size_t i = 0; i < map->chunks[c]->count; i++) {
             uint32_t *slot = &map->chunks[c]->slots[i];
-            settle_place(&guesses, &old.places[*slot], &map->cursor, slot);
+            settle_range(&guesses, &old.ranges[*slot], &map->cursor, slot);
         }
     free((void *)old.items);
-    free(old.places);
+    free(old.ranges);
     map->guesses = guesses;
     map->slot_count = slot_count;
     map->crowded = 0;
-    map->chosen_for = map->place_count;
+    map->chosen_for = map->range_count;
     return true;
 }
 
 /* So many that half of them at least stay free, also when one place more comes. */
-static uint32_t slots_for(uint32_t place_count)
+static uint32_t slots_for(uint32_t range_count)
 {
     uint32_t slots = FIRST_SLOTS;
-    while (place_count >= slots / 2)
+    while (range_count >= slots / 2)
         slots *= 2;
     return slots;
 }
 
 static bool reserve_slot(struct address_map *map)
 {
-    return map->place_count < map->slot_count / 2 || rebuild(map, slots_for(map->place_count));
+    return map->range_count < map->slot_count / 2 || rebuild(map, slots_for(map->range_count));
 }
 
 /* Chooses guesses anew, if that succeeds, where they are for others than there are: where places
@@ -176,7 +176,7 @@ static bool reserve_slot(struct address_map *map)
  * slots. */
 static void adapt(struct address_map *map)
 {
-    uint32_t count = map->place_count;
+    uint32_t count = map->range_count;
     if (map->crowded * CROWD > count || count > 2 * map->chosen_for || 2 * count < map->chosen_for)
         rebuild(map, slots_for(count));
 }
@@ -237,7 +237,7 @@ static void remove_chunk(struct address_map *map, size_t c)
 }
 
 /* Moves `count` places from `from` of one chunk to `to` of another, or of the same. */
-static void move_places(struct address_chunk *target, size_t to, const struct address_chunk *source,
+static void move_ranges(struct address_chunk *target, size_t to, const struct address_chunk *source,
                         size_t from, size_t count)
 {
     memmove(&target->begins[to], &source->begins[from], count * sizeof(source->begins[0]));
@@ -253,7 +253,7 @@ static bool split_chunk(struct address_map *map, size_t c, size_t from)
     struct address_chunk *lower = map->chunks[c];
     upper->count = lower->count - from;
     lower->count = from;
-    move_places(upper, 0, lower, from, upper->count);
+    move_ranges(upper, 0, lower, from, upper->count);
     settle(map, c);
     settle(map, c + 1);
     return true;
@@ -278,20 +278,20 @@ static size_t make_room(struct address_map *map, uint64_t address)
     return chunk_of(map, address);
 }
 
-bool address_map_add(struct address_map *map, const struct address_facts *place)
+bool address_map_add(struct address_map *map, const struct address_facts *range)
 {
-    uint64_t begin = place->address, end = end_of(place);
-    if (!place->bytes_left || end <= begin || !reserve_slot(map))
+    uint64_t begin = range->address, end = end_of(range);
+    if (!range->bytes_left || end <= begin || !reserve_slot(map))
         return false;
     size_t c = make_room(map, begin);
     if (c == map->chunk_count)
         return false;
     uint32_t slot;
-    map->crowded += !settle_place(&map->guesses, place, &map->cursor, &slot);
-    map->place_count++;
+    map->crowded += !settle_range(&map->guesses, range, &map->cursor, &slot);
+    map->range_count++;
     struct address_chunk *chunk = map->chunks[c];
     size_t at = count_up_to(chunk, begin);
-    move_places(chunk, at + 1, chunk, at, chunk->count - at);
+    move_ranges(chunk, at + 1, chunk, at, chunk->count - at);
     chunk->begins[at] = begin;
     chunk->slots[at] = slot;
     chunk->count++;
@@ -305,52 +305,52 @@ struct position {
     size_t chunk, entry;
 };
 
-static struct address_facts *place_at(const struct address_map *map, struct position position)
+static struct address_facts *range_at(const struct address_map *map, struct position position)
 {
-    return &map->guesses.places[map->chunks[position.chunk]->slots[position.entry]];
+    return &map->guesses.ranges[map->chunks[position.chunk]->slots[position.entry]];
 }
 
 /* Finds the place of that address and buffer. Equal addresses may lie in several chunks, so look
  * back from the last of them. */
-static bool find_place(const struct address_map *map, const struct address_facts *place,
+static bool find_range(const struct address_map *map, const struct address_facts *range,
                        struct position *position)
 {
     if (!map->chunk_count)
         return false;
-    for (size_t c = chunk_of(map, place->address) + 1; c-- > 0;) {
-        for (size_t i = count_up_to(map->chunks[c], place->address); i-- > 0;) {
+    for (size_t c = chunk_of(map, range->address) + 1; c-- > 0;) {
+        for (size_t i = count_up_to(map->chunks[c], range->address); i-- > 0;) {
             *position = (struct position){c, i};
-            if (map->chunks[c]->begins[i] != place->address)
+            if (map->chunks[c]->begins[i] != range->address)
                 return false;
-            if (place_at(map, *position)->buffer_id == place->buffer_id)
+            if (range_at(map, *position)->buffer_id == range->buffer_id)
                 return true;
         }
     }
     return false;
 }
 
-void address_map_update(struct address_map *map, const struct address_facts *place)
+void address_map_update(struct address_map *map, const struct address_facts *range)
 {
     struct position position;
-    if (!find_place(map, place, &position))
+    if (!find_range(map, range, &position))
         return;
-    struct address_facts *kept = place_at(map, position);
+    struct address_facts *kept = range_at(map, position);
     bool is_shared = kept->is_shared;
-    *kept = *place;
+    *kept = *range;
     kept->is_shared = is_shared;
 }
 
-void address_map_remove(struct address_map *map, const struct address_facts *place)
+void address_map_remove(struct address_map *map, const struct address_facts *range)
 {
     struct position position;
-    if (!find_place(map, place, &position))
+    if (!find_range(map, range, &position))
         return;
     size_t c = position.chunk, at = position.entry;
     struct address_chunk *chunk = map->chunks[c];
-    map->guesses.places[chunk->slots[at]] = (struct address_facts){0};
-    map->place_count--;
+    map->guesses.ranges[chunk->slots[at]] = (struct address_facts){0};
+    map->range_count--;
     chunk->count--;
-    move_places(chunk, at, chunk, at + 1, chunk->count - at);
+    move_ranges(chunk, at, chunk, at + 1, chunk->count - at);
     if (!chunk->count)
         remove_chunk(map, c);
     settle(map, c);
@@ -365,11 +365,11 @@ struct address_guesses address_map_guesses(const struct address_map *map)
     static struct address_facts nobody;
     if (map && map->slot_count)
         return map->guesses;
-    return (struct address_guesses){.items = no_items, .places = &nobody};
+    return (struct address_guesses){.items = no_items, .ranges = &nobody};
 }
 
 /* In the chunks before its own every place begins before the address. */
-void address_map_find(const struct address_map *map, uint64_t address, place_visitor visit,
+void address_map_find(const struct address_map *map, uint64_t address, buffer_range_visitor visit,
                       void *context)
 {
     if (!map->chunk_count)
@@ -378,22 +378,22 @@ void address_map_find(const struct address_map *map, uint64_t address, place_vis
     for (size_t end = count_up_to(map->chunks[c], address);; end = map->chunks[--c]->count) {
         const struct address_chunk *chunk = map->chunks[c];
         for (size_t i = end; i-- > 0;) {
-            const struct address_facts *place = &map->guesses.places[chunk->slots[i]];
-            if (!place_holds(place, address))
+            const struct address_facts *range = &map->guesses.ranges[chunk->slots[i]];
+            if (!buffer_range_contains(range, address))
                 continue;
             address_guesses_remember(&map->guesses, address, chunk->slots[i]);
-            visit(place, context);
+            visit(range, context);
         }
         if (c == 0 || map->reaches[c - 1] <= address)
             return;
     }
 }
 
-void address_map_each(const struct address_map *map, place_visitor visit, void *context)
+void address_map_each(const struct address_map *map, buffer_range_visitor visit, void *context)
 {
     for (size_t c = 0; c < map->chunk_count; c++)
         for (size_t i = 0; i < map->chunks[c]->count; i++)
-            visit(&map->guesses.places[map->chunks[c]->slots[i]], context);
+            visit(&map->guesses.ranges[map->chunks[c]->slots[i]], context);
 }
 
 void address_map_release(struct address_map *map)
@@ -403,7 +403,7 @@ void address_map_release(struct address_map *map)
     free(map->chunks);
     free(map->firsts);
     free(map->reaches);
-    free(map->guesses.places);
+    free(map->guesses.ranges);
     free((void *)map->guesses.items);
     *map = (struct address_map){0};
 }

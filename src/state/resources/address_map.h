@@ -22,7 +22,7 @@ struct address_map {
     struct address_guesses guesses;
     uint32_t chosen_for; /* so many places */
     uint32_t crowded;    /* places for which there was no room among them since */
-    uint32_t place_count, slot_count;
+    uint32_t range_count, slot_count;
     size_t cursor; /* the last slot that was taken for its being free */
     /* Arrays side by side, an item a chunk. */
     struct address_chunk **chunks;
@@ -32,27 +32,27 @@ struct address_map {
 };
 
 /* Adds a copy. Of size (bytes_left) 0 and ranges that wrap are refused, as is a lack of memory. */
-bool address_map_add(struct address_map *map, const struct address_facts *place);
+bool address_map_add(struct address_map *map, const struct address_facts *range);
 
 /* Changes what is said of a buffer that keeps its address and size; nothing happens if it isn't
  * there. */
-void address_map_update(struct address_map *map, const struct address_facts *place);
+void address_map_update(struct address_map *map, const struct address_facts *range);
 
 /* Removes the place of that address and buffer_id; nothing happens if there is none. */
-void address_map_remove(struct address_map *map, const struct address_facts *place);
+void address_map_remove(struct address_map *map, const struct address_facts *range);
 
 /* Those of a map, or, where that is NULL, of an empty one; good until the map changes. A copy of
  * them can stay in the processor's registers. */
 struct address_guesses address_map_guesses(const struct address_map *map);
 
-typedef void (*place_visitor)(const struct address_facts *place, void *context);
+typedef void (*buffer_range_visitor)(const struct address_facts *range, void *context);
 
 /* Calls `visit` for every place that holds `address`, and remembers where that was. */
-void address_map_find(const struct address_map *map, uint64_t address, place_visitor visit,
+void address_map_find(const struct address_map *map, uint64_t address, buffer_range_visitor visit,
                       void *context);
 
 /* Calls `visit` for every place, in ascending order of addresses; it must not change the map. */
-void address_map_each(const struct address_map *map, place_visitor visit, void *context);
+void address_map_each(const struct address_map *map, buffer_range_visitor visit, void *context);
 
 void address_map_release(struct address_map *map);
 

@@ -36,7 +36,7 @@ static void remove_address(struct resources *resources, struct buffer_record *bu
 {
     address_map_remove(&resources->addresses, &buffer->where);
     buffer->where.address = 0;
-    resources_note_change(resources);
+    resources_bump_generation(resources);
 }
 
 static void remove_buffer(struct resources *resources, VkBuffer handle)
@@ -47,7 +47,7 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
         return;
     if (buffer->where.address) /* who still refers to the record has nothing to update there */
         remove_address(resources, buffer);
-    resources_note_death(resources);
+    resources_count_destroyed(resources);
     buffer->alive = false;
     resources_refresh(resources, buffer);
     buffer_record_release(buffer);
@@ -131,7 +131,7 @@ static void add_address(struct resources *resources, struct buffer_record *buffe
     }
     address_map_find(&resources->addresses, address, find_shared, &is_shared);
     if (is_shared)
-        resources_note_change(resources);
+        resources_bump_generation(resources);
 }
 
 /* Applications ask for the same address often, so look before taking the write lock. */
@@ -139,9 +139,9 @@ void resources_set_address(struct resources *resources, VkBuffer handle, VkDevic
 {
     unsigned token = resources_begin_reading(resources);
     const struct buffer_record *known = resources_buffer(resources, handle);
-    bool is_news = known && known->where.address != address;
+    bool changes_usage = known && known->where.address != address;
     resources_end_reading(resources, token);
-    if (!is_news)
+    if (!changes_usage)
         return;
 
     reader_lock_write(&resources->lock);

@@ -21,19 +21,19 @@ bool resources_publish(struct resources *resources, struct handle_table *table, 
     return kept;
 }
 
-void resources_note_change(struct resources *resources)
+void resources_bump_generation(struct resources *resources)
 {
     atomic_fetch_add_explicit(&resources->changes, 1, memory_order_relaxed);
 }
 
-void resources_note_death(struct resources *resources)
+void resources_count_destroyed(struct resources *resources)
 {
-    atomic_fetch_add_explicit(&resources->deaths, 1, memory_order_relaxed);
-    resources_note_change(resources);
+    atomic_fetch_add_explicit(&resources->destroy_count, 1, memory_order_relaxed);
+    resources_bump_generation(resources);
 }
 
 void resources_become_incomplete(struct resources *resources)
 {
     resources->incomplete = true;
-    resources_note_change(resources);
+    resources_bump_generation(resources);
 }

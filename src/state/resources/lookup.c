@@ -26,7 +26,7 @@ static enum tristate backing(const struct buffer_record *buffer)
 
 static enum address_status status_of(const struct buffer_record *buffer)
 {
-    if (buffer->where.in_pieces)
+    if (buffer->where.is_sparse)
         return ADDRESS_IN_BUFFER;
     switch (buffer->backed) {
     case YES:
@@ -53,9 +53,9 @@ void resources_refresh_accel(struct accel_record *accel)
     facts->buffer_id = buffer->where.buffer_id;
     facts->memory = buffer->where.memory;
     facts->begin = buffer->where.begin + accel->offset;
-    facts->in_pieces = buffer->where.in_pieces && buffer->alive;
+    facts->is_sparse = buffer->where.is_sparse && buffer->alive;
     /* Of a sparse one it depends on who asks: see resources_sparse_backing. */
-    facts->backed = facts->in_pieces ? UNKNOWN : buffer->backed;
+    facts->backed = facts->is_sparse ? UNKNOWN : buffer->backed;
     const struct memory_record *memory = facts->backed == YES ? buffer->memory : NULL;
     facts->host_visible =
         is_true(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
@@ -65,13 +65,13 @@ void resources_refresh_accel(struct accel_record *accel)
 void resources_refresh(struct resources *resources, struct buffer_record *buffer)
 {
     if (buffer->backed == YES)
-        resources_note_change(resources);
-    buffer->where.in_pieces = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
+        resources_bump_generation(resources);
+    buffer->where.is_sparse = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
     buffer->backed = backing(buffer);
     buffer->where.status = status_of(buffer);
-    bool has_place = buffer->backed == YES && !buffer->where.in_pieces && !buffer->instances_differ;
-    buffer->where.memory = has_place ? buffer->memory->handle : VK_NULL_HANDLE;
-    buffer->where.begin = has_place ? buffer->memory_offset : 0;
+    bool has_range = buffer->backed == YES && !buffer->where.is_sparse && !buffer->instances_differ;
+    buffer->where.memory = has_range ? buffer->memory->handle : VK_NULL_HANDLE;
+    buffer->where.begin = has_range ? buffer->memory_offset : 0;
     if (buffer->where.address)
         address_map_update(&resources->addresses, &buffer->where);
     for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
@@ -117,12 +117,12 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
     facts->status = buffer->where.status;
 }
 
-uint64_t resources_deaths(struct resources *resources)
+uint64_t resources_destroy_count(struct resources *resources)
 {
-    return atomic_load_explicit(&resources->deaths, memory_order_relaxed);
+    return atomic_load_explicit(&resources->destroy_count, memory_order_relaxed);
 }
 
-uint64_t resources_changes(struct resources *resources)
+uint64_t resources_generation(struct resources *resources)
 {
     return atomic_load_explicit(&resources->changes, memory_order_relaxed);
 }
@@ -185,26 +185,26 @@ static int weight(enum address_status status)
 }
 
 /* What a place says of an address that it holds. */
-static inline void read_place(const struct address_facts *place, VkDeviceAddress address,
+static inline void read_range(const struct address_facts *range, VkDeviceAddress address,
                               struct address_facts *facts)
 {
-    VkDeviceSize offset = address - place->address;
-    *facts = *place;
+    VkDeviceSize offset = address - range->address;
+    *facts = *range;
     facts->address = address;
     facts->bytes_left -= offset;
     facts->begin += offset;
 }
 
-static void add_place(const struct address_facts *place, void *context)
+static void add_range(const struct address_facts *range, void *context)
 {
     struct address_facts *facts = context;
-    int heavier = weight(place->status) - weight(facts->status);
+    int heavier = weight(range->status) - weight(facts->status);
     if (heavier < 0)
         return;
-    VkBufferUsageFlags2 usage = place->usage | (heavier > 0 ? 0 : facts->usage);
-    bool is_protected = place->is_protected || facts->is_protected;
-    if (heavier > 0 || place->bytes_left - (facts->address - place->address) > facts->bytes_left)
-        read_place(place, facts->address, facts);
+    VkBufferUsageFlags2 usage = range->usage | (heavier > 0 ? 0 : facts->usage);
+    bool is_protected = range->is_protected || facts->is_protected;
+    if (heavier > 0 || range->bytes_left - (facts->address - range->address) > facts->bytes_left)
+        read_range(range, facts->address, facts);
     facts->usage = usage;
     facts->is_protected = is_protected;
 }
@@ -218,7 +218,7 @@ __attribute__((noinline, cold)) static void search_address(const struct resource
         return;
     facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
     if (!resources->incomplete)
-        address_map_find(&resources->addresses, address, add_place, facts);
+        address_map_find(&resources->addresses, address, add_range, facts);
     if (facts->status == ADDRESS_NOWHERE && resources->replays_addresses)
         facts->status = ADDRESS_UNKNOWN;
 }
@@ -232,8 +232,8 @@ static struct address_guesses guesses_of(const struct resources *resources)
 static inline void describe_address(const struct resources *resources, VkDeviceAddress address,
                                     const struct address_facts *guess, struct address_facts *facts)
 {
-    if (place_holds(guess, address) && !guess->is_shared)
-        read_place(guess, address, facts);
+    if (buffer_range_contains(guess, address) && !guess->is_shared)
+        read_range(guess, address, facts);
     else
         search_address(resources, address, facts);
 }
@@ -248,7 +248,7 @@ void resources_find_address(const struct resources *resources, VkDeviceAddress a
 /* What queries have found before they are answered. */
 struct found {
     const struct accel_record *accels[RESOURCE_ACCEL_QUERIES];
-    const struct address_facts *places[RESOURCE_ADDRESS_QUERIES]; /* guessed first */
+    const struct address_facts *ranges[RESOURCE_ADDRESS_QUERIES]; /* guessed first */
 };
 
 /* And fetches it into the processor's cache, all together. */
@@ -262,8 +262,8 @@ static inline void locate_all(const struct resources *resources,
         __builtin_prefetch(found->accels[i]);
     }
     for (unsigned i = 0; i < queries->address_count; i++) {
-        found->places[i] = address_guesses_first(guesses, queries->addresses[i].address);
-        __builtin_prefetch(found->places[i]);
+        found->ranges[i] = address_guesses_first(guesses, queries->addresses[i].address);
+        __builtin_prefetch(found->ranges[i]);
     }
 }
 
@@ -277,7 +277,7 @@ ON_RECORDING_PATH void resources_find_all(struct resources *resources,
     for (unsigned i = 0; i < queries->address_count; i++)
         describe_address(
             resources, queries->addresses[i].address,
-            address_guesses_go_on(&guesses, found.places[i], queries->addresses[i].address),
+            address_guesses_go_on(&guesses, found.ranges[i], queries->addresses[i].address),
             queries->addresses[i].facts);
     for (unsigned i = 0; i < queries->accel_count; i++)
         describe_accel(resources, queries->accels[i].handle, found.accels[i],
@@ -285,16 +285,16 @@ ON_RECORDING_PATH void resources_find_all(struct resources *resources,
     resources_end_reading(resources, token);
 }
 
-void resources_ask_accel(struct resources *resources, VkAccelerationStructureKHR handle,
-                         struct accel_facts *facts)
+void resources_look_up_accel(struct resources *resources, VkAccelerationStructureKHR handle,
+                             struct accel_facts *facts)
 {
     unsigned token = resources_begin_reading(resources);
     resources_find_accel(resources, handle, facts);
     resources_end_reading(resources, token);
 }
 
-void resources_ask_address(struct resources *resources, VkDeviceAddress address,
-                           struct address_facts *facts)
+void resources_look_up_address(struct resources *resources, VkDeviceAddress address,
+                               struct address_facts *facts)
 {
     unsigned token = resources_begin_reading(resources);
     resources_find_address(resources, address, facts);
@@ -315,11 +315,11 @@ static void end_range(const struct range_union *joined)
         joined->visit(joined->user, joined->begin, joined->end);
 }
 
-static void join_range(const struct address_facts *place, void *context)
+static void join_range(const struct address_facts *range, void *context)
 {
     struct range_union *joined = context;
-    uint64_t begin = place->address, end = begin + place->bytes_left;
-    if (place->status != ADDRESS_IN_BUFFER || place->in_pieces || place->is_protected)
+    uint64_t begin = range->address, end = begin + range->bytes_left;
+    if (range->status != ADDRESS_IN_BUFFER || range->is_sparse || range->is_protected)
         return;
     if (begin > joined->end) {
         end_range(joined);
@@ -346,13 +346,13 @@ uint64_t resources_find_readable(struct resources *resources, VkDeviceAddress ad
 {
     struct address_facts facts;
     struct sparse_bytes missing;
-    resources_ask_address(resources, address, &facts);
+    resources_look_up_address(resources, address, &facts);
     if (facts.status != ADDRESS_IN_BUFFER || facts.is_protected)
         return 0;
     uint64_t there = size < facts.bytes_left ? size : facts.bytes_left;
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
                                        facts.begin + there};
-    if (facts.in_pieces && resources_sparse_backing(resources, &bytes, clock, &missing) != YES)
+    if (facts.is_sparse && resources_sparse_backing(resources, &bytes, clock, &missing) != YES)
         return 0;
     return there;
 }

@@ -64,7 +64,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
         handle_table_remove(&resources->memories, (uint64_t)(uintptr_t)handle);
     if (!memory)
         return;
-    resources_note_death(resources);
+    resources_count_destroyed(resources);
     memory_record_unmap(resources, memory);
     memory->alive = false;
     for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)

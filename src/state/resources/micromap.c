@@ -12,7 +12,7 @@ static uint64_t remove_micromap(struct resources *resources, VkMicromapEXT handl
     if (!micromap)
         return 0;
     uint64_t id = micromap->id;
-    resources_note_death(resources);
+    resources_count_destroyed(resources);
     free(micromap);
     return id;
 }

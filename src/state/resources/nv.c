@@ -40,9 +40,9 @@ static uint64_t remove_record(struct resources *resources, uint64_t handle)
     if (!accel)
         return 0;
     uint64_t id = accel->id;
-    resources_note_death(resources);
+    resources_count_destroyed(resources);
     if (accel->reference && --accel->reference->alive == 0)
-        accel->reference->died = resources_deaths(resources);
+        accel->reference->destroyed_at = resources_destroy_count(resources);
     free_record(accel, NULL);
     return id;
 }
@@ -198,22 +198,22 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     reader_lock_write_done(&resources->lock);
 }
 
-static enum nv_reference judge(const struct nv_reference_record *record, uint64_t deaths)
+static enum nv_reference judge(const struct nv_reference_record *record, uint64_t destroy_count)
 {
-    bool is_destroyed = !record->alive && record->died <= deaths;
+    bool is_destroyed = !record->alive && record->destroyed_at <= destroy_count;
     return is_destroyed && record->level != NV_REFERENCE_TOP_LEVEL ? NV_REFERENCE_DESTROYED
                                                                    : record->level;
 }
 
 enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference,
-                                              uint64_t deaths)
+                                              uint64_t destroy_count)
 {
     unsigned token = resources_begin_reading(resources);
     const struct nv_reference_record *record =
         handle_table_find(&resources->nv_references, reference);
     enum nv_reference found = resources->incomplete ? NV_REFERENCE_UNKNOWN : NV_REFERENCE_OF_NOBODY;
     if (record)
-        found = judge(record, deaths);
+        found = judge(record, destroy_count);
     resources_end_reading(resources, token);
     return found;
 }

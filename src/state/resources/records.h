@@ -34,7 +34,7 @@ struct sparse_range {
     VkDeviceSize begin, end;      /* in the buffer */
     struct memory_record *memory; /* NULL: unbound again */
     VkDeviceSize memory_offset;   /* of `begin` */
-    struct moment written;        /* moment_never(): it isn't known what was bound last */
+    struct timestamp written;     /* timestamp_never(): it isn't known what was bound last */
 };
 
 struct buffer_record {
@@ -103,7 +103,7 @@ struct nv_accel_record {
 struct nv_reference_record {
     enum nv_reference level; /* NV_REFERENCE_UNKNOWN if they were of both levels */
     uint32_t alive;          /* structures; those whose record is unknown stay alive */
-    uint64_t died;           /* resources_deaths when the last one died */
+    uint64_t destroyed_at;   /* resources_destroy_count when the last one died */
 };
 
 struct resources {
@@ -115,8 +115,8 @@ struct resources {
     struct handle_table accel_addresses; /* see resources_references.c; only of those set */
     struct address_map addresses;        /* copies of the places of buffers that have one */
     struct memory_record *mapped;        /* all that the host has mapped */
-    atomic_uint_fast64_t deaths;         /* of records of any kind */
-    atomic_uint_fast64_t changes;        /* see resources_changes */
+    atomic_uint_fast64_t destroy_count;  /* of records of any kind */
+    atomic_uint_fast64_t changes;        /* see resources_generation */
     bool incomplete;
     uint32_t unknown_references; /* structures whose address isn't known, where they are set */
     /* A buffer may have been given an address that the application never retrieves: what is in no
@@ -128,8 +128,8 @@ struct resources {
 /* Puts a new record into a table; without memory for it the state is incomplete from now on. */
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
-void resources_note_death(struct resources *resources);
-void resources_note_change(struct resources *resources);
+void resources_count_destroyed(struct resources *resources);
+void resources_bump_generation(struct resources *resources);
 /* From now on what isn't found counts as unknown. */
 void resources_become_incomplete(struct resources *resources);
 void resources_release_nv(struct resources *resources);

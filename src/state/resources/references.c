@@ -7,7 +7,7 @@
 /* Aliasing structures may share an address. */
 struct accel_address {
     struct accel_record *first; /* of those that are alive; linked by same_address */
-    uint64_t died;              /* resources_deaths when the last one died */
+    uint64_t destroyed_at;      /* resources_destroy_count when the last one died */
 };
 
 static struct accel_address *find_or_add(struct resources *resources, VkDeviceAddress address)
@@ -43,7 +43,7 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
         link = &(*link)->same_address;
     if (*link)
         *link = accel->same_address;
-    at->died = resources_deaths(resources);
+    at->destroyed_at = resources_destroy_count(resources);
 }
 
 /* With the lock held. Without memory it counts as unknown. */
@@ -73,28 +73,28 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
 
 /* Where it isn't known which structure it is. */
 static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
-                              uint64_t deaths)
+                              uint64_t destroy_count)
 {
     if (resources->incomplete || resources->unknown_references)
         return UNKNOWN;
-    return at && (at->first || at->died > deaths) ? UNKNOWN : NO;
+    return at && (at->first || at->destroyed_at > destroy_count) ? UNKNOWN : NO;
 }
 
-static bool is_one(const struct accel_address *at, uint64_t deaths)
+static bool is_one(const struct accel_address *at, uint64_t destroy_count)
 {
-    return at && at->first && !at->first->same_address && at->died <= deaths;
+    return at && at->first && !at->first->same_address && at->destroyed_at <= destroy_count;
 }
 
 void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
-                               uint64_t deaths, struct accel_facts *facts)
+                               uint64_t destroy_count, struct accel_facts *facts)
 {
     unsigned token = resources_begin_reading(resources);
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
-    if (is_one(at, deaths))
+    if (is_one(at, destroy_count))
         resources_find_accel(resources, at->first->facts.handle, facts);
     else
-        *facts = (struct accel_facts){.alive = is_alive(resources, at, deaths)};
-    if (facts->backed == NO && resources_deaths(resources) > deaths)
+        *facts = (struct accel_facts){.alive = is_alive(resources, at, destroy_count)};
+    if (facts->backed == NO && resources_destroy_count(resources) > destroy_count)
         facts->backed = UNKNOWN;
     resources_end_reading(resources, token);
 }

@@ -53,7 +53,7 @@ void resources_forget_binding(struct resources *resources, VkBuffer handle);
 struct sparse_binding resources_announce_sparse(struct resources *resources, VkBuffer handle,
                                                 const VkSparseMemoryBind *bind);
 void resources_bind_sparse(struct resources *resources, const struct sparse_binding *binding,
-                           struct moment when, const struct execution_clock *follows);
+                           struct timestamp when, const struct execution_clock *follows);
 void resources_settle_sparse(struct resources *resources, const struct sparse_binding *binding);
 /* Bound in a way that isn't followed: where its bytes lie is not known any more. */
 void resources_forget_sparse(struct resources *resources, VkBuffer handle);
@@ -71,11 +71,11 @@ uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStruc
  * of none. */
 void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,
                                  VkDeviceAddress address);
-/* What an instance with that reference, not 0, refers to. What has died since resources_deaths was
- * `deaths` may still have been alive for who refers to it: of that nothing is said. Takes the lock
- * itself. */
+/* What an instance with that reference, not 0, refers to. What has died since
+ * resources_destroy_count was `deaths` may still have been alive for who refers to it: of that
+ * nothing is said. Takes the lock itself. */
 void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
-                               uint64_t deaths, struct accel_facts *facts);
+                               uint64_t destroy_count, struct accel_facts *facts);
 
 /* Micromaps of VK_EXT_opacity_micromap (resources_micromap.c). */
 void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
@@ -107,7 +107,7 @@ enum nv_reference {
     NV_REFERENCE_OF_NOBODY
 };
 enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference,
-                                              uint64_t deaths);
+                                              uint64_t destroy_count);
 void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle);
 
 /* Look-ups. Between begin and end the caller calls nothing but the four below, and no lock of
@@ -124,10 +124,10 @@ void resources_find_nv_accel(const struct resources *resources, VkAccelerationSt
                              struct nv_accel_facts *facts);
 
 /* Look-ups of one thing that take the lock themselves. */
-void resources_ask_accel(struct resources *resources, VkAccelerationStructureKHR handle,
-                         struct accel_facts *facts);
-void resources_ask_address(struct resources *resources, VkDeviceAddress address,
-                           struct address_facts *facts);
+void resources_look_up_accel(struct resources *resources, VkAccelerationStructureKHR handle,
+                             struct accel_facts *facts);
+void resources_look_up_address(struct resources *resources, VkDeviceAddress address,
+                               struct address_facts *facts);
 
 /* Look-ups to be answered together. */
 enum { RESOURCE_ACCEL_QUERIES = 32, RESOURCE_ADDRESS_QUERIES = 64 };
@@ -184,11 +184,11 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
                                const void **bytes);
 
 /* How many records have died so far; while it stays, all that was found alive still is. */
-uint64_t resources_deaths(struct resources *resources);
+uint64_t resources_destroy_count(struct resources *resources);
 
 /* A number that stays while all that was found of structures that are backed by memory, and of
  * addresses that are in one buffer, not a sparse one, is as it was. */
-uint64_t resources_changes(struct resources *resources);
+uint64_t resources_generation(struct resources *resources);
 
 /* How many acceleration structures are alive; takes the lock itself. */
 size_t resources_accel_count(struct resources *resources);

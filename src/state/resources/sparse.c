@@ -138,7 +138,7 @@ void resources_settle_sparse(struct resources *resources, const struct sparse_bi
 /* Two bindings of one range without an order between them leave open which came last. So does one
  * of memory that is gone, or was never known. */
 static void bind(struct buffer_record *buffer, const struct sparse_binding *binding,
-                 struct memory_record *memory, struct moment when,
+                 struct memory_record *memory, struct timestamp when,
                  const struct execution_clock *follows)
 {
     struct sparse_range range = {.begin = binding->offset,
@@ -152,16 +152,16 @@ static void bind(struct buffer_record *buffer, const struct sparse_binding *bind
         buffer->sparse_incomplete = true;
         return;
     }
-    bool lost_memory = binding->memory && (!memory || memory->id != binding->memory_id);
-    if (lost_memory || !when.count || !is_settled(buffer, range.begin, range.end, follows))
-        range.written = moment_never();
-    if (lost_memory)
+    bool memory_was_destroyed = binding->memory && (!memory || memory->id != binding->memory_id);
+    if (memory_was_destroyed || !when.count || !is_settled(buffer, range.begin, range.end, follows))
+        range.written = timestamp_never();
+    if (memory_was_destroyed)
         range.memory = NULL;
     insert(buffer, cut_out(buffer, range.begin, range.end), range);
 }
 
 void resources_bind_sparse(struct resources *resources, const struct sparse_binding *binding,
-                           struct moment when, const struct execution_clock *follows)
+                           struct timestamp when, const struct execution_clock *follows)
 {
     reader_lock_write(&resources->lock);
     struct buffer_record *buffer = buffer_of(resources, binding);

@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Extensions, features, limits and formats of a physical device: the driver's, without its ray
+ * tracing, and with the backend's acceleration structures. */
+#include "layer/cpu/advertise.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "layer/cpu/commands.h"
+#include "layer/physical_device.h"
+#include "src/bvh/input/displacement.h"
+#include "src/bvh/input/formats.h"
+#include "src/bvh/micromap.h"
+#include "vuid-tables/registry.h"
+
+bool cpu_advertises(const struct layer_instance *instance, VkPhysicalDevice physical_device)
+{
+    VkPhysicalDeviceProperties properties;
+    PFN_vkGetPhysicalDeviceFeatures2 get_features =
+        physical_device_features2(instance, &instance->next, physical_device);
+    instance->next.GetPhysicalDeviceProperties(physical_device, &properties);
+    if (properties.apiVersion < VK_API_VERSION_1_1 || !get_features)
+        return false;
+    VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &addresses};
+    get_features(physical_device, &features);
+    return addresses.bufferDeviceAddress;
+}
+
+/* ---- extensions */
+
+static const VkExtensionProperties advertised[] = {
+    {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_ACCELERATION_STRUCTURE_SPEC_VERSION},
+    {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_SPEC_VERSION},
+    {VK_NV_RAY_TRACING_EXTENSION_NAME, VK_NV_RAY_TRACING_SPEC_VERSION},
+    {VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME, VK_NV_RAY_TRACING_MOTION_BLUR_SPEC_VERSION},
+    {VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+     VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_SPEC_VERSION},
+    {VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME, VK_AMDX_DENSE_GEOMETRY_FORMAT_SPEC_VERSION},
+    {VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME, VK_EXT_OPACITY_MICROMAP_SPEC_VERSION},
+    {VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME, VK_KHR_OPACITY_MICROMAP_SPEC_VERSION},
+    {VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME, VK_NV_DISPLACEMENT_MICROMAP_SPEC_VERSION},
+};
+
+enum { OFFERED = sizeof(advertised) / sizeof(advertised[0]) };
+
+bool cpu_advertises_extension(const char *name)
+{
+    for (size_t i = 0; i < OFFERED; i++)
+        if (strcmp(advertised[i].extensionName, name) == 0)
+            return true;
+    return false;
+}
+
+/* All of the driver's, with room for those offered; the caller frees them. */
+static VkResult list_of_driver(PFN_vkEnumerateDeviceExtensionProperties enumerate,
+                               VkPhysicalDevice physical_device, uint32_t *count,
+                               VkExtensionProperties **list)
+{
+    VkResult result;
+    *list = NULL;
+    do {
+        result = enumerate(physical_device, NULL, count, NULL);
+        if (result != VK_SUCCESS)
+            break;
+        free(*list);
+        *list = calloc(*count + OFFERED, sizeof(**list));
+        result =
+            *list ? enumerate(physical_device, NULL, count, *list) : VK_ERROR_OUT_OF_HOST_MEMORY;
+    } while (result == VK_INCOMPLETE);
+    return result;
+}
+
+static uint32_t exchange_ray_tracing(VkExtensionProperties *list, uint32_t count)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (!registry_is_ray_tracing(list[i].extensionName))
+            list[kept++] = list[i];
+    memcpy(&list[kept], advertised, sizeof(advertised));
+    return kept + OFFERED;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL
+cpu_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice, const char *pLayerName,
+                                       uint32_t *pPropertyCount, VkExtensionProperties *pProperties)
+{
+    struct layer_instance *instance = layer_find_instance(physicalDevice);
+    PFN_vkEnumerateDeviceExtensionProperties next =
+        instance->next.EnumerateDeviceExtensionProperties;
+    if (pLayerName || !cpu_advertises(instance, physicalDevice))
+        return next(physicalDevice, pLayerName, pPropertyCount, pProperties);
+
+    uint32_t count, room = pProperties ? *pPropertyCount : 0;
+    VkExtensionProperties *list;
+    VkResult result = list_of_driver(next, physicalDevice, &count, &list);
+    if (result == VK_SUCCESS) {
+        count = exchange_ray_tracing(list, count);
+        *pPropertyCount = !pProperties || count < room ? count : room;
+        if (pProperties) {
+            memcpy(pProperties, list, *pPropertyCount * sizeof(*list));
+            result = room < count ? VK_INCOMPLETE : VK_SUCCESS;
+        }
+    }
+    free(list);
+    return result;
+}
+
+/* ---- features and limits */
+
+static const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+    .accelerationStructure = VK_TRUE,
+    .accelerationStructureIndirectBuild = VK_TRUE,
+    .accelerationStructureHostCommands = VK_TRUE,
+};
+
+static const VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+    .rayTracingMotionBlur = VK_TRUE,
+};
+
+static const VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
+    .spheres = VK_TRUE,
+    .linearSweptSpheres = VK_TRUE,
+};
+
+static const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+    .denseGeometryFormat = VK_TRUE,
+};
+
+static const VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+    .micromap = VK_TRUE,
+    .micromapHostCommands = VK_TRUE,
+};
+
+static const VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+    .micromap = VK_TRUE,
+};
+
+static const VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+    .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+    .displacementMicromap = VK_TRUE,
+};
+
+const struct cpu_features cpu_features[CPU_FEATURES] = {
+    {(const VkBaseInStructure *)&structures,
+     "accelerationStructureCaptureReplay or "
+     "descriptorBindingAccelerationStructureUpdateAfterBind"},
+    {(const VkBaseInStructure *)&motion, "rayTracingMotionBlurPipelineTraceRaysIndirect"},
+    {(const VkBaseInStructure *)&spheres, NULL},
+    {(const VkBaseInStructure *)&dense, NULL},
+    {(const VkBaseInStructure *)&micromap_ext, "micromapCaptureReplay"},
+    {(const VkBaseInStructure *)&micromap_khr, NULL},
+    {(const VkBaseInStructure *)&displacement, NULL},
+};
+
+const struct cpu_features *cpu_find_features(VkStructureType type)
+{
+    for (size_t i = 0; i < CPU_FEATURES; i++)
+        if (cpu_features[i].structure->sType == type)
+            return &cpu_features[i];
+    return NULL;
+}
+
+/* Counts are the least that the specification allows, so that an application which stays within
+ * them runs on every device, and the alignment is the strictest that it allows. No descriptors:
+ * shaders cannot reach what the host has built. */
+enum {
+    GEOMETRIES_MAX = (1 << 24) - 1,
+    INSTANCES_MAX = (1 << 24) - 1,
+    PRIMITIVES_MAX = (1 << 29) - 1,
+};
+
+static VkPhysicalDeviceAccelerationStructurePropertiesKHR limits(void)
+{
+    return (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
+        .maxGeometryCount = GEOMETRIES_MAX,
+        .maxInstanceCount = INSTANCES_MAX,
+        .maxPrimitiveCount = PRIMITIVES_MAX,
+        .minAccelerationStructureScratchOffsetAlignment = 256,
+    };
+}
+
+/* Likewise; and no recursion, for there are no pipelines. The sizes of a shader binding table are
+ * those that the specification allows, for applications that compute with them. */
+static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)
+{
+    return (VkPhysicalDeviceRayTracingPropertiesNV){
+        .shaderGroupHandleSize = 16,
+        .maxShaderGroupStride = 4096,
+        .shaderGroupBaseAlignment = 64,
+        .maxGeometryCount = GEOMETRIES_MAX,
+        .maxInstanceCount = INSTANCES_MAX,
+        .maxTriangleCount = PRIMITIVES_MAX,
+    };
+}
+
+/* Writes `ours` over a structure of the application's, or zeros where there is none. */
+static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
+{
+    const size_t head = sizeof(*structure);
+    if (ours)
+        memcpy((char *)structure + head, (const char *)ours + head, size - head);
+    else
+        memset((char *)structure + head, 0, size - head);
+}
+
+/* All that the builder takes. */
+static VkPhysicalDeviceOpacityMicromapPropertiesEXT limits_of_micromaps_ext(void)
+{
+    return (VkPhysicalDeviceOpacityMicromapPropertiesEXT){
+        .maxOpacity2StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxOpacity4StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+    };
+}
+
+static VkPhysicalDeviceOpacityMicromapPropertiesKHR limits_of_micromaps_khr(void)
+{
+    return (VkPhysicalDeviceOpacityMicromapPropertiesKHR){
+        .maxOpacity2StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxOpacity4StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxOpacityLossy4StateSubdivisionLevel = MICROMAP_MAX_LEVEL,
+        .maxMicromapTriangles = PRIMITIVES_MAX,
+    };
+}
+
+static VkPhysicalDeviceDisplacementMicromapPropertiesNV limits_of_displacement(void)
+{
+    return (VkPhysicalDeviceDisplacementMicromapPropertiesNV){
+        .maxDisplacementMicromapSubdivisionLevel = DISPLACEMENT_MAX_LEVEL};
+}
+
+/* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
+static void answer_structure(VkBaseOutStructure *out, size_t size)
+{
+    const VkPhysicalDeviceAccelerationStructurePropertiesKHR structure = limits();
+    const VkPhysicalDeviceRayTracingPropertiesNV nv = limits_nv();
+    const VkPhysicalDeviceOpacityMicromapPropertiesEXT ext = limits_of_micromaps_ext();
+    const VkPhysicalDeviceOpacityMicromapPropertiesKHR khr = limits_of_micromaps_khr();
+    const VkPhysicalDeviceDisplacementMicromapPropertiesNV nv_displacement =
+        limits_of_displacement();
+    const struct cpu_features *features = cpu_find_features(out->sType);
+    switch (out->sType) {
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR:
+        answer(out, size, &structure);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV:
+        answer(out, size, &nv);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT:
+        answer(out, size, &ext);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR:
+        answer(out, size, &khr);
+        break;
+    case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV:
+        answer(out, size, &nv_displacement);
+        break;
+    default:
+        answer(out, size, features ? features->structure : NULL);
+    }
+}
+
+static void answer_chain(void *chain)
+{
+    for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
+        const struct registry_structure *structure = registry_find_structure(out->sType);
+        if (structure && structure->ray_tracing)
+            answer_structure(out, structure->size);
+    }
+}
+
+/* A command and its older name differ only in which of the next layer's is called. */
+#define DEFINE_GET_FEATURES(name)                                                                  \
+    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
+                                          VkPhysicalDeviceFeatures2 *pFeatures)                    \
+    {                                                                                              \
+        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
+        instance->next.name(physicalDevice, pFeatures);                                            \
+        if (cpu_advertises(instance, physicalDevice))                                              \
+            answer_chain(pFeatures->pNext);                                                        \
+    }
+
+#define DEFINE_GET_PROPERTIES(name)                                                                \
+    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
+                                          VkPhysicalDeviceProperties2 *pProperties)                \
+    {                                                                                              \
+        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
+        instance->next.name(physicalDevice, pProperties);                                          \
+        if (cpu_advertises(instance, physicalDevice))                                              \
+            answer_chain(pProperties->pNext);                                                      \
+    }
+
+DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2)
+DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2KHR)
+DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2)
+DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2KHR)
+
+/* ---- formats */
+
+/* The bits of VkFormatFeatureFlags are the lowest ones of VkFormatFeatureFlags2. */
+static VkFormatFeatureFlags2 exchange_inputs(VkFormatFeatureFlags2 features, VkFormat format)
+{
+    features &= ~(VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR |
+                  VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
+    if (vertex_format_find(format))
+        features |= VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR;
+    if (radius_format_size(format))
+        features |= VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV;
+    return features;
+}
+
+static void answer_format(VkFormatProperties *properties, VkFormat format)
+{
+    properties->bufferFeatures =
+        (VkFormatFeatureFlags)exchange_inputs(properties->bufferFeatures, format);
+}
+
+VKAPI_ATTR void VKAPI_CALL cpu_GetPhysicalDeviceFormatProperties(
+    VkPhysicalDevice physicalDevice, VkFormat format, VkFormatProperties *pFormatProperties)
+{
+    struct layer_instance *instance = layer_find_instance(physicalDevice);
+    instance->next.GetPhysicalDeviceFormatProperties(physicalDevice, format, pFormatProperties);
+    if (cpu_advertises(instance, physicalDevice))
+        answer_format(pFormatProperties, format);
+}
+
+static void answer_format_chain(VkFormatProperties2 *properties, VkFormat format)
+{
+    answer_format(&properties->formatProperties, format);
+    for (VkBaseOutStructure *out = properties->pNext; out; out = out->pNext) {
+        VkFormatProperties3 *properties3 = (VkFormatProperties3 *)out;
+        if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3)
+            properties3->bufferFeatures = exchange_inputs(properties3->bufferFeatures, format);
+    }
+}
+
+#define DEFINE_GET_FORMAT_PROPERTIES(name)                                                         \
+    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice, VkFormat format,        \
+                                          VkFormatProperties2 *pFormatProperties)                  \
+    {                                                                                              \
+        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
+        instance->next.name(physicalDevice, format, pFormatProperties);                            \
+        if (cpu_advertises(instance, physicalDevice))                                              \
+            answer_format_chain(pFormatProperties, format);                                        \
+    }
+
+DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2)
+DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2KHR)

@@ -1,0 +1,368 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reading what an execution has copied, build by build, and telling what is wrong with it. */
+#include <stdlib.h>
+
+#include "layer/compare/comparer.h"
+#include "layer/execution/input_checks.h"
+#include "layer/execution/submissions.h"
+#include "layer/intercepts/build_call.h"
+#include "layer/snapshots/coverage_warnings.h"
+#include "src/check/content/executed.h"
+
+/* While snapshots are read they are locked, so what is found is told afterwards. */
+struct pending_finding {
+    struct pending_finding *next;
+    const struct journal *journal;
+    uint32_t first; /* position of the call's first build in the command buffer */
+    enum rule rule;
+    struct location location;
+    struct finding finding;
+};
+
+/* One call of a command buffer. Those with instances, which look beyond one build, are ended when
+ * nothing is locked any more. */
+struct read_call {
+    struct read_call *next;
+    struct reading *reading;
+    const struct journal *journal;
+    uint32_t first;
+    enum build_command command;
+    bool geometry_by_pointer; /* of the build in hand */
+    struct check_context context;
+    struct executed_call *executed;
+};
+
+struct reading {
+    const struct ran_execution *ran;
+    struct replay replay;
+    const struct journal *located; /* these two: of the update in hand */
+    uint32_t located_first;
+    uint32_t next_note, next_used, next_execution_point;
+    struct read_call *open_calls;
+    struct pending_finding *findings, **findings_last;
+    bool lacks_memory; /* and so some of what it says */
+    bool lacks_copies; /* likewise */
+};
+
+/* ---- findings */
+
+static bool keep_finding(struct reading *reading, const struct journal *journal, uint32_t first,
+                         enum rule rule, const struct location *location,
+                         const struct finding *finding)
+{
+    const struct reporter *reporter = reading->ran->device->instance->reporter;
+    struct pending_finding *pending = malloc(sizeof(*pending));
+    reading->lacks_memory |= !pending;
+    if (pending) {
+        *pending = (struct pending_finding){NULL, journal, first, rule, *location, *finding};
+        *reading->findings_last = pending;
+        reading->findings_last = &pending->next;
+    }
+    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+}
+
+static bool found(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding)
+{
+    const struct read_call *call = user;
+    struct location there = *location;
+    there.geometry_by_pointer = call->geometry_by_pointer;
+    return keep_finding(call->reading, call->journal, call->first, rule, &there, finding);
+}
+
+static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
+{
+    struct reading *reading = user;
+    reading->located = journal;
+    reading->located_first = position - info;
+}
+
+static bool found_in_update(void *user, enum rule rule, const struct location *location,
+                            const struct finding *finding)
+{
+    struct reading *reading = user;
+    return keep_finding(reading, reading->located, reading->located_first, rule, location, finding);
+}
+
+static void report_findings(struct reading *reading)
+{
+    const struct layer_device *device = reading->ran->device;
+    while (reading->findings) {
+        struct pending_finding *pending = reading->findings;
+        const struct call_origin origin = {
+            .device = device->handle,
+            .names = device->names,
+            .queue = reading->ran->queue,
+            .command_buffer = pending->journal->command_buffer,
+            .build_index = pending->first,
+            .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),
+        };
+        reporter_send(device->instance->reporter, pending->rule, &pending->location, &origin,
+                      &pending->finding);
+        reading->findings = pending->next;
+        free(pending);
+    }
+}
+
+/* ---- calls */
+
+static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes)
+{
+    const struct read_call *call = user;
+    build_call_find_sizes(call->reading->ran->device, info, counts, build_type, sizes);
+}
+
+static bool of_another_device(void *user, enum resource_kind kind, uint64_t handle)
+{
+    const struct read_call *call = user;
+    return layer_other_device_has(call->reading->ran->device, kind, handle);
+}
+
+static const struct check_hooks hooks = {
+    .found = found, .find_sizes = find_sizes, .of_another_device = of_another_device};
+
+static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
+                                    const struct recorded_place *place)
+{
+    const struct layer_device *device = reading->ran->device;
+    struct read_call *call = calloc(1, sizeof(*call));
+    if (!call)
+        return NULL;
+    call->reading = reading;
+    call->journal = journal;
+    call->first = place->position - place->info;
+    call->command = place->command;
+    call->context = (struct check_context){
+        .hooks = &hooks,
+        .user = call,
+        .level = device->level,
+        .active = device->active_rules[place->command],
+        .resources = device->resources,
+        .destroy_count = reading->ran->execution->destroy_count,
+        .flags = submissions_flags(device->submissions),
+    };
+    call->executed = executed_call_begin(&call->context, &device->facts, place->command);
+    if (call->executed)
+        return call;
+    free(call);
+    return NULL;
+}
+
+static void end_call(struct read_call *call)
+{
+    struct readable_cache cache = {0};
+    call->context.readable = &cache;
+    executed_call_end(call->executed);
+    free(call);
+}
+
+static void leave_call(struct read_call *call)
+{
+    if (!call)
+        return;
+    if (!executed_call_has_instances(call->executed)) {
+        end_call(call);
+        return;
+    }
+    call->next = call->reading->open_calls;
+    call->reading->open_calls = call;
+}
+
+static bool is_of_call(const struct read_call *call, const struct recorded_place *place)
+{
+    return call && call->first == place->position - place->info && call->command == place->command;
+}
+
+/* ---- builds */
+
+/* One command buffer, and how far its journal was read. */
+struct read_buffer {
+    struct reading *reading;
+    struct execution *execution;
+    const struct journal *journal;
+    struct journal_cursor builds, secondaries;
+    struct read_call *call;
+};
+
+/* The build's own entry; NULL where it has none. */
+static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32_t position)
+{
+    struct journal_cursor cursor = buffer->builds;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));
+         buffer->builds = cursor) {
+        if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
+            continue;
+        if (entry->built.position > position)
+            return NULL;
+        if (entry->built.position == position)
+            return entry;
+    }
+    return NULL;
+}
+
+/* Notes come in the order of the builds; those in between are of builds that weren't recorded. */
+static const struct input_note *find_note(struct reading *reading,
+                                          const struct journal_entry *entry)
+{
+    const struct input_notes *notes = &reading->ran->notes;
+    while (entry && entry->built.shapes && reading->next_note < notes->count) {
+        const struct input_note *note = &notes->items[reading->next_note++];
+        if (note->entry == entry)
+            return note;
+    }
+    return NULL;
+}
+
+/* Those of one build lie behind each other, in the order of its geometries. */
+static uint32_t find_used(struct read_buffer *buffer, const struct recorded_build *build,
+                          const struct used_micromap_note **used)
+{
+    const struct input_notes *notes = &buffer->reading->ran->notes;
+    uint32_t first = buffer->reading->next_used, position = build->place.position;
+    if (!build->parameters.chained)
+        return 0;
+    while (first < notes->used_count && (notes->used[first].journal != buffer->journal ||
+                                         notes->used[first].position != position))
+        first++;
+    uint32_t end = first;
+    while (end < notes->used_count && notes->used[end].journal == buffer->journal &&
+           notes->used[end].position == position &&
+           (end == first || notes->used[end].geometry > notes->used[end - 1].geometry))
+        end++;
+    if (end > first)
+        buffer->reading->next_used = end;
+    *used = end > first ? &notes->used[first] : NULL;
+    return end - first;
+}
+
+static const struct execution_point *find_execution_point(struct read_buffer *buffer,
+                                                          const struct recorded_build *build)
+{
+    const struct input_notes *notes = &buffer->reading->ran->notes;
+    if (build->parameters.info.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+        return NULL;
+    for (uint32_t i = buffer->reading->next_execution_point; i < notes->point_count; i++) {
+        const struct execution_point_note *note = &notes->points[i];
+        if (note->journal != buffer->journal || note->position != build->place.position)
+            continue;
+        buffer->reading->next_execution_point = i + 1;
+        return &note->point;
+    }
+    return NULL;
+}
+
+static void read_build(struct read_buffer *buffer, const struct recorded_item *item)
+{
+    const struct recorded_build *build = item->build;
+    struct reading *reading = buffer->reading;
+    const struct journal_entry *entry = find_entry(buffer, build->place.position);
+    const struct input_note *note = find_note(reading, entry);
+    struct snapshot_memory memory = {
+        .snapshots = build->snapshots,
+        .count = build->snapshot_count,
+        .bases = buffer->execution->bases,
+        .gathering = &build->gathering,
+        .omits_unread = true,
+    };
+    bool is_open = snapshot_memory_open(&memory);
+    if (!is_open || memory.lacks_copies) {
+        reading->lacks_memory |= !is_open;
+        reading->lacks_copies |= memory.lacks_copies;
+        snapshot_memory_close(&memory);
+        return;
+    }
+    struct executed_build executed = {
+        .build = build,
+        .dst_id = entry ? entry->dst_id : 0,
+        .memory = snapshot_memory_of(&memory),
+        .inputs = note ? note->inputs : NULL,
+    };
+    executed.point = find_execution_point(buffer, build);
+    executed.used_count = find_used(buffer, build, &executed.used);
+    buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
+    executed_call_read(buffer->call->executed, &executed);
+    const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
+                                         buffer->execution->destroy_count};
+    comparer_keep(reading->ran->device->comparer, &input);
+    snapshot_memory_close(&memory);
+    if (note)
+        replay_judge_inputs(&reading->replay, note);
+}
+
+static void read_item(struct read_buffer *buffer, const struct recorded_item *item)
+{
+    const struct recorded_place *place = &item->build->place;
+    if (!is_of_call(buffer->call, place)) {
+        leave_call(buffer->call);
+        buffer->call = begin_call(buffer->reading, buffer->journal, place);
+    }
+    if (buffer->call)
+        read_build(buffer, item);
+    else
+        buffer->reading->lacks_memory = true;
+}
+
+/* ---- command buffers */
+
+static const struct journal *find_secondary(struct read_buffer *buffer,
+                                            const struct recording *recording)
+{
+    for (const struct journal_entry *entry; (entry = journal_next(&buffer->secondaries));)
+        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->work == recording)
+            return entry->secondary;
+    return NULL;
+}
+
+static void read_execution(struct reading *reading, struct execution *execution,
+                           const struct journal *journal)
+{
+    struct read_buffer buffer = {.reading = reading,
+                                 .execution = execution,
+                                 .journal = journal,
+                                 .builds = journal_start(journal),
+                                 .secondaries = journal_start(journal)};
+    uint32_t child = 0;
+    pthread_rwlock_rdlock(&execution->lock);
+    bool is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);
+    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
+        if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE))
+            read_item(&buffer, item);
+        if (item->kind != ITEM_EXECUTE)
+            continue;
+        const struct journal *secondary = find_secondary(&buffer, item->secondary);
+        if (secondary)
+            read_execution(reading, execution->children[child], secondary);
+        child++;
+    }
+    pthread_rwlock_unlock(&execution->lock);
+    leave_call(buffer.call);
+}
+
+void input_checks_read(const struct ran_execution *ran, struct missed_executions *missed)
+{
+    struct ticket *ticket = ran->execution->ticket;
+    struct reading reading = {.ran = ran,
+                              .replay = {.active = ran->device->active_rules,
+                                         .resources = ran->device->resources,
+                                         .locate = locate,
+                                         .found = found_in_update,
+                                         .user = &reading},
+                              .findings_last = &reading.findings};
+    if (ticket->wait(ticket, 0) != VK_SUCCESS) {
+        missed->device_lost++;
+        return;
+    }
+    read_execution(&reading, ran->execution, ran->journal);
+    while (reading.open_calls) {
+        struct read_call *call = reading.open_calls;
+        reading.open_calls = call->next;
+        end_call(call);
+    }
+    report_findings(&reading);
+    if (reading.lacks_copies)
+        warn_lack_of_copies(ran->device);
+    missed->no_memory += reading.lacks_memory;
+    comparer_run(ran->device->comparer, ran->queue);
+}

@@ -1,0 +1,299 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Executions whose contents wait: from their turn until they are complete. */
+#include "layer/execution/input_checks.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "layer/snapshots/coverage_warnings.h"
+
+/* Of a batch that was replayed, and hasn't run. */
+struct noted_batch {
+    struct noted_batch *next;
+    struct timestamp timestamp;
+    uint32_t count;
+    struct input_notes commands[];
+};
+
+struct waiting {
+    struct waiting *next;
+    struct ran_execution ran;
+    struct timestamp timestamp;
+};
+
+struct input_checks {
+    struct layer_device *device;
+    struct noted_batch *noted, **noted_last; /* for the hooks */
+
+    /* Guards the rest. Only who is busy takes executions off the list; no call or message is made
+     * with the lock held. */
+    pthread_mutex_t lock;
+    struct waiting *waiting, **waiting_last; /* in the order of their turns */
+    bool busy, again; /* somebody delivers; somebody else wanted to, meanwhile */
+};
+
+VkResult input_checks_create(struct layer_device *device)
+{
+    if (device->level < LEVEL_CONTENT || !device->snapshots)
+        return VK_SUCCESS;
+    struct input_checks *input_checks = calloc(1, sizeof(*input_checks));
+    if (!input_checks)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    input_checks->device = device;
+    input_checks->noted_last = &input_checks->noted;
+    input_checks->waiting_last = &input_checks->waiting;
+    pthread_mutex_init(&input_checks->lock, NULL);
+    device->input_checks = input_checks;
+    return VK_SUCCESS;
+}
+
+/* Whoever waits to compare with what was to be filled learns that it never will be. */
+static void report_notes(const struct input_notes *notes)
+{
+    for (uint32_t i = 0; i < notes->count; i++)
+        build_inputs_mark_known(notes->items[i].inputs);
+}
+
+static void free_waiting(struct waiting *waiting)
+{
+    report_notes(&waiting->ran.notes);
+    input_notes_release(&waiting->ran.notes);
+    execution_release(waiting->ran.execution);
+    journal_release(waiting->ran.journal);
+    free(waiting);
+}
+
+void input_checks_destroy(struct input_checks *input_checks)
+{
+    if (!input_checks)
+        return;
+    input_checks_drop(input_checks);
+    while (input_checks->waiting) {
+        struct waiting *first = input_checks->waiting;
+        input_checks->waiting = first->next;
+        free_waiting(first);
+    }
+    pthread_mutex_destroy(&input_checks->lock);
+    free(input_checks);
+}
+
+/* ---- batches */
+
+struct input_notes *input_checks_note_batch(struct input_checks *input_checks,
+                                            const struct batch_run *run)
+{
+    if (!input_checks)
+        return NULL;
+    size_t size = run->command_count * sizeof(struct input_notes);
+    struct noted_batch *batch = calloc(1, sizeof(*batch) + size);
+    if (!batch)
+        return NULL;
+    batch->timestamp = run->timestamp;
+    batch->count = run->command_count;
+    *input_checks->noted_last = batch;
+    input_checks->noted_last = &batch->next;
+    return batch->commands;
+}
+
+static void drop_first(struct input_checks *input_checks)
+{
+    struct noted_batch *batch = input_checks->noted;
+    input_checks->noted = batch->next;
+    if (!input_checks->noted)
+        input_checks->noted_last = &input_checks->noted;
+    for (uint32_t i = 0; i < batch->count; i++) {
+        report_notes(&batch->commands[i]);
+        input_notes_release(&batch->commands[i]);
+    }
+    free(batch);
+}
+
+void input_checks_drop(struct input_checks *input_checks)
+{
+    while (input_checks && input_checks->noted)
+        drop_first(input_checks);
+}
+
+static bool is_of(const struct noted_batch *batch, const struct batch_run *run)
+{
+    return batch && batch->timestamp.queue == run->timestamp.queue &&
+           batch->timestamp.count == run->timestamp.count;
+}
+
+void input_checks_run(struct input_checks *input_checks, const struct batch_run *run,
+                      uint32_t command, struct execution *execution)
+{
+    struct waiting *waiting = input_checks ? calloc(1, sizeof(*waiting)) : NULL;
+    if (input_checks && !waiting)
+        warn_missed(input_checks->device, &(struct missed_executions){.no_memory = 1});
+    if (!waiting)
+        return;
+    waiting->timestamp = run->timestamp;
+    waiting->ran = (struct ran_execution){
+        .device = input_checks->device,
+        .execution = execution_share(execution),
+        .journal = journal_share(run->commands[command].captured),
+        .queue = run->queue,
+    };
+    if (is_of(input_checks->noted, run)) {
+        waiting->ran.notes = input_checks->noted->commands[command];
+        input_checks->noted->commands[command] = (struct input_notes){0};
+    }
+    for (uint32_t i = 0; i < waiting->ran.notes.count; i++)
+        if (waiting->ran.notes.items[i].inputs)
+            waiting->ran.notes.items[i].inputs->filler = waiting;
+    pthread_mutex_lock(&input_checks->lock);
+    *input_checks->waiting_last = waiting;
+    input_checks->waiting_last = &waiting->next;
+    pthread_mutex_unlock(&input_checks->lock);
+}
+
+void input_checks_end_batch(struct input_checks *input_checks, const struct batch_run *run)
+{
+    if (input_checks && is_of(input_checks->noted, run))
+        drop_first(input_checks);
+}
+
+/* ---- delivery */
+
+/* A walk over the executions that wait. */
+struct delivery {
+    struct execution_clock seen;
+    uint64_t busy_queues; /* by index: whose later batches aren't complete, either, or come so late
+                             that nobody waits again */
+};
+_Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
+
+/* False where nothing more will be known of the execution, either. */
+static bool is_complete(struct delivery *delivery, const struct waiting *waiting)
+{
+    struct ticket *ticket = waiting->ran.execution->ticket;
+    uint64_t queue = UINT64_C(1) << waiting->timestamp.queue;
+    bool was_seen = execution_clock_has(&delivery->seen, waiting->timestamp);
+    bool is_busy = delivery->busy_queues & queue;
+    VkResult end;
+    if (is_busy && !was_seen)
+        return false;
+    if (ticket_has_ended(ticket, was_seen && !is_busy, &end))
+        return true;
+    delivery->busy_queues |= queue;
+    return false;
+}
+
+/* Whether the contents that its updates are compared with are known, or will be when it is read. */
+static bool has_sources(const struct waiting *waiting)
+{
+    for (uint32_t i = 0; i < waiting->ran.notes.count; i++) {
+        const struct build_inputs *source = waiting->ran.notes.items[i].source.inputs;
+        if (source && source->filler != waiting && !atomic_load(&source->is_known))
+            return false;
+    }
+    return true;
+}
+
+static struct waiting **next_of(struct input_checks *input_checks, struct waiting **link)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    link = *link ? &(*link)->next : link;
+    pthread_mutex_unlock(&input_checks->lock);
+    return link;
+}
+
+static struct waiting *at(struct input_checks *input_checks, struct waiting *const *link)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    struct waiting *waiting = *link;
+    pthread_mutex_unlock(&input_checks->lock);
+    return waiting;
+}
+
+static void take_off(struct input_checks *input_checks, struct waiting **link)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    struct waiting *waiting = *link;
+    *link = waiting->next;
+    if (!waiting->next)
+        input_checks->waiting_last = link;
+    pthread_mutex_unlock(&input_checks->lock);
+}
+
+/* In the order of their turns, but past those that are not complete: others of other queues may
+ * be. */
+static void deliver(struct input_checks *input_checks)
+{
+    struct delivery delivery = {0};
+    struct missed_executions missed = {0};
+    struct waiting **link = &input_checks->waiting;
+    execution_order_host_clock(input_checks->device->order, &delivery.seen);
+    for (struct waiting *waiting; (waiting = at(input_checks, link));) {
+        if (!is_complete(&delivery, waiting) || !has_sources(waiting)) {
+            link = next_of(input_checks, link);
+            continue;
+        }
+        take_off(input_checks, link);
+        input_checks_read(&waiting->ran, &missed);
+        free_waiting(waiting);
+    }
+    warn_missed(input_checks->device, &missed);
+}
+
+/* Whether it is this thread's to deliver; not where there is nothing to be delivered. */
+static bool begin_delivery(struct input_checks *input_checks)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    bool is_free = !input_checks->busy && input_checks->waiting;
+    input_checks->again |= input_checks->busy;
+    input_checks->busy |= is_free;
+    pthread_mutex_unlock(&input_checks->lock);
+    return is_free;
+}
+
+/* Whether there is more to deliver. */
+static bool go_on(struct input_checks *input_checks)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    bool again = input_checks->again;
+    input_checks->again = false;
+    input_checks->busy = again;
+    pthread_mutex_unlock(&input_checks->lock);
+    return again;
+}
+
+void input_checks_deliver(struct input_checks *input_checks)
+{
+    if (!input_checks || !begin_delivery(input_checks))
+        return;
+    do {
+        deliver(input_checks);
+    } while (go_on(input_checks));
+}
+
+/* What had its turn waits for nothing that is still to be submitted; but another batch of its
+ * submission may, or an event of the host's. */
+enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
+
+static bool waits_for(struct input_checks *input_checks, const struct ticket *ticket)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    bool waits = input_checks->waiting && input_checks->waiting->ran.execution->ticket == ticket;
+    pthread_mutex_unlock(&input_checks->lock);
+    return waits;
+}
+
+bool input_checks_wait(struct input_checks *input_checks)
+{
+    if (!input_checks)
+        return false;
+    pthread_mutex_lock(&input_checks->lock);
+    struct ticket *ticket =
+        input_checks->waiting ? ticket_share(input_checks->waiting->ran.execution->ticket) : NULL;
+    pthread_mutex_unlock(&input_checks->lock);
+    bool is_complete = ticket && ticket->wait(ticket, WAIT_NANOSECONDS) != VK_TIMEOUT;
+    if (is_complete)
+        input_checks_deliver(input_checks);
+    if (is_complete && waits_for(input_checks, ticket))
+        nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL); /* another delivers it */
+    ticket_release(ticket);
+    return is_complete;
+}

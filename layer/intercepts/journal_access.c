@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Journals, of command buffers and of the host's own commands. */
+#include "layer/intercepts/journal_access.h"
+
+uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)
+{
+    return resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)handle);
+}
+
+struct command_buffer *layer_find_recording(const struct layer_device *device,
+                                            VkCommandBuffer handle)
+{
+    if (device->level < LEVEL_EXECUTION)
+        return NULL;
+    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
+    return command_buffer && command_buffer->journal ? command_buffer : NULL;
+}
+
+void layer_carry_out(struct layer_device *device, struct journal *journal)
+{
+    struct submission *submission =
+        journal ? submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE) : NULL;
+    if (!submission) {
+        journal_release(journal);
+        return;
+    }
+    submission_add_batch(submission);
+    submission_add_work(submission, journal);
+    submission_prepare(submission);
+    submission_finish(submission, VK_SUCCESS);
+}

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The wording of what level content doesn't look at. */
+#include "layer/snapshots/coverage_warnings.h"
+
+#include <inttypes.h>
+
+#include "layer/snapshots/recorder.h"
+#include "src/base/text_buffer.h"
+
+enum { LINE_SIZE = 1024, NAME_SIZE = 256 };
+
+static bool is_reported(const struct layer_device *device)
+{
+    return device->level >= LEVEL_CONTENT;
+}
+
+static const char *reason_of(enum left_out reason)
+{
+    switch (reason) {
+    case LEFT_OUT_NOTHING:
+    case LEFT_OUT_MEMORY:
+        break;
+    case LEFT_OUT_BUDGET:
+        return "beyond content_budget_mib";
+    case LEFT_OUT_BUFFER:
+        return "a buffer that can't be read";
+    case LEFT_OUT_PLACE:
+        return "no place for copies";
+    }
+    return "no memory for copies";
+}
+
+static void append_builds(struct text_buffer *text, const struct recording *recording)
+{
+    uint32_t named =
+        recording->left_out_count < LEFT_OUT_NAMED ? recording->left_out_count : LEFT_OUT_NAMED;
+    for (uint32_t i = 0; i < named; i++) {
+        const struct left_out_build *build = &recording->left_out[i];
+        text_append(text, "%s build %" PRIu32 " (%s)", i ? "," : "", build->position,
+                    reason_of(build->reason));
+    }
+    if (named < recording->left_out_count)
+        text_append(text, " and %" PRIu32 " more", recording->left_out_count - named);
+}
+
+/* One command buffer's, whose secondaries have told of theirs when they were executed. */
+void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
+{
+    struct recording *recording = recording_of(device, handle);
+    if (!is_reported(device) || !recording || !recording->left_out_count ||
+        recording->left_out_reported)
+        return;
+    char line[LINE_SIZE], name[NAME_SIZE];
+    struct text_buffer text;
+    recording->left_out_reported = true;
+    object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle,
+                     name, sizeof(name));
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
+                (uint64_t)(uintptr_t)handle);
+    if (name[0])
+        text_append(&text, "[\"%s\"]", name);
+    text_append(&text, " has builds that are not, or not wholly, looked at:");
+    append_builds(&text, recording);
+    text_append(&text, ".");
+    reporter_warn(device->instance->reporter, line);
+}
+
+static void append_executions(struct text_buffer *text, uint32_t count, const char *why)
+{
+    if (count)
+        text_append(text, "%s %" PRIu32 " %s", text->text[text->length - 1] == ':' ? "" : ";",
+                    count, why);
+}
+
+void warn_missed(const struct layer_device *device, const struct missed_executions *missed)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (!is_reported(device) || !(missed->no_memory || missed->overwritten || missed->unread ||
+                                  missed->repeated || missed->device_lost || missed->held))
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.level = content: builds are not looked at, of executions "
+                "of command buffers:");
+    append_executions(&text, missed->no_memory, "for lack of memory");
+    append_executions(&text, missed->overwritten,
+                      "followed by another of the same command buffer in the submission");
+    append_executions(&text, missed->unread,
+                      "of command buffers that are submitted again before they are complete");
+    append_executions(&text, missed->repeated,
+                      "of command buffers that were begun with "
+                      "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again");
+    append_executions(&text, missed->device_lost, "on a device that is lost");
+    append_executions(&text, missed->held, "behind waits for signals that weren't submitted");
+    text_append(&text, ".");
+    reporter_warn(device->instance->reporter, line);
+}
+
+static const char *cause_of(enum order_unknown_reason unknown_reason)
+{
+    switch (unknown_reason) {
+    case ORDER_UNKNOWN_DEVICE_LOST:
+        return "the device is lost";
+    case ORDER_UNKNOWN_OUT_OF_MEMORY:
+        break;
+    case ORDER_UNKNOWN_TOO_MANY_QUEUES:
+        return "there are more queues than the layer tells apart";
+    case ORDER_UNKNOWN_RACING_THREADS:
+        return "two threads submitted to one queue at once";
+    case ORDER_UNKNOWN_TOO_MANY_WAITS:
+        return "too much waits for signals that haven't been submitted";
+    case ORDER_UNKNOWN_UNTRACKED_SIGNAL:
+        return "something is complete whose wait nothing known has ended";
+    }
+    return "there was no memory";
+}
+
+void warn_unordered(const struct layer_device *device)
+{
+    struct snapshots *snapshots = device->snapshots;
+    uint32_t count = atomic_load(&snapshots->unordered);
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (!is_reported(device) || !count || atomic_exchange(&snapshots->unordered_reported, true))
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.level = content: builds are not looked at, of executions "
+                "of command buffers: %" PRIu32
+                ", and all from now on, whose order isn't known (%s).",
+                count, cause_of(snapshots->unknown_reason));
+    reporter_warn(device->instance->reporter, line);
+}
+
+void warn_lack_of_copies(const struct layer_device *device)
+{
+    if (atomic_exchange(&device->snapshots->lack_of_copies_reported, true))
+        return;
+    reporter_warn(device->instance->reporter,
+                  device->cpu
+                      ? "assay_validation.backend = cpu can't build: the driver completed a "
+                        "submission without executing the commands that copy what builds "
+                        "read. Is it a mock driver?"
+                      : "assay_validation.level = content can't validate builds: the driver "
+                        "completed a submission without executing the commands that copy "
+                        "what builds read. Is it a mock driver?");
+}

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Notes of a replay about builds whose data is read when they have executed. */
+#include "src/check/replay/update_inputs.h"
+
+#include <stdlib.h>
+
+#include "src/check/replay/judge.h"
+
+void input_notes_release(struct input_notes *notes)
+{
+    for (uint32_t i = 0; i < notes->count; i++) {
+        build_inputs_release(notes->items[i].inputs);
+        built_release(&notes->items[i].source);
+    }
+    for (uint32_t i = 0; i < notes->used_count; i++)
+        built_release(&notes->used[i].built);
+    free(notes->items);
+    free(notes->used);
+    free(notes->points);
+    *notes = (struct input_notes){0};
+}
+
+/* Whether anybody will read what the build reads, and ask for it again. */
+static bool is_noted(const struct replay *replay, const struct journal *journal,
+                     const struct journal_entry *entry)
+{
+    return replay->notes && journal->work && entry->built.shapes;
+}
+
+/* Without memory nothing is known of what its instances refer to. */
+static void note_execution_point(struct replay *replay, const struct journal *journal,
+                                 const struct journal_entry *entry)
+{
+    struct input_notes *notes = replay->notes;
+    if (!notes || !journal->work || !replay->flags || !replay->predecessors_known ||
+        entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+        return;
+    if (notes->point_count == notes->point_capacity) {
+        uint32_t capacity = notes->point_capacity ? notes->point_capacity * 2 : 4;
+        struct execution_point_note *points = realloc(notes->points, capacity * sizeof(*points));
+        if (!points)
+            return;
+        notes->points = points;
+        notes->point_capacity = capacity;
+    }
+    struct execution_point_note *note = &notes->points[notes->point_count++];
+    note->journal = journal;
+    note->position = entry->built.position;
+    note->point.serial = built_flags_now(replay->flags);
+    note->point.now = replay->now;
+    note->point.is_unordered = replay->unordered;
+    execution_clock_copy(&note->point.follows, replay->follows);
+}
+
+/* Without memory nothing is known of the build's contents. */
+static struct input_note *add_note(struct replay *replay, const struct journal *journal,
+                                   const struct journal_entry *entry)
+{
+    struct input_notes *notes = replay->notes;
+    if (notes->count == notes->capacity) {
+        uint32_t capacity = notes->capacity ? notes->capacity * 2 : 8;
+        struct input_note *items = realloc(notes->items, capacity * sizeof(*items));
+        if (!items)
+            return NULL;
+        notes->items = items;
+        notes->capacity = capacity;
+    }
+    struct input_note *note = &notes->items[notes->count++];
+    *note = (struct input_note){.journal = journal,
+                                .entry = entry,
+                                .inputs = build_inputs_create(entry->built.shapes->count),
+                                .source.state = BUILT_UNKNOWN};
+    return note;
+}
+
+void replay_note_build(struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry, struct built *built)
+{
+    note_execution_point(replay, journal, entry);
+    if (!is_noted(replay, journal, entry))
+        return;
+    const struct input_note *note = add_note(replay, journal, entry);
+    built->inputs = note ? note->inputs : NULL;
+}
+
+void replay_note_update(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry)
+{
+    note_execution_point(replay, journal, entry);
+    if (!is_noted(replay, journal, entry))
+        return;
+    const struct built *source = replay_read(replay, entry);
+    if (source->state != BUILT_BEFORE || !source->inputs)
+        return;
+    struct input_note *note = add_note(replay, journal, entry);
+    if (note)
+        note->source = built_share(source);
+}
+
+/* Without memory nothing is known of the micromap. */
+void replay_note_micromap(struct replay *replay, const struct journal *journal,
+                          const struct journal_entry *entry)
+{
+    struct input_notes *notes = replay->notes;
+    if (!notes || !journal->work || entry->micromap.is_ext)
+        return;
+    if (notes->used_count == notes->used_capacity) {
+        uint32_t capacity = notes->used_capacity ? notes->used_capacity * 2 : 8;
+        struct used_micromap_note *used = realloc(notes->used, capacity * sizeof(*used));
+        if (!used)
+            return;
+        notes->used = used;
+        notes->used_capacity = capacity;
+    }
+    notes->used[notes->used_count++] =
+        (struct used_micromap_note){.journal = journal,
+                                    .position = entry->micromap.position,
+                                    .geometry = entry->micromap.geometry,
+                                    .built = built_share(replay_read(replay, entry))};
+}
+
+/* The count was judged before, where it was known without looking. */
+static bool counts_are_known(const struct geometry_shapes *shapes)
+{
+    return shapes->count && shapes->items[0].count_known;
+}
+
+void replay_judge_inputs(struct replay *replay, const struct input_note *note)
+{
+    const struct geometry_shapes *asked = note->entry->built.shapes, *source = note->source.shapes;
+    if (note->source.state == BUILT_UNKNOWN || !source)
+        return;
+    struct built now = note->entry->built;
+    now.inputs = note->inputs;
+    struct update_judgement judgement;
+    update_judgement_begin(&judgement, replay, note->journal, note->entry);
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        if (rule == RULE_primitive_count_matches_source
+                ? counts_are_known(asked) && counts_are_known(source)
+                : rule_infos[rule].level != LEVEL_CONTENT)
+            walk_stop_rule(&judgement.walk, (enum rule)rule);
+    const struct update_view update = {.command = judgement.location.command,
+                                       .src = note->entry->src,
+                                       .asked = &now,
+                                       .source = &note->source};
+    judge_geometries(&judgement.walk, &update, &judgement.location);
+}

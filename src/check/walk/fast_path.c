@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The rows as chains of comparisons: rules.def is included once a subject. */
+#include "src/check/walk/fast_path.h"
+
+#include "rows_by_subject.h"
+#include "src/base/recording_path.h"
+#include "src/rules/address.h"
+#include "src/rules/predicates.h"
+#include "src/view/geometry_data.h"
+
+/* Leaves a chain where a row of the level and the command doesn't hold. */
+#define PASS(name, row_level, view, same_shape)                                                    \
+    if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
+        !(same_shape && READS_SHAPE_##row_level) && !name(view, NULL))                             \
+        return false;
+#define ROWS_PASS static inline __attribute__((always_inline)) bool
+
+#define PASS_CALL(name, level) PASS(name, level, call, false)
+
+ROWS_PASS call_rows_pass(const struct call_view *call, enum level level)
+{
+    ROWS_OF_call(PASS_CALL);
+    return true;
+}
+
+#define PASS_BUILD(name, level) PASS(name, level, build, same_shape)
+
+ROWS_PASS build_rows_pass(const struct build_view *build, enum level level, bool same_shape)
+{
+    ROWS_OF_build(PASS_BUILD);
+    return true;
+}
+
+#define PASS_GEOMETRY(name, level) PASS(name, level, geometry, same_shape)
+
+ROWS_PASS geometry_rows_pass(const struct geometry_view *geometry, enum level level,
+                             bool same_shape)
+{
+    ROWS_OF_geometry(PASS_GEOMETRY);
+    return true;
+}
+
+#define PASS_RANGE(name, level) PASS(name, level, range, false)
+
+ROWS_PASS range_rows_pass(const struct range_view *range, enum level level)
+{
+    ROWS_OF_range(PASS_RANGE);
+    return true;
+}
+
+static bool is_device_build(const struct call_view *call)
+{
+    return call->command == COMMAND_DEVICE;
+}
+
+ON_RECORDING_PATH __attribute__((flatten)) bool call_passes(const struct call_view *call)
+{
+    return is_device_build(call) && call_rows_pass(call, LEVEL_PARAMETERS) &&
+           call_rows_pass(call, LEVEL_STATE);
+}
+
+ON_RECORDING_PATH __attribute__((flatten)) bool
+build_parameters_pass(const struct build_view *build, bool same_shape)
+{
+    return is_device_build(build->call) &&
+           (same_shape ? build_rows_pass(build, LEVEL_PARAMETERS, true)
+                       : build_rows_pass(build, LEVEL_PARAMETERS, false));
+}
+
+ON_RECORDING_PATH __attribute__((flatten)) bool build_state_passes(const struct build_view *build)
+{
+    return is_device_build(build->call) && build_rows_pass(build, LEVEL_STATE, false) &&
+           scratch_address_passes(build);
+}
+
+ROWS_PASS geometry_and_range_pass(const struct range_view *range, bool has_count, bool with_state,
+                                  bool same_shape)
+{
+    return geometry_rows_pass(range->geometry, LEVEL_PARAMETERS, same_shape) &&
+           (!has_count || range_rows_pass(range, LEVEL_PARAMETERS)) &&
+           (!with_state || (geometry_rows_pass(range->geometry, LEVEL_STATE, false) &&
+                            geometry_addresses_pass(range->geometry) &&
+                            (!has_count || range_rows_pass(range, LEVEL_STATE))));
+}
+
+/* Most geometries are triangles: chains of their own leave out what is asked of others. */
+ON_RECORDING_PATH __attribute__((flatten)) bool
+geometry_passes(const struct range_view *range, bool has_count, bool with_state, bool same_shape)
+{
+    if (!is_device_build(range->geometry->build->call))
+        return false;
+    if (!triangles_in(range->geometry->geometry))
+        return geometry_and_range_pass(range, has_count, with_state, false);
+    return same_shape ? geometry_and_range_pass(range, has_count, with_state, true)
+                      : geometry_and_range_pass(range, has_count, with_state, false);
+}

@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What meets where rays are aimed at: one pass over all triangles looks each vertex up among those
+ * aimed at. "Watertightness" of the specification says of what rays must neither miss nor count
+ * twice. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/compare/rays.h"
+
+/* A vertex aimed at: of an edge its first one. */
+struct target {
+    float at[3], end[3];                              /* `end`: of an edge */
+    uint32_t geometry, ray, next;                     /* of those in one slot: index + 1 */
+    uint32_t before[RING_MAX][3], after[RING_MAX][3]; /* of each triangle's corners, as bits */
+    bool is_edge, is_broken;
+};
+
+struct targets {
+    struct target *targets;
+    uint32_t count, mask;
+    uint32_t *slots; /* index + 1 of the first */
+};
+
+static uint32_t hash(const float at[3], uint32_t geometry)
+{
+    uint32_t bits[3], h = geometry * 0x9e3779b9u;
+    memcpy(bits, at, sizeof(bits));
+    for (int i = 0; i < 3; i++) {
+        h = (h ^ bits[i]) * 0x85ebca6bu;
+        h ^= h >> 15;
+    }
+    return h;
+}
+
+static bool is_same(const float a[3], const float b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+static const float *corner_of(const struct triangle_record *triangle, uint32_t corner)
+{
+    return corner % 3 == 0 ? triangle->a : corner % 3 == 1 ? triangle->b : triangle->c;
+}
+
+static void add_target(const struct reference *reference, const struct rays *rays, uint32_t ray,
+                       struct targets *targets)
+{
+    const struct aim *aim = &rays->aims[ray];
+    struct triangle_record triangle;
+    if ((aim->at != AIM_EDGE && aim->at != AIM_VERTEX) ||
+        reference_triangle(reference, aim->geometry, aim->primitive, &triangle) != SOURCE_ACTIVE)
+        return;
+    struct target *target = &targets->targets[targets->count++];
+    memcpy(target->at, corner_of(&triangle, aim->corner), sizeof(target->at));
+    memcpy(target->end, corner_of(&triangle, aim->corner + 1), sizeof(target->end));
+    target->is_edge = aim->at == AIM_EDGE;
+    target->geometry = aim->geometry;
+    target->ray = ray;
+    uint32_t *slot = &targets->slots[hash(target->at, aim->geometry) & targets->mask];
+    target->next = *slot;
+    *slot = targets->count;
+}
+
+static VkResult make_targets(const struct reference *reference, const struct rays *rays,
+                             struct targets *targets)
+{
+    uint32_t size = 1;
+    while (size < rays->count)
+        size *= 2;
+    *targets = (struct targets){
+        .targets = calloc(rays->count + 1ull, sizeof(*targets->targets)),
+        .mask = size - 1,
+        .slots = calloc(size, sizeof(*targets->slots)),
+    };
+    if (!targets->targets || !targets->slots)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (uint32_t i = 0; i < rays->count; i++)
+        add_target(reference, rays, i, targets);
+    return VK_SUCCESS;
+}
+
+/* A triangle that has the target's vertex as its corner. */
+static void add_to_ring(struct target *target, const struct triangle_record *triangle,
+                        uint32_t primitive, uint32_t corner, struct ring *ring)
+{
+    const float *after = corner_of(triangle, corner + 1), *before = corner_of(triangle, corner + 2);
+    if (target->is_edge && !is_same(after, target->end) && !is_same(before, target->end))
+        return;
+    /* One without area, which has the vertex twice, is part of no fan. */
+    if (ring->count == RING_MAX || is_same(after, target->at) || is_same(before, target->at) ||
+        is_same(before, after)) {
+        target->is_broken = true;
+        return;
+    }
+    memcpy(target->before[ring->count], before, sizeof(target->before[0]));
+    memcpy(target->after[ring->count], after, sizeof(target->after[0]));
+    ring->primitives[ring->count++] = primitive;
+}
+
+static void look_up(const struct targets *targets, const struct triangle_record *triangle,
+                    uint32_t geometry, uint32_t primitive, struct ring *rings)
+{
+    for (uint32_t corner = 0; corner < 3; corner++) {
+        const float *at = corner_of(triangle, corner);
+        uint32_t i = targets->slots[hash(at, geometry) & targets->mask];
+        for (; i; i = targets->targets[i - 1].next) {
+            struct target *target = &targets->targets[i - 1];
+            if (target->geometry == geometry && is_same(target->at, at))
+                add_to_ring(target, triangle, primitive, corner, &rings[target->ray]);
+        }
+    }
+}
+
+static bool is_bits(const uint32_t a[3], const uint32_t b[3])
+{
+    return memcmp(a, b, 3 * sizeof(*a)) == 0;
+}
+
+/* Two triangles, which run along it in opposite directions. */
+static bool is_shared_edge(const struct target *target, const struct ring *ring)
+{
+    uint32_t end[3];
+    memcpy(end, target->end, sizeof(end));
+    return ring->count == 2 &&
+           ((is_bits(target->after[0], end) && is_bits(target->before[1], end)) ||
+            (is_bits(target->before[0], end) && is_bits(target->after[1], end)));
+}
+
+/* One ring: from each triangle's last corner exactly one goes on. */
+static bool is_closed_ring(const struct target *target, const struct ring *ring)
+{
+    uint32_t now = 0;
+    if (ring->count < 3)
+        return false;
+    for (uint32_t step = 1; step <= ring->count; step++) {
+        uint32_t next = 0, found = 0;
+        for (uint32_t i = 0; i < ring->count; i++)
+            if (is_bits(target->after[i], target->before[now])) {
+                next = i;
+                found++;
+            }
+        if (found != 1 || (next == 0) != (step == ring->count))
+            return false;
+        now = next;
+    }
+    return true;
+}
+
+VkResult rays_find_rings(const struct reference *reference, struct rays *rays)
+{
+    struct targets targets = {0};
+    if (reference->is_aabbs)
+        return VK_SUCCESS;
+    VkResult result = make_targets(reference, rays, &targets);
+    for (uint32_t g = 0; g < reference->geometry_count && result == VK_SUCCESS; g++)
+        for (uint32_t i = 0; i < reference->sources[g].count && targets.count; i++) {
+            struct triangle_record triangle;
+            if (reference_triangle(reference, g, i, &triangle) == SOURCE_ACTIVE)
+                look_up(&targets, &triangle, g, i, rays->rings);
+        }
+    for (uint32_t i = 0; i < targets.count; i++) {
+        const struct target *target = &targets.targets[i];
+        struct ring *ring = &rays->rings[target->ray];
+        ring->geometry = target->geometry;
+        if (target->is_broken || !(target->is_edge ? is_shared_edge : is_closed_ring)(target, ring))
+            ring->count = 0;
+    }
+    free(targets.targets);
+    free(targets.slots);
+    return result;
+}

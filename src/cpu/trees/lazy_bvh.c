@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The work of trees that are made late, and what it holds until then. */
+#include "src/cpu/trees/lazy_bvh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/bvh/micromap.h"
+#include "src/cpu/trees/blas_references.h"
+#include "src/cpu/trees/make.h"
+
+/* A micromap that displaces triangles, as it was when the build executed. */
+struct held_micromap {
+    uint64_t reference;
+    struct cpu_tree *tree; /* NULL: the reference leads nowhere */
+};
+
+struct held_micromaps {
+    uint32_t count;
+    struct held_micromap micromaps[];
+};
+
+struct lazy {
+    struct cpu_device *device;
+    uint64_t size_max;
+    struct execution *execution;        /* whose snapshots are read; NULL: none */
+    const struct recorded_build *build; /* of the execution's recording */
+    struct snapshot serialized;
+    struct cpu_tree *source; /* of an update or a compaction */
+    struct blas_references
+        references; /* what instances refer to, as it was when the build executed */
+    bool has_references;
+    struct held_micromaps *micromaps; /* NULL: nothing is displaced */
+};
+
+static void release_micromaps(struct held_micromaps *held)
+{
+    for (uint32_t i = 0; held && i < held->count; i++)
+        cpu_tree_release(held->micromaps[i].tree);
+    free(held);
+}
+
+/* False without memory. Those alone, and not all that changes from now on, as pins have it: among
+ * that may be the structure that is built. */
+static bool reference_micromaps(struct cpu_device *device, const struct build_parameters *build,
+                                struct held_micromaps **held)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; build->chained && i < build->info.geometryCount; i++)
+        count += build->chained[i].has_displacement;
+    *held = NULL;
+    if (count == 0)
+        return true;
+    *held = calloc(1, sizeof(**held) + count * sizeof((*held)->micromaps[0]));
+    for (uint32_t i = 0; *held && i < build->info.geometryCount; i++) {
+        uint64_t reference = (uint64_t)build->chained[i].displacement.micromap;
+        if (build->chained[i].has_displacement && reference)
+            (*held)->micromaps[(*held)->count++] = (struct held_micromap){
+                reference, cpu_structures_tree(device->structures, reference)};
+    }
+    return *held;
+}
+
+static const void *find_held(void *context, uint64_t reference)
+{
+    const struct held_micromaps *held = context;
+    for (uint32_t i = 0; held && i < held->count; i++) {
+        const struct held_micromap *micromap = &held->micromaps[i];
+        const void *bytes = micromap->reference == reference && micromap->tree
+                                ? cpu_tree_read(micromap->tree)
+                                : NULL;
+        if (bytes)
+            return micromap_is(bytes) ? bytes : NULL;
+    }
+    return NULL;
+}
+
+static void release(void *context)
+{
+    struct lazy *lazy = context;
+    release_micromaps(lazy->micromaps);
+    if (lazy->has_references)
+        blas_references_release(&lazy->references);
+    cpu_tree_release(lazy->source);
+    execution_release(lazy->execution);
+    free(lazy);
+}
+
+static VkResult make_build(void *context, struct cpu_tree *tree);
+static VkResult make_compaction(void *context, struct cpu_tree *tree);
+
+/* Returns one reference to a tree that `make` makes; what `late` holds is taken over. */
+static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *tree),
+                               const struct lazy *lazy)
+{
+    struct lazy *own = malloc(sizeof(*own));
+    struct cpu_tree_work recording = {
+        .make = make,
+        .release = release,
+        .context = own,
+        .start = make == make_build ? lazy->source : NULL,
+        .is_top_level = lazy->has_references ||
+                        (make == make_compaction && cpu_tree_is_top_level(lazy->source)),
+    };
+    struct cpu_tree *tree = own ? cpu_tree_create_lazy(&recording) : NULL;
+    if (tree) {
+        *own = *lazy;
+        if (own->execution)
+            execution_share(own->execution);
+        if (own->has_references) {
+            blas_references_init(&own->references, own->device->structures);
+            blas_references_hold_all(&own->references);
+        }
+        return tree;
+    }
+    free(own);
+    release_micromaps(lazy->micromaps);
+    cpu_tree_release(lazy->source);
+    return NULL;
+}
+
+/* Waits for the end of an execution, and begins to read its snapshots, unless that fails. */
+static VkResult begin_reading(const struct lazy *lazy)
+{
+    struct execution *execution = lazy->execution;
+    unsigned never = OVERWRITTEN_NEVER;
+    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    if (result != VK_SUCCESS)
+        return result;
+    if (atomic_load(&execution->is_overwritten))
+        atomic_compare_exchange_strong(&lazy->device->overwritten, &never, OVERWRITTEN_ONCE);
+    pthread_rwlock_rdlock(&execution->lock);
+    return VK_SUCCESS;
+}
+
+/* Without the copies it is not known what was built. The caller closes the memory, also after a
+ * failure. */
+static VkResult open_memory(const struct lazy *lazy, struct snapshot_memory *snapshots)
+{
+    if (lazy->execution->has_no_snapshots || !snapshot_memory_open(snapshots))
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (snapshots->lacks_copies)
+        atomic_store(&lazy->device->lacks_copies, true);
+    return snapshots->lacks_copies ? VK_ERROR_UNKNOWN : VK_SUCCESS;
+}
+
+/* ---- builds */
+
+static VkResult make_by_build(const struct lazy *lazy, const struct cpu_making *making,
+                              struct cpu_tree *tree)
+{
+    VkResult result = cpu_make_by_build(making, tree);
+    bool is_whole = !lazy->has_references || !lazy->references.out_of_memory;
+    return result == VK_SUCCESS && !is_whole ? VK_ERROR_OUT_OF_HOST_MEMORY : result;
+}
+
+static VkResult make_from_memory(struct lazy *lazy, const struct input_memory *memory,
+                                 struct cpu_tree *tree)
+{
+    struct build_parameters parameters = lazy->build->parameters;
+    const struct cpu_making making = {
+        .device = lazy->device,
+        .build = &parameters,
+        .memory = *memory,
+        .resolver = lazy->has_references ? blas_references_resolver(&lazy->references)
+                                         : (struct builder_resolver){0},
+        .micromaps = {find_held, lazy->micromaps},
+        .source = lazy->source ? cpu_tree_read(lazy->source) : NULL,
+        .size_max = lazy->size_max,
+    };
+    if (lazy->source && !making.source)
+        return VK_ERROR_VALIDATION_FAILED;
+    if (!lazy->build->is_indirect)
+        return make_by_build(lazy, &making, tree);
+
+    parameters.ranges = calloc(parameters.info.geometryCount + 1u, sizeof(*parameters.ranges));
+    if (!parameters.ranges)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    recorded_build_read_ranges(lazy->build, memory, parameters.ranges);
+    VkResult result = make_by_build(lazy, &making, tree);
+    free(parameters.ranges);
+    return result;
+}
+
+static VkResult make_build(void *context, struct cpu_tree *tree)
+{
+    struct lazy *lazy = context;
+    struct execution *execution = lazy->execution;
+    VkResult result = begin_reading(lazy);
+    if (result != VK_SUCCESS)
+        return result;
+    struct snapshot_memory snapshots = {
+        .snapshots = lazy->build->snapshots,
+        .count = lazy->build->snapshot_count,
+        .bases = execution->bases,
+        .gathering = &lazy->build->gathering,
+    };
+    result = open_memory(lazy, &snapshots);
+    if (result == VK_SUCCESS) {
+        struct input_memory memory = snapshot_memory_of(&snapshots);
+        result = make_from_memory(lazy, &memory, tree);
+    }
+    snapshot_memory_close(&snapshots);
+    pthread_rwlock_unlock(&execution->lock);
+    return result;
+}
+
+struct cpu_tree *cpu_lazy_build(struct cpu_device *device, struct execution *execution,
+                                const struct recorded_build *build, struct cpu_tree *source,
+                                uint64_t size_max)
+{
+    struct lazy lazy = {
+        .device = device,
+        .execution = execution,
+        .build = build,
+        .source = source ? cpu_tree_start(source) : NULL,
+        .size_max = size_max,
+        .has_references =
+            build->parameters.info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+    };
+    if (reference_micromaps(device, &build->parameters, &lazy.micromaps))
+        return create(make_build, &lazy);
+    cpu_tree_release(lazy.source);
+    return NULL;
+}
+
+/* ---- copies */
+
+static VkResult make_compaction(void *context, struct cpu_tree *tree)
+{
+    struct lazy *lazy = context;
+    const void *source = cpu_tree_read(lazy->source);
+    return source ? cpu_make_by_copy(lazy->device, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
+                                     source, lazy->size_max, tree)
+                  : VK_ERROR_VALIDATION_FAILED;
+}
+
+struct cpu_tree *cpu_lazy_compaction(struct cpu_device *device, struct cpu_tree *source,
+                                     uint64_t size_max)
+{
+    struct lazy lazy = {.device = device, .source = source, .size_max = size_max};
+    return create(make_compaction, &lazy);
+}
+
+static VkResult make_deserialization(void *context, struct cpu_tree *tree)
+{
+    struct lazy *lazy = context;
+    struct execution *execution = lazy->execution;
+    VkResult result = begin_reading(lazy);
+    if (result != VK_SUCCESS)
+        return result;
+    struct snapshot_memory snapshots = {
+        .snapshots = &lazy->serialized, .count = 1, .bases = execution->bases};
+    struct input_memory memory = snapshot_memory_of(&snapshots);
+    result = open_memory(lazy, &snapshots);
+    if (result == VK_SUCCESS)
+        result = cpu_make_by_deserializing(lazy->device, &memory, lazy->serialized.address,
+                                           lazy->size_max, tree);
+    snapshot_memory_close(&snapshots);
+    pthread_rwlock_unlock(&execution->lock);
+    return result;
+}
+
+struct cpu_tree *cpu_lazy_deserialization(struct cpu_device *device, struct execution *execution,
+                                          const struct snapshot *serialized, uint64_t size_max)
+{
+    struct lazy lazy = {
+        .device = device, .execution = execution, .serialized = *serialized, .size_max = size_max};
+    return create(make_deserialization, &lazy);
+}

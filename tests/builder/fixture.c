@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What tests of the reference builder share. */
+#include "tests/builder/fixture.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void *fixture_allocate(uint64_t size)
+{
+    size = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
+    void *bytes = aligned_alloc(BUILDER_ALIGNMENT, size > 0 ? size : BUILDER_ALIGNMENT);
+    if (!bytes) {
+        fprintf(stderr, "out of memory: %llu bytes\n", (unsigned long long)size);
+        exit(1);
+    }
+    memset(bytes, 0, size);
+    return bytes;
+}
+
+struct fixture_mesh fixture_mesh_make(uint32_t vertices, uint32_t triangles)
+{
+    return (struct fixture_mesh){fixture_allocate((uint64_t)vertices * 12),
+                                 fixture_allocate((uint64_t)triangles * 12), vertices, triangles};
+}
+
+void fixture_mesh_free(struct fixture_mesh *mesh)
+{
+    free(mesh->positions);
+    free(mesh->indices);
+}
+
+uint64_t fixture_random(uint64_t *state)
+{
+    *state ^= *state >> 12;
+    *state ^= *state << 25;
+    *state ^= *state >> 27;
+    return *state * 0x2545f4914f6cdd1du;
+}
+
+float fixture_uniform(uint64_t *state, float low, float high)
+{
+    return low + (high - low) * ((float)(fixture_random(state) >> 40) * 0x1p-24f);
+}
+
+/* The number of lattice point (x, y, z) of a cube's surface: points are found in a table, so that
+ * faces share those of their edges. */
+static uint32_t sphere_vertex(struct fixture_mesh *mesh, uint32_t *table, uint32_t side,
+                              const uint32_t at[3], float radius, const float center[3])
+{
+    uint64_t row = side + 1;
+    uint32_t *entry = &table[(at[0] * row + at[1]) * row + at[2]];
+    if (*entry == 0) {
+        double p[3], length = 0;
+        for (int i = 0; i < 3; i++) {
+            p[i] = tan((2.0 * at[i] / side - 1) * 0.785398163397448);
+            length += p[i] * p[i];
+        }
+        for (int i = 0; i < 3; i++)
+            mesh->positions[3 * mesh->vertex_count + i] =
+                (float)(center[i] + radius * p[i] / sqrt(length));
+        *entry = ++mesh->vertex_count;
+    }
+    return *entry - 1;
+}
+
+struct fixture_mesh fixture_sphere(uint32_t side, float radius, const float center[3])
+{
+    struct fixture_mesh mesh = fixture_mesh_make(6 * side * side + 2, 12 * side * side);
+    uint64_t row = side + 1;
+    uint32_t *table = fixture_allocate(row * row * row * sizeof(*table)), *to = mesh.indices;
+    mesh.vertex_count = 0;
+    for (uint32_t square = 0; square < 6 * side * side; square++) {
+        uint32_t face = square / (side * side), u = square / side % side, v = square % side;
+        uint32_t axis = face / 2, is_top = face % 2, corner[4];
+        for (uint32_t i = 0; i < 4; i++) {
+            uint32_t at[3];
+            at[axis] = is_top ? side : 0;
+            at[(axis + 1) % 3] = u + (i == 1 || i == 2);
+            at[(axis + 2) % 3] = v + (i >= 2);
+            corner[i] = sphere_vertex(&mesh, table, side, at, radius, center);
+        }
+        uint32_t second = is_top ? 1 : 3, fourth = is_top ? 3 : 1;
+        uint32_t order[6] = {0, second, 2, 0, 2, fourth};
+        for (int i = 0; i < 6; i++)
+            *to++ = corner[order[i]];
+    }
+    free(table);
+    return mesh;
+}
+
+struct fixture_mesh fixture_terrain(uint32_t side)
+{
+    struct fixture_mesh mesh = fixture_mesh_make((side + 1) * (side + 1), 2 * side * side);
+    float *position = mesh.positions;
+    uint32_t *to = mesh.indices;
+    for (uint32_t i = 0; i <= side; i++)
+        for (uint32_t j = 0; j <= side; j++) {
+            float x = 100.0f * (float)i / (float)side, y = 100.0f * (float)j / (float)side;
+            *position++ = x;
+            *position++ = y;
+            *position++ = 5 * sinf(x / 9) * cosf(y / 7) + sinf(x * 1.3f + y) + 0.2f * sinf(9 * y);
+        }
+    for (uint32_t i = 0; i < side; i++)
+        for (uint32_t j = 0; j < side; j++) {
+            uint32_t a = i * (side + 1) + j, b = a + side + 1;
+            uint32_t order[6] = {a, b, b + 1, a, b + 1, a + 1};
+            memcpy(to, order, sizeof(order));
+            to += 6;
+        }
+    return mesh;
+}
+
+struct fixture_mesh fixture_soup(uint32_t triangles, uint64_t seed)
+{
+    struct fixture_mesh mesh = fixture_mesh_make(3 * triangles, triangles);
+    for (uint32_t i = 0; i < 3 * triangles; i++)
+        mesh.indices[i] = i;
+    for (uint32_t i = 0; i < triangles; i++) {
+        float size = 3 * powf(fixture_uniform(&seed, 0.1f, 1), 3);
+        for (int axis = 0; axis < 3; axis++) {
+            float center = fixture_uniform(&seed, 0, 100);
+            for (int corner = 0; corner < 3; corner++)
+                mesh.positions[9 * i + 3 * corner + axis] =
+                    center + fixture_uniform(&seed, -size, size);
+        }
+    }
+    return mesh;
+}
+
+static const void *find_address(void *context, uint64_t reference)
+{
+    (void)context;
+    return (const void *)(uintptr_t)reference; // NOLINT(performance-no-int-to-ptr)
+}
+
+struct builder_resolver fixture_resolver(void)
+{
+    return (struct builder_resolver){find_address, NULL};
+}
+
+static void make_input(struct fixture_input *input, VkGeometryTypeKHR type, uint32_t count)
+{
+    *input = (struct fixture_input){.geometry = {.type = type}, .range = {.primitiveCount = count}};
+    input->input = (struct builder_input){
+        .type = type == VK_GEOMETRY_TYPE_INSTANCES_KHR
+                    ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .quality = BUILDER_BALANCED,
+        .geometry_count = 1,
+        .geometries = &input->geometry,
+        .ranges = &input->range,
+        .resolver = fixture_resolver(),
+        .micromaps = fixture_resolver(),
+    };
+}
+
+void fixture_input_mesh(struct fixture_input *input, const struct fixture_mesh *mesh)
+{
+    make_input(input, VK_GEOMETRY_TYPE_TRIANGLES_KHR, mesh->triangle_count);
+    input->geometry.triangles = (struct builder_triangles){
+        .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .index_type = VK_INDEX_TYPE_UINT32,
+        .max_vertex = mesh->vertex_count - 1,
+        .vertex_stride = 12,
+        .vertices = mesh->positions,
+        .indices = mesh->indices,
+        .vertices_size = (uint64_t)mesh->vertex_count * 12,
+        .indices_size = (uint64_t)mesh->triangle_count * 12,
+    };
+}
+
+void fixture_input_triangles(struct fixture_input *input, const float *corners, uint32_t triangles)
+{
+    make_input(input, VK_GEOMETRY_TYPE_TRIANGLES_KHR, triangles);
+    input->geometry.triangles = (struct builder_triangles){
+        .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .index_type = VK_INDEX_TYPE_NONE_KHR,
+        .max_vertex = triangles > 0 ? 3 * triangles - 1 : 0,
+        .vertex_stride = 12,
+        .vertices = corners,
+        .vertices_size = (uint64_t)triangles * 36,
+    };
+}
+
+void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *boxes,
+                         uint32_t count)
+{
+    make_input(input, VK_GEOMETRY_TYPE_AABBS_KHR, count);
+    input->geometry.aabbs =
+        (struct builder_aabbs){boxes, (uint64_t)count * sizeof(*boxes), sizeof(*boxes)};
+}
+
+void fixture_input_instances(struct fixture_input *input,
+                             const VkAccelerationStructureInstanceKHR *instances, uint32_t count)
+{
+    make_input(input, VK_GEOMETRY_TYPE_INSTANCES_KHR, count);
+    input->geometry.instances =
+        (struct builder_instances){instances, (uint64_t)count * sizeof(*instances), false};
+}
+
+VkAccelerationStructureInstanceKHR fixture_instance(const void *blas)
+{
+    return (VkAccelerationStructureInstanceKHR){
+        .transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}},
+        .mask = 0xff,
+        .accelerationStructureReference = (uintptr_t)blas,
+    };
+}
+
+static void count_of_ranges(const struct builder_input *input, uint32_t *counts)
+{
+    for (uint32_t i = 0; i < input->geometry_count; i++)
+        counts[i] = input->ranges[i].primitiveCount;
+}
+
+void *fixture_build(const struct builder_input *input, struct builder_report *report)
+{
+    struct builder_sizes sizes;
+    uint32_t *counts = fixture_allocate(input->geometry_count * sizeof(*counts));
+    count_of_ranges(input, counts);
+    enum builder_result result = builder_get_sizes(input, counts, &sizes);
+    free(counts);
+    if (result != BUILDER_OK)
+        return NULL;
+    void *structure = fixture_allocate(sizes.structure),
+         *scratch = fixture_allocate(sizes.build_scratch);
+    result = builder_build(input, structure, sizes.structure, scratch, sizes.build_scratch, report);
+    free(scratch);
+    if (result == BUILDER_OK)
+        return structure;
+    free(structure);
+    return NULL;
+}
+
+static enum trace_answer count_hit(void *context, struct trace_hit *candidate)
+{
+    struct fixture_hits *hits = context;
+    if (hits->count < sizeof(hits->hits) / sizeof(hits->hits[0]))
+        hits->hits[hits->count] = *candidate;
+    hits->count++;
+    return TRACE_IGNORE;
+}
+
+void fixture_trace_all(const void *structure, enum trace_accuracy accuracy,
+                       const struct trace_ray *ray, struct fixture_hits *hits)
+{
+    struct trace_scene scene = {.structure = structure,
+                                .accuracy = accuracy,
+                                .resolver = fixture_resolver(),
+                                .micromaps = fixture_resolver()};
+    struct trace_visitor visitor = {count_hit, hits};
+    hits->count = 0;
+    trace_candidates(&scene, ray, &visitor);
+}
+
+bool fixture_trace(const void *structure, enum trace_accuracy accuracy, const struct trace_ray *ray,
+                   struct trace_hit *hit)
+{
+    struct trace_scene scene = {.structure = structure,
+                                .accuracy = accuracy,
+                                .resolver = fixture_resolver(),
+                                .micromaps = fixture_resolver()};
+    return trace_closest(&scene, ray, hit);
+}

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What tests of the reference builder share: meshes, inputs made of them, and built structures. */
+#ifndef ASSAY_TESTS_BUILDER_FIXTURE_H
+#define ASSAY_TESTS_BUILDER_FIXTURE_H
+
+#include "src/bvh/bvh.h"
+#include "src/bvh/trace.h"
+
+struct fixture_mesh {
+    float *positions;  /* three a vertex */
+    uint32_t *indices; /* three a triangle */
+    uint32_t vertex_count, triangle_count;
+};
+
+struct fixture_mesh fixture_mesh_make(uint32_t vertices, uint32_t triangles);
+void fixture_mesh_free(struct fixture_mesh *mesh);
+/* A closed sphere without poles' slivers: a cube of side * side squares a face, blown up. Has
+ * 12 * side * side triangles and every vertex once. */
+struct fixture_mesh fixture_sphere(uint32_t side, float radius, const float center[3]);
+/* Squares with hills; twice side * side triangles. */
+struct fixture_mesh fixture_terrain(uint32_t side);
+/* Separate triangles of random size in a cube of size 100. */
+struct fixture_mesh fixture_soup(uint32_t triangles, uint64_t seed);
+
+/* xorshift64*; never 0 as a state */
+uint64_t fixture_random(uint64_t *state);
+float fixture_uniform(uint64_t *state, float low, float high);
+
+/* An input of one geometry and all its parts, in one place that must not move. */
+struct fixture_input {
+    struct builder_geometry geometry;
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    struct builder_input input;
+};
+void fixture_input_mesh(struct fixture_input *input, const struct fixture_mesh *mesh);
+void fixture_input_triangles(struct fixture_input *input, const float *corners, uint32_t triangles);
+void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *boxes,
+                         uint32_t count);
+/* References are addresses of structures. */
+void fixture_input_instances(struct fixture_input *input,
+                             const VkAccelerationStructureInstanceKHR *instances, uint32_t count);
+VkAccelerationStructureInstanceKHR fixture_instance(const void *blas); /* identity, mask 0xff */
+
+/* Zeroed bytes with the alignment that structures want. Exits where there are none. */
+void *fixture_allocate(uint64_t size);
+
+/* Builds into memory of the size that the builder asks for; NULL after an error. The caller frees.
+ */
+void *fixture_build(const struct builder_input *input, struct builder_report *report);
+
+struct builder_resolver fixture_resolver(void); /* references are addresses */
+
+struct fixture_hits {
+    uint32_t count;
+    struct trace_hit hits[64]; /* the first of them */
+};
+void fixture_trace_all(const void *structure, enum trace_accuracy accuracy,
+                       const struct trace_ray *ray, struct fixture_hits *hits);
+bool fixture_trace(const void *structure, enum trace_accuracy accuracy, const struct trace_ray *ray,
+                   struct trace_hit *hit);
+
+#endif

@@ -1,0 +1,324 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* offer_test null|lavapipe: what a physical device offers on backend cpu. */
+#include <string.h>
+
+#include "src/bvh/input/displacement.h"
+#include "src/bvh/input/formats.h"
+#include "src/bvh/micromap.h"
+#include "tests/cpu_backend/advertise_fixture.h"
+#include "vuid-tables/registry.h"
+
+static struct instance_fixture other;
+
+static const struct instance_fixture_setup on_driver = {.backend = "driver", .driver_traces = true};
+
+/* ---- extensions */
+
+static const char *const offered[] = {
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+    VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+    VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
+};
+
+enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
+
+static bool is_offered(const char *name)
+{
+    for (size_t i = 0; i < OFFERED; i++)
+        if (strcmp(name, offered[i]) == 0)
+            return true;
+    return false;
+}
+
+static void test_extensions(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < registry_ray_tracing_count; i++)
+        assert_int_equal(
+            instance_fixture_count_extension(&instance_fixture, registry_ray_tracing[i]),
+            is_offered(registry_ray_tracing[i]));
+    for (uint32_t i = 0; i < instance_fixture.extension_count; i++)
+        assert_int_equal(instance_fixture_count_extension(
+                             &instance_fixture, instance_fixture.extensions[i].extensionName),
+                         1);
+}
+
+/* The rest is the driver's, in the driver's order. */
+static void test_other_extensions(void **state)
+{
+    (void)state;
+    instance_fixture_open(&other, &platform, &on_driver);
+    uint32_t at = 0;
+    for (uint32_t i = 0; i < other.extension_count; i++) {
+        const VkExtensionProperties *theirs = &other.extensions[i];
+        if (registry_is_ray_tracing(theirs->extensionName))
+            continue;
+        assert_string_equal(instance_fixture.extensions[at].extensionName, theirs->extensionName);
+        assert_int_equal(instance_fixture.extensions[at++].specVersion, theirs->specVersion);
+    }
+    assert_int_equal(at + OFFERED, instance_fixture.extension_count);
+    if (platform.is_null)
+        assert_int_equal(instance_fixture_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME),
+                         1);
+    instance_fixture_close(&other);
+}
+
+static void test_extension_counts(void **state)
+{
+    (void)state;
+    const PFN_vkEnumerateDeviceExtensionProperties enumerate =
+        instance_fixture.vk.EnumerateDeviceExtensionProperties;
+    static VkExtensionProperties list[INSTANCE_FIXTURE_EXTENSIONS_MAX];
+    uint32_t count = 77;
+    assert_int_equal(enumerate(instance_fixture.physical, NULL, &count, NULL), VK_SUCCESS);
+    assert_int_equal(count, instance_fixture.extension_count);
+
+    for (uint32_t room = 0; room <= instance_fixture.extension_count + 1; room++) {
+        memset(list, 0x5a, sizeof(list));
+        count = room;
+        const bool is_all = room >= instance_fixture.extension_count;
+        assert_int_equal(enumerate(instance_fixture.physical, NULL, &count, list),
+                         is_all ? VK_SUCCESS : VK_INCOMPLETE);
+        assert_int_equal(count, is_all ? instance_fixture.extension_count : room);
+        assert_memory_equal(list, instance_fixture.extensions, count * sizeof(*list));
+        assert_int_equal(list[count].extensionName[0], 0x5a);
+    }
+}
+
+static void test_failing_enumeration(void **state)
+{
+    (void)state;
+    if (!platform.is_null)
+        skip();
+    uint32_t count = 77;
+    platform.null_driver.fail_next("vkEnumerateDeviceExtensionProperties",
+                                   VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(instance_fixture.vk.EnumerateDeviceExtensionProperties(
+                         instance_fixture.physical, NULL, &count, NULL),
+                     VK_ERROR_OUT_OF_HOST_MEMORY);
+}
+
+/* ---- features and properties */
+
+static void test_features(void **state)
+{
+    (void)state;
+    VkPhysicalDeviceRayQueryFeaturesKHR query = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
+        .pNext = &query};
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
+        .pNext = &displacement};
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
+        .pNext = &micromap_khr,
+        .micromapCaptureReplay = VK_TRUE};
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+        .pNext = &micromap_ext};
+    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
+        .pNext = &dense};
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
+        .pNext = &spheres,
+        .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
+    struct {
+        VkStructureType sType;
+        void *pNext;
+        uint32_t unknown;
+    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &motion, 77};
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .pNext = &unknown,
+        .accelerationStructureCaptureReplay = VK_TRUE,
+        .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE};
+    VkPhysicalDeviceVulkan12Features core = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &core};
+    instance_fixture.vk.GetPhysicalDeviceFeatures2(instance_fixture.physical, &features);
+    assert_true(structures.accelerationStructure);
+    assert_true(structures.accelerationStructureIndirectBuild);
+    assert_true(structures.accelerationStructureHostCommands);
+    assert_false(structures.accelerationStructureCaptureReplay);
+    assert_false(structures.descriptorBindingAccelerationStructureUpdateAfterBind);
+    assert_false(query.rayQuery);
+    assert_true(motion.rayTracingMotionBlur);
+    assert_false(motion.rayTracingMotionBlurPipelineTraceRaysIndirect);
+    assert_true(spheres.spheres);
+    assert_true(spheres.linearSweptSpheres);
+    assert_true(dense.denseGeometryFormat);
+    assert_true(micromap_ext.micromap);
+    assert_true(micromap_ext.micromapHostCommands);
+    assert_false(micromap_ext.micromapCaptureReplay);
+    assert_true(micromap_khr.micromap);
+    assert_true(displacement.displacementMicromap);
+    assert_int_equal(unknown.unknown, 77);
+    assert_ptr_equal(core.pNext, &structures);
+    assert_ptr_equal(structures.pNext, &unknown);
+    assert_true(core.bufferDeviceAddress);
+    assert_true(core.timelineSemaphore);
+}
+
+static void test_properties(void **state)
+{
+    (void)state;
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
+        .maxRayRecursionDepth = 77};
+    VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV,
+        .pNext = &pipelines};
+    VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_khr = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR,
+        .pNext = &displacement};
+    VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_ext = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT,
+        .pNext = &micromap_khr};
+    VkPhysicalDeviceRayTracingPropertiesNV nv = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV,
+        .pNext = &micromap_ext,
+        .maxDescriptorSetAccelerationStructures = 77};
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
+        .pNext = &nv};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &structures};
+    instance_fixture.vk.GetPhysicalDeviceProperties2(instance_fixture.physical, &properties);
+    /* The least that the specification allows. */
+    assert_true(structures.maxGeometryCount >= (1 << 24) - 1);
+    assert_true(structures.maxInstanceCount >= (1 << 24) - 1);
+    assert_true(structures.maxPrimitiveCount >= (1 << 29) - 1);
+    assert_int_equal(structures.minAccelerationStructureScratchOffsetAlignment, 256);
+    assert_int_equal(structures.maxPerStageDescriptorAccelerationStructures, 0);
+    assert_true(nv.maxGeometryCount >= (1 << 24) - 1);
+    assert_true(nv.maxInstanceCount >= (1 << 24) - 1);
+    assert_true(nv.maxTriangleCount >= (1 << 29) - 1);
+    assert_int_equal(nv.shaderGroupHandleSize, 16);
+    assert_int_equal(nv.shaderGroupBaseAlignment, 64);
+    assert_int_equal(nv.maxDescriptorSetAccelerationStructures, 0);
+    assert_ptr_equal(structures.pNext, &nv);
+    assert_ptr_equal(nv.pNext, &micromap_ext);
+    assert_int_equal(micromap_ext.maxOpacity2StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
+    assert_int_equal(micromap_ext.maxOpacity4StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
+    assert_int_equal(micromap_khr.maxOpacityLossy4StateSubdivisionLevel, MICROMAP_MAX_LEVEL);
+    assert_true(micromap_khr.maxMicromapTriangles >= (1 << 29) - 1);
+    assert_int_equal(displacement.maxDisplacementMicromapSubdivisionLevel, DISPLACEMENT_MAX_LEVEL);
+    assert_int_equal(pipelines.maxRayRecursionDepth, 0);
+    assert_true(properties.properties.limits.maxMemoryAllocationCount > 0);
+}
+
+/* ---- formats */
+
+enum {
+    VERTICES = VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR,
+};
+
+static void test_formats(void **state)
+{
+    (void)state;
+    for (VkFormat format = VK_FORMAT_UNDEFINED; format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
+         format++) {
+        const bool is_vertex = vertex_format_find(format) != NULL;
+        VkFormatProperties first;
+        instance_fixture.vk.GetPhysicalDeviceFormatProperties(instance_fixture.physical, format,
+                                                              &first);
+        assert_int_equal((first.bufferFeatures & VERTICES) != 0, is_vertex);
+
+        VkFormatProperties3 third = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
+        VkFormatProperties2 second = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
+                                      .pNext = &third};
+        instance_fixture.vk.GetPhysicalDeviceFormatProperties2(instance_fixture.physical, format,
+                                                               &second);
+        assert_int_equal(second.formatProperties.bufferFeatures, first.bufferFeatures);
+        assert_int_equal((third.bufferFeatures & VERTICES) != 0, is_vertex);
+        const bool is_radius =
+            third.bufferFeatures & VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV;
+        assert_int_equal(is_radius, radius_format_size(format) != 0);
+    }
+}
+
+/* ---- physical devices that the backend can't serve */
+
+static void test_without_what_it_needs(const struct instance_fixture_setup *setup)
+{
+    if (!platform.is_null)
+        skip();
+    instance_fixture_open(&other, &platform, setup);
+    assert_int_equal(
+        instance_fixture_count_extension(&other, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME), 0);
+    VkFormatProperties properties;
+    other.vk.GetPhysicalDeviceFormatProperties(other.physical, VK_FORMAT_R8G8_UNORM, &properties);
+    assert_false(properties.bufferFeatures & VERTICES);
+    instance_fixture_close(&other);
+}
+
+static void configure_1_0(struct null_driver_config *config)
+{
+    config->api_version = VK_API_VERSION_1_0;
+}
+
+static void configure_without_addresses(struct null_driver_config *config)
+{
+    null_driver_set_feature(
+        config, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
+        offsetof(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress), VK_FALSE);
+}
+
+static void test_vulkan_1_0(void **state)
+{
+    (void)state;
+    test_without_what_it_needs(&(struct instance_fixture_setup){.configure = configure_1_0});
+    test_without_what_it_needs(&(struct instance_fixture_setup){.api_version = VK_API_VERSION_1_0});
+}
+
+static void test_no_buffer_addresses(void **state)
+{
+    (void)state;
+    test_without_what_it_needs(
+        &(struct instance_fixture_setup){.configure = configure_without_addresses});
+}
+
+static void test_backend_driver(void **state)
+{
+    (void)state;
+    instance_fixture_open(&other, &platform, &on_driver);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                          .pNext = &structures};
+    other.vk.GetPhysicalDeviceFeatures2(other.physical, &features);
+    assert_int_equal(structures.accelerationStructureCaptureReplay, platform.is_null);
+    instance_fixture_close(&other);
+}
+
+static int run_all(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_extensions, offer_open, offer_close),
+        cmocka_unit_test_setup_teardown(test_other_extensions, offer_open, offer_close),
+        cmocka_unit_test_setup_teardown(test_extension_counts, offer_open, offer_close),
+        cmocka_unit_test_setup_teardown(test_failing_enumeration, offer_open, offer_close),
+        cmocka_unit_test_setup_teardown(test_features, offer_open, offer_close),
+        cmocka_unit_test_setup_teardown(test_properties, offer_open, offer_close),
+        cmocka_unit_test_setup_teardown(test_formats, offer_open, offer_close),
+        cmocka_unit_test(test_vulkan_1_0),
+        cmocka_unit_test(test_no_buffer_addresses),
+        cmocka_unit_test(test_backend_driver),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+int main(int argc, char **argv)
+{
+    return offer_main(argc, argv, run_all);
+}

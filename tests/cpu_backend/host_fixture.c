@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Devices of backend cpu, and their structures. */
+#include "tests/cpu_backend/host_fixture.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define GET(call) assert_int_equal(call, VK_SUCCESS)
+
+/* ---- the device */
+
+static void find_host_memory(struct fixture *fixture)
+{
+    const VkMemoryPropertyFlags wanted =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    VkPhysicalDeviceMemoryProperties memory;
+    fixture->instance_fixture.vk.GetPhysicalDeviceMemoryProperties(
+        fixture->instance_fixture.physical, &memory);
+    while ((memory.memoryTypes[fixture->host_memory_type].propertyFlags & wanted) != wanted)
+        assert_true(++fixture->host_memory_type < memory.memoryTypeCount);
+}
+
+void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDeviceDispatchTable *vk)
+{
+    PFN_vkGetDeviceProcAddr proc_addr = fixture->instance_fixture.get_device_proc_addr;
+    fixture->device = device;
+    fixture->vk = *vk;
+    fixture->trace_rays = (PFN_vkTraceRaysASSAY)proc_addr(device, "vkTraceRaysASSAY");
+    fixture->get_counters = (PFN_vkGetCountersASSAY)proc_addr(device, "vkGetCountersASSAY");
+    assert_non_null(fixture->trace_rays);
+    assert_non_null(fixture->get_counters);
+}
+
+const char *fixture_open(struct fixture *fixture, const char *platform)
+{
+    static const struct instance_fixture_setup setup = {.backend = "cpu"};
+    memset(fixture, 0, sizeof(*fixture));
+    const char *reason = platform_open(&fixture->platform, platform);
+    if (reason)
+        return reason;
+    instance_fixture_open(&fixture->instance_fixture, &fixture->platform, &setup);
+    VkuDeviceDispatchTable vk;
+    VkDevice device = instance_fixture_open_device(&fixture->instance_fixture, &vk);
+    fixture_use_device(fixture, device, &vk);
+    find_host_memory(fixture);
+    return NULL;
+}
+
+void fixture_close(struct fixture *fixture)
+{
+    fixture->vk.DestroyDevice(fixture->device, NULL);
+    instance_fixture_close(&fixture->instance_fixture);
+}
+
+/* ---- structures */
+
+static struct fixture_structure create(struct fixture *fixture, VkAccelerationStructureTypeKHR type,
+                                       VkDeviceSize size,
+                                       const VkAccelerationStructureMotionInfoNV *motion)
+{
+    struct fixture_structure structure = {.size = size};
+    const VkBufferCreateInfo buffer = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    };
+    GET(fixture->vk.CreateBuffer(fixture->device, &buffer, NULL, &structure.buffer));
+    VkMemoryRequirements requirements;
+    fixture->vk.GetBufferMemoryRequirements(fixture->device, structure.buffer, &requirements);
+    const VkMemoryAllocateFlagsInfo flags = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
+    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                         .pNext = &flags,
+                                         .allocationSize = requirements.size,
+                                         .memoryTypeIndex = fixture->host_memory_type};
+    GET(fixture->vk.AllocateMemory(fixture->device, &memory, NULL, &structure.memory));
+    GET(fixture->vk.BindBufferMemory(fixture->device, structure.buffer, structure.memory, 0));
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .pNext = motion,
+        .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
+        .buffer = structure.buffer,
+        .size = size,
+        .type = type,
+    };
+    GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL,
+                                                   &structure.handle));
+    return structure;
+}
+
+struct fixture_structure fixture_create(struct fixture *fixture,
+                                        VkAccelerationStructureTypeKHR type, VkDeviceSize size)
+{
+    return create(fixture, type, size, NULL);
+}
+
+void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure)
+{
+    fixture->vk.DestroyAccelerationStructureKHR(fixture->device, structure->handle, NULL);
+    fixture->vk.DestroyBuffer(fixture->device, structure->buffer, NULL);
+    fixture->vk.FreeMemory(fixture->device, structure->memory, NULL);
+}
+
+/* ---- builds */
+
+static void describe(struct fixture_build *build, VkAccelerationStructureTypeKHR type,
+                     VkGeometryTypeKHR geometry, uint32_t count,
+                     VkBuildAccelerationStructureFlagsKHR flags)
+{
+    memset(build, 0, sizeof(*build));
+    build->geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
+    build->geometry.geometryType = geometry;
+    build->geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    build->range.primitiveCount = count;
+    build->info = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = type,
+        .flags = flags,
+        .geometryCount = 1,
+        .pGeometries = &build->geometry,
+    };
+}
+
+void fixture_triangles(struct fixture_build *build, uint32_t count,
+                       VkBuildAccelerationStructureFlagsKHR flags)
+{
+    describe(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+             count, flags);
+    build->data = malloc((size_t)count * 9 * sizeof(float));
+    build->geometry.geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .vertexData.hostAddress = build->data,
+        .vertexStride = 3 * sizeof(float),
+        .maxVertex = count * 3 - 1,
+        .indexType = VK_INDEX_TYPE_NONE_KHR,
+    };
+    fixture_move(build, 0, 0, 0);
+}
+
+void fixture_move(struct fixture_build *build, float x, float y, float z)
+{
+    float *to = build->data;
+    for (uint32_t i = 0; i < build->range.primitiveCount; i++) {
+        const float corners[9] = {x + i, y, z, x + i, y + 1, z, x + i, y, z + 1};
+        memcpy(to + 9 * (size_t)i, corners, sizeof(corners));
+    }
+}
+
+void fixture_instances(struct fixture_build *build, const VkAccelerationStructureKHR *blases,
+                       uint32_t count, VkBuildAccelerationStructureFlagsKHR flags)
+{
+    describe(build, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR,
+             count, flags);
+    VkAccelerationStructureInstanceKHR *instances = calloc(count, sizeof(*instances));
+    for (uint32_t i = 0; i < count; i++) {
+        instances[i] = (VkAccelerationStructureInstanceKHR){
+            .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 2.0f * i}, {0, 0, 1, 0}},
+            .instanceCustomIndex = 100 + i,
+            .mask = 0xff,
+            .accelerationStructureReference = (uint64_t)blases[i],
+        };
+    }
+    build->data = instances;
+    build->geometry.geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+        .data.hostAddress = instances,
+    };
+}
+
+void fixture_free(struct fixture_build *build)
+{
+    free(build->data);
+    free(build->scratch);
+}
+
+VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(struct fixture *fixture,
+                                                       const struct fixture_build *build)
+{
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    fixture->vk.GetAccelerationStructureBuildSizesKHR(
+        fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &build->info,
+        &build->range.primitiveCount, &sizes);
+    return sizes;
+}
+
+struct fixture_structure fixture_create_for(struct fixture *fixture, struct fixture_build *build)
+{
+    VkAccelerationStructureBuildSizesInfoKHR sizes = fixture_sizes(fixture, build);
+    VkDeviceSize scratch = sizes.buildScratchSize > sizes.updateScratchSize
+                               ? sizes.buildScratchSize
+                               : sizes.updateScratchSize;
+    build->scratch = malloc(scratch);
+    build->info.scratchData.hostAddress = build->scratch;
+    const VkAccelerationStructureMotionInfoNV motion = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV,
+        .maxInstances = build->range.primitiveCount,
+    };
+    bool moves = build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    return create(fixture, build->info.type, sizes.accelerationStructureSize,
+                  moves ? &motion : NULL);
+}
+
+VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation,
+                       struct fixture_build *build, VkAccelerationStructureKHR dst,
+                       VkAccelerationStructureKHR src)
+{
+    build->info.mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                           : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    build->info.dstAccelerationStructure = dst;
+    build->info.srcAccelerationStructure = src;
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges = &build->range;
+    return fixture->vk.BuildAccelerationStructuresKHR(fixture->device, operation, 1, &build->info,
+                                                      &ranges);
+}
+
+/* ---- asking */
+
+AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
+                       float z)
+{
+    return fixture_trace_at(fixture, structure, y, z, 0);
+}
+
+AssayHit fixture_trace_at(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
+                          float z, float time)
+{
+    const AssayRay ray = {.origin = {-1, y, z},
+                          .direction = {1, 0, 0},
+                          .tMax = 1e30f,
+                          .cullMask = 0xff,
+                          .time = time};
+    AssayHit hit;
+    memset(&hit, 0xff, sizeof(hit));
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)structure,
+                                 .accuracy = ASSAY_ACCURACY_EXACT,
+                                 .rayCount = 1,
+                                 .raySize = sizeof(ray),
+                                 .hitSize = sizeof(hit),
+                                 .rays = &ray,
+                                 .hits = &hit};
+    GET(fixture->trace_rays(fixture->device, &info));
+    return hit;
+}
+
+AssayCounters fixture_counters(struct fixture *fixture)
+{
+    AssayCounters counters;
+    fixture->get_counters(fixture->device, sizeof(counters), &counters);
+    return counters;
+}

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Objects of VK_NV_ray_tracing, and builds with them. */
+#include "tests/cpu_backend/nv_fixture.h"
+
+#define GET(call) assert_int_equal(call, VK_SUCCESS)
+
+VkMemoryRequirements nv_requirements(struct device_fixture *fixture,
+                                     VkAccelerationStructureNV handle,
+                                     VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    const VkAccelerationStructureMemoryRequirementsInfoNV info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
+        .type = type,
+        .accelerationStructure = handle,
+    };
+    VkMemoryDedicatedRequirements dedicated = {.sType =
+                                                   VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS,
+                                               .requiresDedicatedAllocation = VK_TRUE};
+    VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2,
+                                          .pNext = &dedicated};
+    fixture->fixture.vk.GetAccelerationStructureMemoryRequirementsNV(fixture->fixture.device, &info,
+                                                                     &requirements);
+    assert_false(dedicated.requiresDedicatedAllocation);
+    return requirements.memoryRequirements;
+}
+
+static VkDeviceSize scratch_size(struct device_fixture *fixture, VkAccelerationStructureNV handle)
+{
+    const VkDeviceSize build =
+        nv_requirements(fixture, handle,
+                        VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
+            .size;
+    const VkDeviceSize update =
+        nv_requirements(fixture, handle,
+                        VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV)
+            .size;
+    return build > update ? build : update;
+}
+
+static void bind_memory(struct device_fixture *fixture, struct nv_structure *structure)
+{
+    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
+    const VkMemoryRequirements requirements = nv_requirements(
+        fixture, structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
+    assert_true(requirements.memoryTypeBits >> fixture->fixture.host_memory_type & 1);
+    structure->size = requirements.size;
+    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                         .allocationSize = requirements.size,
+                                         .memoryTypeIndex = fixture->fixture.host_memory_type};
+    GET(vk->AllocateMemory(fixture->fixture.device, &memory, NULL, &structure->memory));
+    const VkBindAccelerationStructureMemoryInfoNV bind = {
+        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
+        .accelerationStructure = structure->handle,
+        .memory = structure->memory,
+    };
+    GET(vk->BindAccelerationStructureMemoryNV(fixture->fixture.device, 1, &bind));
+}
+
+struct nv_structure nv_create(struct device_fixture *fixture,
+                              const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
+{
+    struct nv_structure structure = {0};
+    const VkAccelerationStructureCreateInfoNV create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
+        .compactedSize = compacted,
+        .info = *info,
+    };
+    GET(fixture->fixture.vk.CreateAccelerationStructureNV(fixture->fixture.device, &create_info,
+                                                          NULL, &structure.handle));
+    bind_memory(fixture, &structure);
+    if (!compacted)
+        structure.scratch = device_buffer_create(fixture, scratch_size(fixture, structure.handle));
+    return structure;
+}
+
+void nv_destroy(struct device_fixture *fixture, struct nv_structure *structure)
+{
+    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
+    vk->DestroyAccelerationStructureNV(fixture->fixture.device, structure->handle, NULL);
+    vk->FreeMemory(fixture->fixture.device, structure->memory, NULL);
+    device_buffer_destroy(fixture, &structure->scratch);
+}
+
+uint64_t nv_reference(struct device_fixture *fixture, VkAccelerationStructureNV structure)
+{
+    uint64_t reference = 0;
+    GET(fixture->fixture.vk.GetAccelerationStructureHandleNV(fixture->fixture.device, structure,
+                                                             sizeof(reference), &reference));
+    return reference;
+}
+
+void nv_build(struct device_fixture *fixture, VkCommandBuffer commands,
+              const VkAccelerationStructureInfoNV *info, VkBuffer instances, VkDeviceSize offset,
+              struct nv_structure *dst, VkAccelerationStructureNV src)
+{
+    fixture->fixture.vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset,
+                                                        src != VK_NULL_HANDLE, dst->handle, src,
+                                                        dst->scratch.handle, 0);
+    device_barrier(fixture, commands);
+}

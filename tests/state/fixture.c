@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Filling and asking resources. */
+#include "tests/state/fixture.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+struct resources *no_resources(void)
+{
+    struct resources *resources = NULL;
+    assert_int_equal(resources_create(&resources), VK_SUCCESS);
+    return resources;
+}
+
+void have_memory(struct resources *resources, unsigned n)
+{
+    resources_add_memory(resources, memory(n), 1 << 20, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, false);
+}
+
+static void add_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
+                       VkBufferUsageFlags usage, VkBufferCreateFlags flags)
+{
+    const VkBufferCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .flags = flags,
+        .size = size,
+        .usage = usage ? usage : VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+    };
+    resources_add_buffer(resources, buffer(n), &create_info);
+}
+
+void have_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
+                 VkBufferUsageFlags usage)
+{
+    add_buffer(resources, n, size, usage, 0);
+}
+
+void have_sparse_buffer(struct resources *resources, unsigned n, VkDeviceSize size)
+{
+    add_buffer(resources, n, size, 0, VK_BUFFER_CREATE_SPARSE_BINDING_BIT);
+}
+
+void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDeviceSize offset)
+{
+    resources_bind_buffer(resources, buffer(n), memory(memory_n), offset, false);
+}
+
+const struct execution_clock all_of_queue_1 = {.queues = 2, .counts = {0, UINT64_MAX}};
+
+void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, VkDeviceSize size,
+                 unsigned memory_n, VkDeviceSize offset)
+{
+    const VkSparseMemoryBind bind = {
+        .resourceOffset = begin, .size = size, .memory = memory(memory_n), .memoryOffset = offset};
+    struct sparse_binding binding = resources_announce_sparse(resources, buffer(n), &bind);
+    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
+    resources_settle_sparse(resources, &binding);
+}
+
+void have_accel(struct resources *resources, unsigned n, unsigned buffer_n, VkDeviceSize offset,
+                VkDeviceSize size)
+{
+    const VkAccelerationStructureCreateInfoKHR create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR,
+        .buffer = buffer(buffer_n),
+        .offset = offset,
+        .size = size,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+    };
+    resources_add_accel(resources, accel(n), &create_info);
+}
+
+void have_accel_at(struct resources *resources, unsigned n, VkDeviceAddress address,
+                   VkDeviceSize size)
+{
+    const VkAccelerationStructureCreateInfo2KHR create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
+        .addressRange = {.address = address, .size = size},
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+    };
+    resources_add_accel_at(resources, accel(n), &create_info);
+}
+
+struct accel_facts accel_facts(struct resources *resources, unsigned n)
+{
+    struct accel_facts facts;
+    const struct resource_queries queries = {.accel_count = 1, .accels = {{accel(n), &facts}}};
+    resources_find_all(resources, &queries);
+    assert_ptr_equal(facts.handle, accel(n));
+    return facts;
+}
+
+static void assert_facts_agree(const struct address_facts *a, const struct address_facts *b)
+{
+    assert_true(a->address == b->address && a->usage == b->usage);
+    assert_int_equal(a->status, b->status);
+    assert_int_equal(a->bytes_left, b->bytes_left);
+    assert_ptr_equal(a->buffer, b->buffer);
+    assert_int_equal(a->buffer_id, b->buffer_id);
+    assert_ptr_equal(a->memory, b->memory);
+    assert_int_equal(a->begin, b->begin);
+    assert_int_equal(a->is_sparse, b->is_sparse);
+}
+
+struct address_facts address_facts(struct resources *resources, VkDeviceAddress address)
+{
+    struct address_facts facts, again, among_others[2];
+    const struct resource_queries queries = {
+        .address_count = 2,
+        .addresses = {{address + 1, &among_others[1]}, {address, &among_others[0]}},
+    };
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, &facts);
+    resources_find_address(resources, address, &again);
+    resources_end_reading(resources, token);
+    resources_find_all(resources, &queries);
+    assert_true(facts.address == address);
+    assert_facts_agree(&facts, &again);
+    assert_facts_agree(&facts, &among_others[0]);
+    return facts;
+}
+
+struct memory_span accel_span(const struct accel_facts *facts)
+{
+    return memory_span_of(facts->memory, facts->begin, facts->size);
+}
+
+struct memory_span address_span(const struct address_facts *facts)
+{
+    return memory_span_of(facts->memory, facts->begin, facts->bytes_left);
+}
+
+void assert_accel_lies(const struct accel_facts *facts, unsigned memory_n, VkDeviceSize begin,
+                       VkDeviceSize end)
+{
+    const struct memory_span span = accel_span(facts);
+    assert_span(&span, memory_n, begin, end);
+}
+
+void assert_address_lies(const struct address_facts *facts, unsigned memory_n, VkDeviceSize begin,
+                         VkDeviceSize end)
+{
+    const struct memory_span span = address_span(facts);
+    assert_span(&span, memory_n, begin, end);
+}
+
+void assert_span(const struct memory_span *span, unsigned memory_n, VkDeviceSize begin,
+                 VkDeviceSize end)
+{
+    assert_ptr_equal(span->memory, memory(memory_n));
+    assert_int_equal(span->begin, begin);
+    assert_int_equal(span->end, end);
+}
+
+void assert_no_span(const struct memory_span *span)
+{
+    assert_null(span->memory);
+}

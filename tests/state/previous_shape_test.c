@@ -1,0 +1,374 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of builds that are like the one before: where one is, the rules that are said to read the
+ * shape alone say of it what they say of the other. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "rows_by_subject.h"
+#include "src/check/assemble/views.h"
+#include "src/rules/predicates.h"
+#include "src/state/builds/previous_shape.h"
+#include "vuid-tables/rules.h"
+
+enum { PAIRS = 200000 };
+
+/* A build of one geometry, with members that may be right or wrong. */
+struct sample {
+    VkAccelerationStructureBuildGeometryInfoKHR info;
+    VkAccelerationStructureGeometryKHR geometry;
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    bool by_pointer; /* of ppGeometries */
+};
+
+#define PICK(random, ...)                                                                          \
+    ((const uint64_t[]){__VA_ARGS__})[random_below(                                                \
+        (random), (uint32_t)(sizeof((const uint64_t[]){__VA_ARGS__}) / sizeof(uint64_t)))]
+
+enum { JUNK = 0x12345678 };
+
+static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
+
+static const void *some_chain(struct random *random)
+{
+    return random_one_in(random, 12) ? &stray : NULL;
+}
+
+static VkDeviceOrHostAddressConstKHR some_address(struct random *random)
+{
+    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = PICK(random, 0, 0x1000, 0x1001)};
+}
+
+static VkStructureType some_data_stype(struct random *random)
+{
+    return (VkStructureType)PICK(
+        random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR, JUNK);
+}
+
+/* The members one by one, so that one can be changed. */
+enum { MEMBERS = 22 };
+
+static void set_member_of_info(struct random *random, struct sample *sample, int member)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR *info = &sample->info;
+    switch (member) {
+    case 0:
+        info->sType = (VkStructureType)PICK(
+            random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR, JUNK);
+        break;
+    case 1:
+        info->pNext = some_chain(random);
+        break;
+    case 2:
+        info->type = (VkAccelerationStructureTypeKHR)PICK(
+            random, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+            VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+            VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
+            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, JUNK);
+        break;
+    case 3:
+        info->flags = (VkBuildAccelerationStructureFlagsKHR)PICK(random, 0, 1, 4 | 8, 1 << 20);
+        break;
+    case 4:
+        info->mode = (VkBuildAccelerationStructureModeKHR)PICK(
+            random, VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+            VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, JUNK);
+        break;
+    case 5:
+        info->srcAccelerationStructure =
+            (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x10);
+        break;
+    case 6:
+        info->dstAccelerationStructure =
+            (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x20);
+        break;
+    case 7:
+        info->scratchData.deviceAddress = PICK(random, 0, 0x100, 0x101);
+        break;
+    default:
+        sample->by_pointer = random_one_in(random, 2);
+        break;
+    }
+}
+
+/* Of the union, which is filled as one of its members. */
+static void set_data(struct random *random, VkAccelerationStructureGeometryKHR *geometry)
+{
+    switch (random_below(random, 3)) {
+    case 0:
+        geometry->geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
+            .pNext = some_chain(random),
+            .vertexFormat = (VkFormat)PICK(random, VK_FORMAT_R32G32B32_SFLOAT,
+                                           VK_FORMAT_R16G16_SFLOAT, VK_FORMAT_UNDEFINED, JUNK),
+            .vertexStride = PICK(random, 12, 13, UINT64_C(1) << 33),
+            .maxVertex = random_below(random, 2),
+            .indexType = (VkIndexType)PICK(random, VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT32,
+                                           VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT8, JUNK),
+            .vertexData = some_address(random),
+            .indexData = some_address(random),
+            .transformData = some_address(random)};
+        geometry->geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+        break;
+    case 1:
+        geometry->geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
+            .pNext = some_chain(random),
+            .data = some_address(random),
+            .stride = PICK(random, 24, 25, UINT64_C(1) << 33)};
+        geometry->geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
+        break;
+    default:
+        geometry->geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
+            .pNext = some_chain(random),
+            .arrayOfPointers = random_one_in(random, 2),
+            .data = some_address(random)};
+        geometry->geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+        break;
+    }
+    geometry->geometry.triangles.sType = some_data_stype(random);
+}
+
+static void set_member_of_triangles(struct random *random,
+                                    VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                                    int member)
+{
+    VkAccelerationStructureGeometryKHR some = {0};
+    do
+        set_data(random, &some);
+    while (some.geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR);
+    switch (member) {
+    case 0:
+        triangles->vertexFormat = some.geometry.triangles.vertexFormat;
+        break;
+    case 1:
+        triangles->vertexStride = some.geometry.triangles.vertexStride;
+        break;
+    case 2:
+        triangles->indexType = some.geometry.triangles.indexType;
+        break;
+    case 3:
+        triangles->vertexData = some.geometry.triangles.vertexData;
+        break;
+    case 4:
+        triangles->indexData = some.geometry.triangles.indexData;
+        break;
+    default:
+        triangles->transformData = some.geometry.triangles.transformData;
+        break;
+    }
+}
+
+static void set_member(struct random *random, struct sample *sample, int member)
+{
+    VkAccelerationStructureGeometryKHR *geometry = &sample->geometry;
+    if (member < 9) {
+        set_member_of_info(random, sample, member);
+    } else if (member < 15) {
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+            set_member_of_triangles(random, &geometry->geometry.triangles, member - 9);
+    } else if (member == 15) {
+        geometry->sType = (VkStructureType)PICK(
+            random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR, JUNK);
+    } else if (member == 16) {
+        geometry->pNext = some_chain(random);
+    } else if (member == 17) {
+        geometry->flags = (VkGeometryFlagsKHR)PICK(random, 0, 1, 1 << 9);
+    } else if (member == 18) {
+        geometry->geometryType = (VkGeometryTypeKHR)PICK(random, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                                                         VK_GEOMETRY_TYPE_AABBS_KHR,
+                                                         VK_GEOMETRY_TYPE_INSTANCES_KHR, JUNK);
+    } else if (member == 19) {
+        geometry->geometry.triangles.sType = some_data_stype(random);
+    } else if (member == 20) {
+        sample->range.primitiveCount = random_below(random, 2);
+    } else {
+        sample->range.primitiveOffset = random_below(random, 3);
+        sample->range.transformOffset = random_below(random, 3);
+    }
+}
+
+static struct sample some_sample(struct random *random)
+{
+    struct sample sample = {.info = {.geometryCount = 1}};
+    set_data(random, &sample.geometry);
+    for (int member = 0; member < MEMBERS; member++)
+        if (member < 9 || member >= 15)
+            if (member != 18 || random_one_in(random, 8))
+                set_member(random, &sample, member);
+    return sample;
+}
+
+/* What the rules that read the shape alone say of a build: true where they hold. */
+struct verdicts {
+    bool asked[RULE_COUNT], has_references[RULE_COUNT];
+};
+
+#define ASK_BUILD(name, level)                                                                     \
+    if (READS_SHAPE_##level) {                                                                     \
+        verdicts->asked[RULE_##name] = true;                                                       \
+        verdicts->has_references[RULE_##name] = name(build, NULL);                                 \
+    }
+#define ASK_GEOMETRY(name, level)                                                                  \
+    if (READS_SHAPE_##level) {                                                                     \
+        verdicts->asked[RULE_##name] = true;                                                       \
+        verdicts->has_references[RULE_##name] = name(geometry, NULL);                              \
+    }
+
+static void ask_all(const struct build_view *build, const struct geometry_view *geometry,
+                    struct verdicts *verdicts)
+{
+    ROWS_OF_build(ASK_BUILD);
+    ROWS_OF_geometry(ASK_GEOMETRY);
+}
+
+static void judge(struct sample *sample, struct verdicts *verdicts)
+{
+    static const struct device_facts device = {.acceleration_structure = true};
+    const VkAccelerationStructureGeometryKHR *pointer = &sample->geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = &sample->range;
+    struct readable_cache readable = {0};
+    struct check_context context = {.readable = &readable};
+    sample->info.pGeometries = sample->by_pointer ? NULL : pointer;
+    sample->info.ppGeometries = sample->by_pointer ? &pointer : NULL;
+    struct call_view call = {.command = COMMAND_DEVICE,
+                             .info_count = 1,
+                             .device = &device,
+                             .infos = &sample->info,
+                             .build_ranges = &range};
+    struct build_view build;
+    struct geometry_view geometry;
+    view_call(&context, &call);
+    view_build(&context, &call, 0, &build);
+    view_geometry(&context, &build, 0, &geometry);
+    memset(verdicts, 0, sizeof(*verdicts));
+    ask_all(&build, &geometry, verdicts);
+    sample->info.pGeometries = pointer;
+    sample->info.ppGeometries = NULL;
+}
+
+static bool is_alike(const struct sample *a, const struct sample *b)
+{
+    const VkAccelerationStructureBuildTypeKHR type =
+        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+    struct previous_shape recent;
+    previous_shape_set(&recent, &a->info, a->range.primitiveCount, type,
+                       &(struct size_facts){.known = true}, true);
+    return previous_shape_is_same(&recent, &b->info, b->range.primitiveCount, type) &&
+           previous_shape_matches(&recent, &b->info);
+}
+
+/* Compares a build with one of which a few members are others. Returns whether they are alike. */
+static bool compare_with_another(struct random *random, bool broken[RULE_COUNT])
+{
+    struct sample a = some_sample(random), b = a;
+    struct verdicts of_a, of_b;
+    for (uint32_t i = 1 + random_below(random, 3); i; i--)
+        set_member(random, &b, (int)random_below(random, MEMBERS));
+    judge(&a, &of_a);
+    judge(&b, &of_b);
+    a.info.pGeometries = &a.geometry;
+    b.info.pGeometries = &b.geometry;
+    const bool alike = is_alike(&a, &b);
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        broken[rule] |= of_a.asked[rule] && !of_a.has_references[rule];
+        if (alike && of_a.has_references[rule] != of_b.has_references[rule])
+            fail_msg("%s is said to read the shape alone", rule_infos[rule].name);
+    }
+    return alike;
+}
+
+/* A build of one geometry, with no chain that means anything, can't break these. */
+static bool can_be_broken(enum rule rule)
+{
+    return rule != RULE_tlas_has_one_geometry && rule != RULE_blas_geometries_have_one_type &&
+           rule != RULE_geometry_chain_has_no_duplicates &&
+           rule != RULE_triangles_chain_has_no_duplicates;
+}
+
+static void test_rules_of_the_shape_read_nothing_else(void **state)
+{
+    (void)state;
+    struct random random = random_of("previous_shape");
+    bool broken[RULE_COUNT] = {false};
+    uint32_t alike = 0;
+    for (uint32_t i = 0; i < PAIRS; i++)
+        alike += compare_with_another(&random, broken);
+    assert_in_range(alike, PAIRS / 20, PAIRS / 2);
+
+    struct sample sample = some_sample(&random);
+    struct verdicts verdicts;
+    judge(&sample, &verdicts);
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        if (verdicts.asked[rule] && can_be_broken((enum rule)rule) && !broken[rule])
+            fail_msg("%s was never broken", rule_infos[rule].name);
+}
+
+static struct sample a_sample(void)
+{
+    return (struct sample){
+        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .geometryCount = 1},
+        .geometry = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+            .geometry.triangles = {
+                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                .vertexStride = 12}}};
+}
+
+static void test_a_build_of_the_same_shape_has_its_sizes(void **state)
+{
+    (void)state;
+    const VkAccelerationStructureBuildTypeKHR type =
+        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+    struct sample a = a_sample();
+    struct previous_shape recent = {0};
+    a.info.pGeometries = &a.geometry;
+    assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
+    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, false);
+    assert_true(previous_shape_is_same(&recent, &a.info, 1, type));
+    assert_false(previous_shape_matches(&recent, &a.info));
+    assert_false(previous_shape_is_same(&recent, &a.info, 2, type));
+    assert_false(
+        previous_shape_is_same(&recent, &a.info, 1, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR));
+    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    assert_true(previous_shape_matches(&recent, &a.info));
+    a.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    assert_true(previous_shape_is_same(&recent, &a.info, 1, type));
+    assert_false(previous_shape_matches(&recent, &a.info));
+}
+
+/* One with a chain isn't kept, nor the one before it. */
+static void test_a_build_with_a_chain_is_like_none(void **state)
+{
+    (void)state;
+    const VkAccelerationStructureBuildTypeKHR type =
+        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+    struct sample a = a_sample();
+    struct previous_shape recent = {0};
+    a.info.pGeometries = &a.geometry;
+    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    a.geometry.pNext = &stray;
+    assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
+    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    a.geometry.pNext = NULL;
+    assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rules_of_the_shape_read_nothing_else),
+        cmocka_unit_test(test_a_build_of_the_same_shape_has_its_sizes),
+        cmocka_unit_test(test_a_build_with_a_chain_is_like_none),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What tests of the sweep make. */
+#ifndef ASSAY_TESTS_STATE_SWEEP_FIXTURE_H
+#define ASSAY_TESTS_STATE_SWEEP_FIXTURE_H
+
+#include "src/check/overlap/sweep.h"
+
+static inline struct used_range range_of(enum range_role role, uint32_t build, uintptr_t handle,
+                                         uintptr_t memory, VkDeviceSize begin, VkDeviceSize end)
+{
+    return (struct used_range){.role = role,
+                               .build = build,
+                               .handle = (VkAccelerationStructureKHR)handle,
+                               .span = {(VkDeviceMemory)memory, begin, end}};
+}
+
+/* A visitor that wants all; `user` is a number. */
+static inline bool count_pair(void *user, const struct used_range *a, const struct used_range *b,
+                              const struct memory_span *shared)
+{
+    (void)a;
+    (void)b;
+    (void)shared;
+    ++*(uint32_t *)user;
+    return true;
+}
+
+#endif
