@@ -4,8 +4,8 @@
 #ifndef ASSAY_LAYER_COMPARE_ENABLE_H
 #define ASSAY_LAYER_COMPARE_ENABLE_H
 
-#include "layer/cpu/driver/chain_copy.h"
 #include "layer/layer.h"
+#include "src/base/chain_copy.h"
 
 struct compare_enabling {
     const VkDeviceCreateInfo *info; /* to create the device with */

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 
 #include "layer/cpu/advertise.h"
-#include "layer/cpu/driver/chain_copy.h"
-#include "layer/cpu/driver/unsupported.h"
 #include "layer/cpu/overlay.h"
+#include "layer/cpu/unsupported.h"
+#include "src/base/chain_copy.h"
 #include "vuid-tables/registry.h"
 
 /* ---- what cannot work */

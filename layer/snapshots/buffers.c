@@ -2,10 +2,10 @@
 /* Buffers that vkCmdBuildAccelerationStructureNV may name: VK_BUFFER_USAGE_TRANSFER_SRC_BIT is
  * added to their usage, so that their data can be copied. Other builds name addresses, which a
  * shader of the layer's own reads. */
-#include "layer/cpu/driver/chain_copy.h"
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
+#include "src/base/chain_copy.h"
 
 /* ---- which */
 

@@ -3,7 +3,7 @@
 #include "below.h"
 
 #include "layer/cpu/advertise.h"
-#include "layer/cpu/driver/unsupported.h"
+#include "layer/cpu/unsupported.h"
 
 static struct cpu_overlay overlay;
 static struct layer_instance instance;

@@ -4,10 +4,10 @@
  * barriers for the stack. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
-#include "layer/cpu/driver/chain_copy.h"
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
 #include "src/base/chain.h"
+#include "src/base/chain_copy.h"
 
 static const VkMemoryRangeBarriersInfoKHR *ranges_of(const VkDependencyInfo *info)
 {

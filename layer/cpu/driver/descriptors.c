@@ -2,8 +2,8 @@
 /* Commands of backend cpu: descriptors, of which those of acceleration structures cannot work. What
  * would make such a descriptor fails; writes of them are left out. */
 #include "layer/cpu/commands.h"
-#include "layer/cpu/driver/unsupported.h"
 #include "layer/cpu/overlay.h"
+#include "layer/cpu/unsupported.h"
 #include "src/base/chain.h"
 
 static bool type_traces(VkDescriptorType type)

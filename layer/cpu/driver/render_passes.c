@@ -3,10 +3,10 @@
  * tracing. Those without go down as they are. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
-#include "layer/cpu/driver/chain_copy.h"
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
 #include "src/base/chain.h"
+#include "src/base/chain_copy.h"
 
 VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRenderPass(VkDevice device,
                                                     const VkRenderPassCreateInfo *pCreateInfo,

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: shaders, of which those that trace rays cannot work. */
 #include "layer/cpu/commands.h"
-#include "layer/cpu/driver/unsupported.h"
 #include "layer/cpu/overlay.h"
+#include "layer/cpu/unsupported.h"
 #include "src/base/chain.h"
 
 /* From the SPIR-V specification. */

@@ -4,8 +4,8 @@
 #include "layer/cpu/advertise.h"
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
-#include "layer/cpu/driver/chain_copy.h"
 #include "layer/cpu/overlay.h"
+#include "src/base/chain_copy.h"
 
 static const VkBufferUsageFlags2 RAY_TRACING_USAGE =
     VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The wording of refusals. */
-#include "layer/cpu/driver/unsupported.h"
+#include "layer/cpu/unsupported.h"
 
 #include "src/base/text_buffer.h"
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A pNext chain of which one structure is changed or left out on the way down. The application's
  * structures are never edited, so those before it are copied; those behind it are its own. */
-#ifndef ASSAY_LAYER_CPU_DRIVER_CHAIN_COPY_H
-#define ASSAY_LAYER_CPU_DRIVER_CHAIN_COPY_H
+#ifndef ASSAY_BASE_CHAIN_COPY_H
+#define ASSAY_BASE_CHAIN_COPY_H
 
 #include <vulkan/vulkan_core.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copying structures by the sizes that the registry knows. */
-#include "layer/cpu/driver/chain_copy.h"
+#include "src/base/chain_copy.h"
 
 #include <stdalign.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What cannot work on backend cpu: shaders reach no structure that is built on the host. */
-#ifndef ASSAY_LAYER_CPU_DRIVER_UNSUPPORTED_H
-#define ASSAY_LAYER_CPU_DRIVER_UNSUPPORTED_H
+#ifndef ASSAY_LAYER_CPU_UNSUPPORTED_H
+#define ASSAY_LAYER_CPU_UNSUPPORTED_H
 
 #include "layer/layer.h"
 
