@@ -22,6 +22,7 @@
 #include "src/base/reader_lock.h"
 #include "src/check/call/check.h"
 #include "src/report/reporter.h"
+#include "src/state/builds/built_flags.h"
 #include "src/state/builds/known_builds.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/commands/command_buffers.h"
@@ -89,6 +90,9 @@ struct layer_device {
     /* What has been submitted; NULL below level EXECUTION. */
     struct submissions *submissions;
     struct execution_order *order;
+    /* Which structures let instances disable their micromaps; NULL below level CONTENT, and without
+     * opacity micromaps. */
+    struct built_flags *built_flags;
 
     /* What checks leave to each other, for each of the stripes that threads have, and each in cache
      * lines of its own: builds that were found valid; memory for large calls, NULL while one uses

@@ -2,10 +2,9 @@
 /* Reading what an execution has copied, build by build, and telling what is wrong with it. */
 #include <stdlib.h>
 
+#include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/execution/input_checks.h"
-#include "layer/execution/submissions.h"
-#include "layer/intercepts/build_call.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "src/check/content/executed.h"
 
@@ -111,7 +110,7 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
                        struct size_facts *sizes)
 {
     const struct read_call *call = user;
-    build_call_find_sizes(call->reading->ran->device, info, counts, build_type, sizes);
+    layer_find_build_sizes(call->reading->ran->device, info, counts, build_type, sizes);
 }
 
 static bool of_another_device(void *user, enum resource_kind kind, uint64_t handle)
@@ -141,7 +140,7 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
         .active = device->active_rules[place->command],
         .resources = device->resources,
         .destroy_count = reading->ran->execution->destroy_count,
-        .flags = submissions_flags(device->submissions),
+        .flags = device->built_flags,
     };
     call->executed = executed_call_begin(&call->context, &device->facts, place->command);
     if (call->executed)

@@ -13,13 +13,11 @@
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
-#include "src/state/builds/built_flags.h"
 
 struct submissions {
     struct layer_device *device;
     struct build_states live;
-    struct built_flags *flags; /* NULL: nobody asks */
-    bool order_unknown;        /* nothing is known any more, of anything */
+    bool order_unknown; /* nothing is known any more, of anything */
 
     struct build_undo undo; /* of batches that were checked and have not run */
 
@@ -38,9 +36,6 @@ VkResult submissions_create(struct layer_device *device, struct submissions **su
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*submissions)->device = device;
     pthread_mutex_init(&(*submissions)->pending_destroys_lock, NULL);
-    if (device->level >= LEVEL_CONTENT &&
-        (device->facts.micromap.ext || device->facts.micromap.khr))
-        (*submissions)->flags = built_flags_create();
     return VK_SUCCESS;
 }
 
@@ -50,7 +45,6 @@ void submissions_destroy(struct submissions *submissions)
         return;
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
-    built_flags_destroy(submissions->flags);
     pthread_mutex_destroy(&submissions->pending_destroys_lock);
     free(submissions->pending_destroys);
     free(submissions);
@@ -88,12 +82,7 @@ static void set_order_unknown(struct submissions *submissions)
     submissions->order_unknown = true;
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
-    built_flags_forget_all(submissions->flags);
-}
-
-struct built_flags *submissions_flags(const struct submissions *submissions)
-{
-    return submissions ? submissions->flags : NULL;
+    built_flags_forget_all(submissions->device->built_flags);
 }
 
 static void take_pending_destroys(struct submissions *submissions)
@@ -103,7 +92,7 @@ static void take_pending_destroys(struct submissions *submissions)
         const struct pending_destroys *pending_destroys = &submissions->pending_destroys[i];
         for (uint32_t j = 0; j < pending_destroys->count; j++) {
             build_states_remove(&submissions->live, pending_destroys->first_id + j);
-            built_flags_forget(submissions->flags, pending_destroys->first_id + j);
+            built_flags_forget(submissions->device->built_flags, pending_destroys->first_id + j);
         }
     }
     submissions->pending_destroys_count = 0;
@@ -143,7 +132,7 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
         .states = &submissions->live,
-        .flags = submissions->flags,
+        .flags = submissions->device->built_flags,
         .now = run->timestamp,
         .follows = run->clock,
         .predecessors_known = run->predecessors_known,
@@ -253,7 +242,7 @@ static void drop(void *user)
 {
     struct submissions *submissions = user;
     for (size_t i = 0; i < submissions->undo.count; i++)
-        built_flags_forget(submissions->flags, submissions->undo.before[i].id);
+        built_flags_forget(submissions->device->built_flags, submissions->undo.before[i].id);
     build_undo_carry_out(&submissions->undo, &submissions->live);
     input_checks_drop(submissions->device->input_checks);
 }

@@ -6,7 +6,6 @@
 
 #include "src/state/order/order.h"
 
-struct built_flags;
 struct layer_device;
 struct submissions;
 
@@ -19,8 +18,5 @@ struct execution_hooks submissions_hooks(struct submissions *submissions);
 /* Structures or queries were destroyed: `count` of consecutive ids, as in struct accel_facts and
  * struct query_pool. */
 void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count);
-
-/* With which flag structures were built, at level CONTENT; NULL: nobody asks. */
-struct built_flags *submissions_flags(const struct submissions *submissions);
 
 #endif

@@ -17,12 +17,6 @@ struct build_call {
     bool skip;                             /* a callback asked to skip the call */
 };
 
-/* What vkGetAccelerationStructureBuildSizesKHR says; `counts` are the primitive counts. */
-void build_call_find_sizes(struct layer_device *device,
-                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                           const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                           struct size_facts *sizes);
-
 void build_call_start(struct build_call *call, struct layer_device *device,
                       enum build_command command);
 /* The same of a call that is recorded in a command buffer, whatever the handle is. */

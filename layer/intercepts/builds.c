@@ -2,7 +2,7 @@
 /* Intercepts of the build commands: observe, check, forward; the NV one is in nv.c. */
 #include <stdatomic.h>
 
-#include "layer/execution/submissions.h"
+#include "layer/build_sizes.h"
 #include "layer/formats.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/build_notes.h"
@@ -10,37 +10,12 @@
 #include "layer/intercepts/intercepts.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
-#include "src/state/builds/built_flags.h"
-
-void build_call_find_sizes(struct layer_device *device,
-                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                           const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                           struct size_facts *sizes)
-{
-    struct build_shape shape;
-    bool has_shape = build_shape_of(info, counts, build_type, &shape);
-    if (has_shape && size_cache_find(device->sizes, &shape, sizes))
-        return;
-    if (!device->vk.GetAccelerationStructureBuildSizesKHR)
-        return;
-    VkAccelerationStructureBuildSizesInfoKHR answer = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    bool is_micromap = info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
-    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, info,
-                                                     is_micromap ? NULL : counts, &answer);
-    *sizes = (struct size_facts){.known = true,
-                                 .acceleration_structure = answer.accelerationStructureSize,
-                                 .build_scratch = answer.buildScratchSize,
-                                 .update_scratch = answer.updateScratchSize};
-    if (has_shape)
-        size_cache_add(device->sizes, &shape, sizes);
-}
 
 static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                        const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
                        struct size_facts *sizes)
 {
-    build_call_find_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
+    layer_find_build_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
 }
 
 ON_RECORDING_PATH static enum tristate vertex_format_supported(void *user, VkFormat format)
@@ -116,7 +91,7 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .readable = readable,
         .resources = device->resources,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
-        .flags = call->point ? submissions_flags(device->submissions) : NULL,
+        .flags = call->point ? device->built_flags : NULL,
         .point = call->point,
     };
     check_builds(&context, &call->view);
@@ -192,7 +167,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
  * written then is nobody's to refer to. False where it isn't known. */
 static bool find_execution_point(const struct layer_device *device, struct execution_point *point)
 {
-    struct built_flags *flags = submissions_flags(device->submissions);
+    struct built_flags *flags = device->built_flags;
     if (!flags)
         return false;
     *point = (struct execution_point){.serial = built_flags_now(flags), .is_unordered = true};

@@ -38,6 +38,7 @@ static void free_device(struct layer_device *device)
     deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
+    built_flags_destroy(device->built_flags);
     input_checks_destroy(device->input_checks);
     command_buffers_destroy(device->command_buffers); /* and their work for the backend */
     comparer_destroy(device->comparer);
@@ -81,6 +82,9 @@ static VkResult follow_submissions(struct layer_device *device)
     VkResult result = submissions_create(device, &device->submissions);
     if (result != VK_SUCCESS)
         return result;
+    if (device->level >= LEVEL_CONTENT &&
+        (device->facts.micromap.ext || device->facts.micromap.khr))
+        device->built_flags = built_flags_create(); /* NULL: rules that ask stay silent */
     struct execution_hooks hooks = submissions_hooks(device->submissions);
     return execution_order_create(&device->order, &hooks);
 }
