@@ -7,6 +7,7 @@
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
 #include "layer/layer.h"
+#include "layer/snapshots/consumers.h"
 #include "src/cpu/device.h"
 #include "src/cpu/playback.h"
 
@@ -29,6 +30,7 @@ struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
     VkuDeviceDispatchTable next;
+    struct snapshots_consumer consumer; /* see cpu_overlay_consumer() */
     /* extensions that the application has enabled, and that are the backend's */
     bool acceleration_structure, ray_tracing_nv, deferred_host_operations, opacity_micromap_ext;
     bool structures; /* one of the first two */

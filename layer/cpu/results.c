@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "layer/cpu/commands.h"
-#include "layer/cpu/submits.h"
+#include "layer/cpu/results.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/tickets.h"
@@ -119,7 +119,7 @@ static void write(void *user, struct ticket *ticket, VkBuffer buffer, const void
     free_transfer(&transfer);
 }
 
-/* ---- turns */
+/* ---- the consumer */
 
 static void warn_of_losses(const struct layer_device *device)
 {
@@ -143,22 +143,30 @@ void cpu_overlay_warn_overwritten(const struct layer_device *device)
                       "for. That is built from what the last one copied.");
 }
 
-void cpu_overlay_run(const struct layer_device *device, struct execution *execution,
-                     struct timestamp timestamp)
+static void run(void *user, const struct submitted_execution *submitted)
 {
-    cpu_playback_run(device->cpu->playback, execution, timestamp);
+    const struct layer_device *device = user;
+    cpu_playback_run(device->cpu->playback, submitted->execution, submitted->timestamp);
     warn_of_losses(device);
     cpu_overlay_warn_overwritten(device);
 }
 
-void cpu_overlay_deliver(struct layer_device *device)
+static void deliver(void *user)
 {
+    struct layer_device *device = user;
     struct execution_clock seen = {0};
     const struct cpu_delivery delivery = {&seen, write, device};
     if (!cpu_playback_has_results(device->cpu->playback))
         return;
     execution_order_host_clock(device->order, &seen);
     cpu_playback_deliver(device->cpu->playback, &delivery);
+}
+
+struct snapshots_consumer *cpu_overlay_consumer(struct layer_device *device)
+{
+    struct snapshots_consumer *consumer = &device->cpu->consumer;
+    *consumer = (struct snapshots_consumer){.user = device, .run = run, .deliver = deliver};
+    return consumer;
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_DestroyBuffer(VkDevice device, VkBuffer buffer,

@@ -7,7 +7,7 @@
 
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
-#include "layer/cpu/submits.h"
+#include "layer/cpu/results.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/cpu/trees/scene.h"
 #include "src/snapshots/memory.h"

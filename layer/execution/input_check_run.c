@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading what an execution has copied, build by build, and telling what is wrong with it. */
+#include "layer/execution/input_check_run.h"
+
 #include <stdlib.h>
 
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
-#include "layer/execution/input_checks.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "src/check/content/executed.h"
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "layer/execution/input_check_run.h"
 #include "layer/snapshots/coverage_warnings.h"
 
 /* Of a batch that was replayed, and hasn't run. */
@@ -24,6 +25,7 @@ struct waiting {
 
 struct input_checks {
     struct layer_device *device;
+    struct snapshots_consumer consumer;
     struct noted_batch *noted, **noted_last; /* for the hooks */
 
     /* Guards the rest. Only who is busy takes executions off the list; no call or message is made
@@ -121,24 +123,29 @@ static bool is_of(const struct noted_batch *batch, const struct batch_run *run)
            batch->timestamp.count == run->timestamp.count;
 }
 
-void input_checks_run(struct input_checks *input_checks, const struct batch_run *run,
-                      uint32_t command, struct execution *execution)
+/* The consumer's `run`. If the order is unknown, so is what the builds were to find, and nothing is
+ * validated; the snapshots count and report such executions. */
+static void run(void *user, const struct submitted_execution *submitted)
 {
-    struct waiting *waiting = input_checks ? calloc(1, sizeof(*waiting)) : NULL;
-    if (input_checks && !waiting)
-        warn_missed(input_checks->device, &(struct missed_executions){.no_memory = 1});
-    if (!waiting)
+    struct input_checks *input_checks = user;
+    const struct batch_run *batch = submitted->batch;
+    if (!batch)
         return;
-    waiting->timestamp = run->timestamp;
+    struct waiting *waiting = calloc(1, sizeof(*waiting));
+    if (!waiting) {
+        warn_missed(input_checks->device, &(struct missed_executions){.no_memory = 1});
+        return;
+    }
+    waiting->timestamp = submitted->timestamp;
     waiting->ran = (struct ran_execution){
         .device = input_checks->device,
-        .execution = execution_share(execution),
-        .journal = journal_share(run->commands[command].captured),
-        .queue = run->queue,
+        .execution = execution_share(submitted->execution),
+        .journal = journal_share(batch->commands[submitted->command].captured),
+        .queue = batch->queue,
     };
-    if (is_of(input_checks->noted, run)) {
-        waiting->ran.notes = input_checks->noted->commands[command];
-        input_checks->noted->commands[command] = (struct input_notes){0};
+    if (is_of(input_checks->noted, batch)) {
+        waiting->ran.notes = input_checks->noted->commands[submitted->command];
+        input_checks->noted->commands[submitted->command] = (struct input_notes){0};
     }
     for (uint32_t i = 0; i < waiting->ran.notes.count; i++)
         if (waiting->ran.notes.items[i].inputs)
@@ -281,10 +288,10 @@ static bool waits_for(struct input_checks *input_checks, const struct ticket *ti
     return waits;
 }
 
-bool input_checks_wait(struct input_checks *input_checks)
+/* The consumer's `wait`. */
+static bool wait_for_first(void *user)
 {
-    if (!input_checks)
-        return false;
+    struct input_checks *input_checks = user;
     pthread_mutex_lock(&input_checks->lock);
     struct ticket *ticket =
         input_checks->waiting ? ticket_share(input_checks->waiting->ran.execution->ticket) : NULL;
@@ -296,4 +303,18 @@ bool input_checks_wait(struct input_checks *input_checks)
         nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL); /* another delivers it */
     ticket_release(ticket);
     return is_complete;
+}
+
+/* ---- the consumer */
+
+static void deliver_complete(void *user)
+{
+    input_checks_deliver(user);
+}
+
+struct snapshots_consumer *input_checks_consumer(struct input_checks *input_checks)
+{
+    input_checks->consumer = (struct snapshots_consumer){
+        .user = input_checks, .run = run, .deliver = deliver_complete, .wait = wait_for_first};
+    return &input_checks->consumer;
 }

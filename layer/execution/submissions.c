@@ -255,7 +255,7 @@ static void run_batch(void *user, const struct batch_run *run)
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
     if (submissions->device->snapshots)
-        snapshots_run(submissions->device, run);
+        snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);
 }
 
@@ -264,7 +264,7 @@ static void order_unknown(void *user, enum order_unknown_reason why)
     struct submissions *submissions = user;
     set_order_unknown(submissions);
     if (submissions->device->snapshots)
-        snapshots_set_order_unknown(submissions->device, why);
+        snapshots_set_order_unknown(submissions->device->snapshots, why);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)

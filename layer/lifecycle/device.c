@@ -6,6 +6,7 @@
 #include "layer/compare/comparer.h"
 #include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
+#include "layer/cpu/results.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/host_work.h"
@@ -109,6 +110,15 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
     return result;
 }
 
+/* The order in which they are called: builds are executed before they are validated. */
+static void register_consumers(struct layer_device *device)
+{
+    if (device->cpu)
+        snapshots_add_consumer(device->snapshots, cpu_overlay_consumer(device));
+    if (device->input_checks)
+        snapshots_add_consumer(device->snapshots, input_checks_consumer(device->input_checks));
+}
+
 static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *create_info,
                        const struct compare_enabling *enabling,
                        PFN_vkGetDeviceProcAddr next_proc_addr)
@@ -121,16 +131,18 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)
-        result = snapshots_create(device, create_info);
+        result = snapshots_create(device, create_info, device->cpu ? &device->cpu->next : NULL);
     if (result == VK_SUCCESS)
         result = input_checks_create(device);
     if (result == VK_SUCCESS)
         result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
         result = follow_submissions(device);
-    if (result == VK_SUCCESS)
-        layer_add_device(device);
-    return result;
+    if (result != VK_SUCCESS)
+        return result;
+    register_consumers(device);
+    layer_add_device(device);
+    return VK_SUCCESS;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevice,
@@ -187,9 +199,9 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     struct layer_device *state = device ? layer_find_device(device) : NULL;
     if (!state)
         return;
-    while (input_checks_wait(state->input_checks))
+    while (state->snapshots && snapshots_wait(state->snapshots))
         continue;
-    input_checks_deliver(state->input_checks);
+    snapshots_deliver(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
     free_device(state); /* first: it may have objects of the device */

@@ -74,7 +74,7 @@ static void note(struct snapshots *snapshots, VkBuffer buffer, bool is_copyable)
 
 bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer)
 {
-    if (snapshots->device->cpu)
+    if (snapshots->are_for_backend)
         return true;
     pthread_mutex_lock(&snapshots->buffers_lock);
     bool can = handle_table_find(&snapshots->copyable, (uint64_t)(uintptr_t)buffer);

@@ -80,8 +80,10 @@ static void measure_data(struct recorder *recorder, struct recorded_build *build
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
-    struct input_memory memory = {
-        .find = copy, .context = &copied, .is_later = true, .is_for_rules = !recorder->device->cpu};
+    struct input_memory memory = {.find = copy,
+                                  .context = &copied,
+                                  .is_later = true,
+                                  .is_for_rules = !recorder->device->snapshots->are_for_backend};
     struct build_input input;
     if (build->is_indirect) {
         uint64_t count = build->parameters.info.geometryCount;

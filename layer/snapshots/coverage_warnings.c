@@ -139,7 +139,7 @@ void warn_lack_of_copies(const struct layer_device *device)
     if (atomic_exchange(&device->snapshots->lack_of_copies_reported, true))
         return;
     reporter_warn(device->instance->reporter,
-                  device->cpu
+                  device->snapshots->are_for_backend
                       ? "assay_validation.backend = cpu can't build: the driver completed a "
                         "submission without executing the commands that copy what builds "
                         "read. Is it a mock driver?"

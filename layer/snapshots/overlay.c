@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "layer/assay.h"
-#include "layer/cpu/overlay.h"
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/dispatches.h"
 #include "layer/snapshots/copies/gates.h"
@@ -36,13 +35,11 @@ static bool enables_addresses(const VkDeviceCreateInfo *create_info)
     return (core && core->bufferDeviceAddress) || (own && own->bufferDeviceAddress);
 }
 
-/* Who wants snapshots. Of a device group each device would copy, to the same memory of the host. */
-static bool are_wanted(const struct layer_device *device)
+/* For level content. Each device of a device group would copy, to the same memory of the host. */
+static bool are_wanted_by_level(const struct layer_device *device)
 {
     bool builds =
         device->facts.extension.acceleration_structure || device->facts.extension.ray_tracing_nv;
-    if (device->cpu)
-        return true;
     if (device->level < LEVEL_CONTENT || !builds)
         return false;
     if (device->physical_device_count > 1)
@@ -62,17 +59,14 @@ static void cover(struct layer_device *device)
 #undef COVER
 }
 
-/* Backend cpu needs all that it copies, to build it. */
-static uint64_t budget_of(const struct layer_device *device)
+VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info,
+                          const VkuDeviceDispatchTable *below_backend)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
-    return device->cpu ? UINT64_MAX : (uint64_t)settings->content_budget_mib << 20;
-}
-
-VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
-{
-    if (!are_wanted(device))
+    if (!below_backend && !are_wanted_by_level(device))
         return VK_SUCCESS;
+    const uint64_t budget =
+        below_backend ? UINT64_MAX : (uint64_t)settings->content_budget_mib << 20;
     struct snapshots *snapshots = calloc(1, sizeof(*snapshots));
     if (!snapshots)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -83,16 +77,16 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
     pthread_mutex_init(&snapshots->pools_lock, NULL);
     snapshots->device = device;
-    snapshots->next = device->cpu ? device->cpu->next : device->vk;
-    snapshots->uses_queues =
-        device->cpu || reporter_settings(device->instance->reporter)->compare_rays;
+    snapshots->are_for_backend = below_backend;
+    snapshots->next = below_backend ? *below_backend : device->vk;
+    snapshots->uses_queues = below_backend || settings->compare_rays;
     snapshots->has_addresses =
         enables_addresses(create_info) &&
         (device->vk.GetBufferDeviceAddress || device->vk.GetBufferDeviceAddressKHR);
     snapshots->set_loader_data = find_loader_data_setter(create_info);
     snapshots->submitted_last = &snapshots->submitted;
     device->snapshots = snapshots;
-    if (staging_create(device, budget_of(device), &snapshots->staging) != VK_SUCCESS ||
+    if (staging_create(device, budget, &snapshots->staging) != VK_SUCCESS ||
         gates_create(device, &snapshots->gates) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -128,7 +122,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     free(snapshots);
 }
 
-/* What the counters of backend cpu count is not done here. */
+/* A backend that executes builds answers with counters of its own. */
 static VKAPI_ATTR void VKAPI_CALL get_counters(VkDevice device, size_t size,
                                                AssayCounters *counters)
 {
@@ -140,7 +134,7 @@ static VKAPI_ATTR void VKAPI_CALL get_counters(VkDevice device, size_t size,
 PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const char *name,
                                      PFN_vkVoidFunction next)
 {
-    if (!snapshots->device->cpu && strcmp(name, "vkGetCountersASSAY") == 0)
+    if (!snapshots->are_for_backend && strcmp(name, "vkGetCountersASSAY") == 0)
         return (PFN_vkVoidFunction)get_counters;
 #define FIND(command)                                                                              \
     if (strcmp(name, "vk" #command) == 0)                                                          \

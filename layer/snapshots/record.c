@@ -2,7 +2,7 @@
 /* Recordings of command buffers, and snapshots recorded for them. */
 #include "layer/snapshots/recorder.h"
 
-#include "layer/execution/input_checks.h"
+#include "layer/snapshots/consumers.h"
 #include "layer/snapshots/copies/dispatches.h"
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/orders.h"
@@ -81,8 +81,8 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
 {
     if (!recorder_begin(recorder, handle))
         return false;
-    recorder->cannot_inject =
-        !recorder->device->cpu && !is_place_for_copies(recorder->command_buffer);
+    recorder->cannot_inject = !recorder->device->snapshots->are_for_backend &&
+                              !is_place_for_copies(recorder->command_buffer);
     return true;
 }
 
@@ -161,7 +161,7 @@ static VkResult take_chunk(const struct layer_device *device, uint64_t size,
     VkResult result;
     do {
         result = staging_take(device->snapshots->staging, size, chunk);
-    } while (result == VK_NOT_READY && waits && input_checks_wait(device->input_checks));
+    } while (result == VK_NOT_READY && waits && snapshots_wait(device->snapshots));
     return result;
 }
 

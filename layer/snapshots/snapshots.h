@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Snapshots of what builds in command buffers read: an overlay on a device's dispatch table, above
- * whatever carries the builds out. It records the snapshots, notes what is submitted, and hands
- * each execution to those who want it when its turn has come. */
+/* Snapshots of the input data of builds in command buffers: an overlay on a device's dispatch
+ * table, above whatever executes the builds. It records the copies, tracks submissions, and hands
+ * each execution to the registered consumers (consumers.h) at its point in execution order. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 #define ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 
@@ -17,12 +17,17 @@
 struct fence_ticket;
 struct gates;
 struct own_shaders;
+struct snapshots_consumer;
 struct staging;
 
-/* layer_device.snapshots; NULL where nobody wants any: on backend driver below level content, and
- * for a device that enables nothing that builds. */
+/* layer_device.snapshots; NULL if nothing needs any: on backend driver below level content, and for
+ * a device that enables nothing that builds. */
 struct snapshots {
     struct layer_device *device;
+    struct snapshots_consumer *consumers; /* never changes once the device is published */
+    /* A backend executes builds from the snapshots: each build is copied, whatever the budget, and
+     * the application's fences signal after the copies can be read. */
+    bool are_for_backend;
     VkuDeviceDispatchTable next; /* the next layer's, for objects and commands of the layer's own */
 #define MEMBER(name) PFN_vk##name name;
     struct {
@@ -55,8 +60,10 @@ struct snapshots {
     struct execution *submitted, **submitted_last; /* submitted, and before their turn */
 };
 
-/* Once device->vk, and device->cpu, are filled in. */
-VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info);
+/* Once device->vk is filled in, with the backend's commands if there is one. `below_backend` are
+ * the next layer's commands if a backend executes builds from the snapshots, or else NULL. */
+VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info,
+                          const VkuDeviceDispatchTable *below_backend);
 void snapshots_destroy(struct snapshots *snapshots); /* NULL: nothing */
 
 /* What vkGetDeviceProcAddr answers, where what lies below has `next`. */
@@ -68,14 +75,15 @@ void snapshots_add_submitted(struct snapshots *snapshots, struct execution *exec
 
 struct batch_run;
 
-/* A batch's turn in execution order. */
-void snapshots_run(struct layer_device *device, const struct batch_run *run);
-/* From now on submissions take their turns as they are made: the turn of all. */
-void snapshots_set_order_unknown(struct layer_device *device, enum order_unknown_reason why);
-void snapshots_run_all(struct layer_device *device);
+/* A batch executes now: its executions go to the consumers. */
+void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch);
+/* The order is unknown from now on: all executions go to the consumers, then and after each
+ * submission. */
+void snapshots_set_order_unknown(struct snapshots *snapshots, enum order_unknown_reason why);
+void snapshots_run_all(struct snapshots *snapshots);
 
-/* The host has seen something complete, or is about to submit: what waits for the end of
- * submissions is done for those that are complete. */
+/* The host has seen something complete, or is about to submit: consumers use the copies of the
+ * executions that are complete. */
 void snapshots_deliver_complete(struct layer_device *device);
 static inline void snapshots_deliver(struct layer_device *device)
 {

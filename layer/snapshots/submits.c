@@ -68,7 +68,7 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
     if (!recording || !recording->first || submit->result != VK_SUCCESS ||
         add_execution(submit, recording))
         return;
-    if (device->cpu) {
+    if (submit->snapshots->are_for_backend) {
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
     } else {
         atomic_store(&recording->is_invalidated, true);
@@ -109,7 +109,7 @@ static VkResult give_up(struct submit *submit, VkResult result)
 /* What goes down with the application's batches. */
 static VkFence fence_below(const struct submit *submit, VkFence fence)
 {
-    return submit->count && submit->snapshots->device->cpu ? VK_NULL_HANDLE : fence;
+    return submit->count && submit->snapshots->are_for_backend ? VK_NULL_HANDLE : fence;
 }
 
 /* The fences, after the application's batches. Where they can't be submitted, nobody will learn of
@@ -117,7 +117,7 @@ static VkFence fence_below(const struct submit *submit, VkFence fence)
 static VkResult submit_fences(const struct submit *submit, VkFence fence)
 {
     VkResult result = ticket_submit(submit->ticket);
-    if (!submit->snapshots->device->cpu)
+    if (!submit->snapshots->are_for_backend)
         return VK_SUCCESS;
     if (result == VK_SUCCESS && fence)
         result = submit->snapshots->next.QueueSubmit(submit->queue, 0, NULL, fence);
@@ -138,7 +138,7 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
         snapshots_add_submitted(snapshots, submit->executions[i]);
     release(submit);
     if (atomic_load(&snapshots->order_unknown))
-        snapshots_run_all(snapshots->device);
+        snapshots_run_all(snapshots);
     return VK_SUCCESS;
 }
 

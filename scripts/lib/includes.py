@@ -26,6 +26,13 @@ FOLDERS = (
     "src/cpu",
     "src/compare",
     "layer",
+    "layer/snapshots",
+    "layer/cpu",
+    "layer/cpu/driver",
+    "layer/compare",
+    "layer/execution",
+    "layer/intercepts",
+    "layer/lifecycle",
 )
 FILES_MAX = 25
 SOURCES = (".c", ".cpp", ".h")

@@ -133,7 +133,7 @@ bool dispatches_are_allowed(const struct recorder *recorder)
     if (!recorder->device->snapshots->has_addresses ||
         !(command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT))
         return false;
-    return recorder->device->cpu ||
+    return recorder->device->snapshots->are_for_backend ||
            (!command_buffer->work_failed && !command_buffer->inherits_conditions &&
             !state->is_partial && !state->queries);
 }

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Backend cpu as a consumer of snapshots: it executes builds at their point in execution order, and
+ * writes results to buffers when the submission is complete. */
+#ifndef ASSAY_LAYER_CPU_RESULTS_H
+#define ASSAY_LAYER_CPU_RESULTS_H
+
+#include "layer/cpu/overlay.h"
+
+/* The consumer of device->cpu, for snapshots_add_consumer(). */
+struct snapshots_consumer *cpu_overlay_consumer(struct layer_device *device);
+
+/* Warns once if something was built from the copies of a later execution, and once if something
+ * could not be built because the driver has not executed the copies. */
+void cpu_overlay_warn_overwritten(const struct layer_device *device);
+
+#endif

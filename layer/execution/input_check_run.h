@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Validating the snapshots of one execution. */
+#ifndef ASSAY_LAYER_EXECUTION_INPUT_CHECK_RUN_H
+#define ASSAY_LAYER_EXECUTION_INPUT_CHECK_RUN_H
+
+#include "layer/layer.h"
+#include "src/check/replay/update_inputs.h"
+#include "src/snapshots/recording.h"
+
+struct missed_executions;
+
+/* An execution that is complete. */
+struct ran_execution {
+    struct layer_device *device;
+    struct execution *execution;
+    struct journal *journal;
+    VkQueue queue;
+    struct input_notes notes;
+};
+
+/* Reports what is wrong with it, with no lock held. Counts in `missed` what could not be
+ * validated. */
+void input_checks_read(const struct ran_execution *ran, struct missed_executions *missed);
+
+#endif

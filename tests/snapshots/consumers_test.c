@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Consumers of snapshots: that each is called by its registered functions, with the executions of a
+ * batch and in its order, and that the snapshots need nothing else of whoever consumes them: this
+ * test links them without the rest of the layer. */
+#include "layer/snapshots/consumers.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/snapshots.h"
+
+enum { CALLS_MAX = 16 };
+
+/* A consumer that logs its calls. */
+struct observer {
+    struct snapshots_consumer consumer;
+    bool waits; /* what `wait` returns */
+};
+
+static struct call {
+    const struct observer *observer;
+    char kind; /* of `run`, `deliver` or `wait`: its first letter */
+    struct submitted_execution submitted;
+    bool is_reached, has_no_snapshots;
+} calls[CALLS_MAX];
+static uint32_t call_count, unordered_reports;
+
+static struct snapshots snapshots;
+static struct layer_device device;
+static struct observer first, second;
+static struct ticket ticket;
+static struct recording *recordings[2];
+static struct journal journals[2];
+static const struct submitted_commands commands[] = {
+    {VK_NULL_HANDLE, &journals[0]}, {VK_NULL_HANDLE, NULL}, {VK_NULL_HANDLE, &journals[1]}};
+static const struct batch_run batch = {
+    .timestamp = {.queue = 3, .count = 7}, .commands = commands, .command_count = 3};
+
+/* ---- what executions.c calls besides */
+
+void warn_unordered(const struct layer_device *of_device)
+{
+    (void)of_device;
+    unordered_reports++;
+}
+
+/* ---- the fixture */
+
+static void run(void *user, const struct submitted_execution *submitted)
+{
+    assert_true(call_count < CALLS_MAX);
+    calls[call_count++] =
+        (struct call){user, 'r', *submitted, atomic_load(&submitted->execution->is_reached),
+                      submitted->execution->has_no_snapshots};
+}
+
+static void deliver(void *user)
+{
+    assert_true(call_count < CALLS_MAX);
+    calls[call_count++] = (struct call){.observer = user, .kind = 'd'};
+}
+
+static bool wait_for_one(void *user)
+{
+    const struct observer *observer = user;
+    assert_true(call_count < CALLS_MAX);
+    calls[call_count++] = (struct call){.observer = user, .kind = 'w'};
+    return observer->waits;
+}
+
+static VkResult wait_for_ticket(struct ticket *of_ticket, uint64_t nanoseconds)
+{
+    (void)of_ticket;
+    (void)nanoseconds;
+    return VK_SUCCESS;
+}
+
+static void add(struct observer *observer)
+{
+    *observer = (struct observer){.consumer = {NULL, observer, run, deliver, wait_for_one}};
+    snapshots_add_consumer(&snapshots, &observer->consumer);
+}
+
+static int set_up(void **state)
+{
+    static const struct recording_memory memory;
+    (void)state;
+    snapshots = (struct snapshots){.device = &device, .submitted_last = &snapshots.submitted};
+    pthread_mutex_init(&snapshots.submitted_lock, NULL);
+    device.snapshots = &snapshots;
+    ticket.references = 1; /* the test's */
+    ticket.wait = wait_for_ticket;
+    call_count = unordered_reports = 0;
+    for (int i = 0; i < 2; i++) {
+        recordings[i] = recording_create(&memory);
+        assert_non_null(recordings[i]);
+        journals[i].work = recordings[i];
+    }
+    add(&first);
+    add(&second);
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    assert_null(snapshots.submitted);
+    assert_int_equal(atomic_load(&ticket.references), 1);
+    for (int i = 0; i < 2; i++)
+        recording_release(recordings[i]);
+    pthread_mutex_destroy(&snapshots.submitted_lock);
+    return 0;
+}
+
+static struct execution *expect(int recording)
+{
+    struct execution *execution = execution_create(recordings[recording], &ticket);
+    assert_non_null(execution);
+    snapshots_add_submitted(&snapshots, execution);
+    return execution;
+}
+
+static void assert_run(uint32_t call, const struct observer *observer,
+                       const struct execution *execution, uint32_t command)
+{
+    assert_true(call < call_count);
+    assert_int_equal(calls[call].kind, 'r');
+    assert_ptr_equal(calls[call].observer, observer);
+    assert_ptr_equal(calls[call].submitted.execution, execution);
+    assert_int_equal(calls[call].submitted.command, command);
+    assert_ptr_equal(calls[call].submitted.batch, &batch);
+    assert_int_equal(calls[call].submitted.timestamp.queue, batch.timestamp.queue);
+    assert_int_equal(calls[call].submitted.timestamp.count, batch.timestamp.count);
+}
+
+static void assert_calls(const char *kinds)
+{
+    assert_int_equal(call_count, strlen(kinds));
+    for (uint32_t i = 0; i < call_count; i++)
+        assert_int_equal(calls[i].kind, kinds[i]);
+}
+
+/* ---- tests */
+
+static void test_batch_runs_each_consumer_in_order(void **state)
+{
+    (void)state;
+    const struct execution *of_last = expect(1), *of_first = expect(0);
+    snapshots_run(&snapshots, &batch);
+    assert_int_equal(call_count, 4);
+    assert_run(0, &first, of_first, 0);
+    assert_run(1, &second, of_first, 0);
+    assert_run(2, &first, of_last, 2);
+    assert_run(3, &second, of_last, 2);
+    assert_true(calls[0].is_reached && calls[2].is_reached);
+    assert_false(calls[0].has_no_snapshots || calls[2].has_no_snapshots);
+}
+
+/* A command buffer that was submitted twice executes twice: each batch takes the older one. */
+static void test_batch_takes_one_execution_a_command(void **state)
+{
+    (void)state;
+    const struct execution *older = expect(0), *newer = expect(0);
+    snapshots_run(&snapshots, &batch);
+    assert_int_equal(call_count, 2);
+    assert_run(0, &first, older, 0);
+    snapshots_run(&snapshots, &batch);
+    assert_int_equal(call_count, 4);
+    assert_run(2, &first, newer, 0);
+}
+
+static void test_spoiled_recording_has_lost_executions(void **state)
+{
+    (void)state;
+    expect(0);
+    atomic_store(&recordings[0]->is_invalidated, true);
+    snapshots_run(&snapshots, &batch);
+    assert_int_equal(call_count, 2);
+    assert_true(calls[0].has_no_snapshots);
+}
+
+static void test_unknown_order_runs_all_that_is_expected(void **state)
+{
+    (void)state;
+    const struct execution *older = expect(1), *newer = expect(0);
+    snapshots_set_order_unknown(&snapshots, ORDER_UNKNOWN_TOO_MANY_QUEUES);
+    assert_calls("rrrr");
+    assert_ptr_equal(calls[0].submitted.execution, older);
+    assert_ptr_equal(calls[1].observer, &second);
+    assert_ptr_equal(calls[2].submitted.execution, newer);
+    for (uint32_t i = 0; i < call_count; i++) {
+        assert_null(calls[i].submitted.batch);
+        assert_int_equal(calls[i].submitted.timestamp.count, timestamp_never().count);
+    }
+    assert_true(atomic_load(&snapshots.order_unknown));
+    assert_int_equal(atomic_load(&snapshots.unordered), 2);
+    assert_int_equal(unordered_reports, 1);
+}
+
+static void test_each_consumer_delivers(void **state)
+{
+    (void)state;
+    snapshots_deliver(&device);
+    assert_calls("dd");
+    assert_ptr_equal(calls[0].observer, &first);
+    assert_ptr_equal(calls[1].observer, &second);
+}
+
+static void test_waiting_ends_with_the_first_that_succeeds(void **state)
+{
+    (void)state;
+    assert_false(snapshots_wait(&snapshots));
+    assert_calls("ww");
+    first.waits = true;
+    assert_true(snapshots_wait(&snapshots));
+    assert_calls("www");
+    assert_ptr_equal(calls[2].observer, &first);
+}
+
+static void test_functions_are_optional(void **state)
+{
+    (void)state;
+    second.consumer.run = NULL;
+    second.consumer.deliver = NULL;
+    second.consumer.wait = NULL;
+    expect(0);
+    snapshots_run(&snapshots, &batch);
+    snapshots_deliver(&device);
+    assert_false(snapshots_wait(&snapshots));
+    assert_calls("rdw");
+}
+
+static void test_snapshots_need_no_consumer(void **state)
+{
+    (void)state;
+    snapshots.consumers = NULL;
+    expect(0);
+    expect(1);
+    snapshots_run(&snapshots, &batch);
+    snapshots_deliver(&device);
+    assert_false(snapshots_wait(&snapshots));
+    assert_calls("");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_batch_runs_each_consumer_in_order, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_batch_takes_one_execution_a_command, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(test_spoiled_recording_has_lost_executions, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(test_unknown_order_runs_all_that_is_expected, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(test_each_consumer_delivers, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_waiting_ends_with_the_first_that_succeeds, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(test_functions_are_optional, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_snapshots_need_no_consumer, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
