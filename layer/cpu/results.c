@@ -143,12 +143,18 @@ void cpu_overlay_warn_overwritten(const struct layer_device *device)
                       "for. That is built from what the last one copied.");
 }
 
+static void warn(const struct layer_device *device)
+{
+    warn_of_losses(device);
+    cpu_overlay_warn_overwritten(device);
+}
+
 static void run(void *user, const struct submitted_execution *submitted)
 {
     const struct layer_device *device = user;
     cpu_playback_run(device->cpu->playback, submitted->execution, submitted->timestamp);
-    warn_of_losses(device);
-    cpu_overlay_warn_overwritten(device);
+    if (submitted->batch)
+        warn(device);
 }
 
 static void deliver(void *user)
@@ -156,6 +162,7 @@ static void deliver(void *user)
     struct layer_device *device = user;
     struct execution_clock seen = {0};
     const struct cpu_delivery delivery = {&seen, write, device};
+    warn(device);
     if (!cpu_playback_has_results(device->cpu->playback))
         return;
     execution_order_host_clock(device->order, &seen);

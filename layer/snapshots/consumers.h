@@ -15,14 +15,15 @@ struct submitted_execution {
     uint32_t command;              /* index of the command buffer in the batch */
 };
 
-/* Its owner keeps it until snapshots_destroy(). Each function may be NULL. */
+/* Lives as long as the device. Each function may be NULL. */
 struct snapshots_consumer {
     struct snapshots_consumer *next; /* for snapshots_add_consumer() */
     void *user;                      /* passed to each function */
 
     /* Takes an execution, whose copies the device may not have written yet. Shares the execution if
-     * it is needed later. Called in execution order, by one thread at a time; if the order is
-     * unknown, by any thread, right after the submission. */
+     * it is needed later. Called in execution order, by one thread at a time, without a lock. If
+     * the order is unknown, called by any thread with the queues locked, right after the
+     * submission: then it sends no message. */
     void (*run)(void *user, const struct submitted_execution *submitted);
     /* Uses the copies of the executions that are complete. Called by any thread, without a lock,
      * when the application waits, queries or submits. */
