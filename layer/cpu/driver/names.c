@@ -15,40 +15,39 @@ static bool is_own(const struct cpu_overlay *overlay, uint32_t type)
 
 /* ---- names and tags: the layer itself has noted names */
 
+/* The next layer's commands for objects of a type; NULL if the backend makes those objects. */
+static const VkuDeviceDispatchTable *next_for(VkDevice device, uint32_t type)
+{
+    const struct cpu_overlay *overlay = cpu_overlay_of(device);
+    return is_own(overlay, type) ? NULL : &overlay->next;
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL
 cpu_SetDebugUtilsObjectNameEXT(VkDevice device, const VkDebugUtilsObjectNameInfoEXT *pNameInfo)
 {
-    const struct cpu_overlay *overlay = cpu_overlay_of(device);
-    return is_own(overlay, pNameInfo->objectType)
-               ? VK_SUCCESS
-               : overlay->next.SetDebugUtilsObjectNameEXT(device, pNameInfo);
+    const VkuDeviceDispatchTable *next = next_for(device, pNameInfo->objectType);
+    return next ? next->SetDebugUtilsObjectNameEXT(device, pNameInfo) : VK_SUCCESS;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
 cpu_SetDebugUtilsObjectTagEXT(VkDevice device, const VkDebugUtilsObjectTagInfoEXT *pTagInfo)
 {
-    const struct cpu_overlay *overlay = cpu_overlay_of(device);
-    return is_own(overlay, pTagInfo->objectType)
-               ? VK_SUCCESS
-               : overlay->next.SetDebugUtilsObjectTagEXT(device, pTagInfo);
+    const VkuDeviceDispatchTable *next = next_for(device, pTagInfo->objectType);
+    return next ? next->SetDebugUtilsObjectTagEXT(device, pTagInfo) : VK_SUCCESS;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
 cpu_DebugMarkerSetObjectNameEXT(VkDevice device, const VkDebugMarkerObjectNameInfoEXT *pNameInfo)
 {
-    const struct cpu_overlay *overlay = cpu_overlay_of(device);
-    return is_own(overlay, pNameInfo->objectType)
-               ? VK_SUCCESS
-               : overlay->next.DebugMarkerSetObjectNameEXT(device, pNameInfo);
+    const VkuDeviceDispatchTable *next = next_for(device, pNameInfo->objectType);
+    return next ? next->DebugMarkerSetObjectNameEXT(device, pNameInfo) : VK_SUCCESS;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
 cpu_DebugMarkerSetObjectTagEXT(VkDevice device, const VkDebugMarkerObjectTagInfoEXT *pTagInfo)
 {
-    const struct cpu_overlay *overlay = cpu_overlay_of(device);
-    return is_own(overlay, pTagInfo->objectType)
-               ? VK_SUCCESS
-               : overlay->next.DebugMarkerSetObjectTagEXT(device, pTagInfo);
+    const VkuDeviceDispatchTable *next = next_for(device, pTagInfo->objectType);
+    return next ? next->DebugMarkerSetObjectTagEXT(device, pTagInfo) : VK_SUCCESS;
 }
 
 /* ---- private data */
