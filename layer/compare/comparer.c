@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is compared, and what is told. */
+/* Selects the builds to be compared, compares them, and reports the differences. */
 #include "layer/compare/comparer.h"
 
 #include <stdio.h>
@@ -16,27 +16,27 @@
 
 static void find_limits(const struct layer_device *device,
                         PFN_vkGetPhysicalDeviceProperties2 get_properties,
-                        struct compare_device *below)
+                        struct compare_device *driver)
 {
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
-        .pNext = below->has_queries ? NULL : &groups};
+        .pNext = driver->has_queries ? NULL : &groups};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &limits};
     get_properties(device->physical_device, &properties);
     uint32_t alignment = limits.minAccelerationStructureScratchOffsetAlignment;
-    below->scratch_alignment = alignment ? alignment : 1;
-    below->group_handle_size = groups.shaderGroupHandleSize;
-    below->group_handle_alignment = groups.shaderGroupHandleAlignment;
-    below->group_base_alignment = groups.shaderGroupBaseAlignment;
+    driver->scratch_alignment = alignment ? alignment : 1;
+    driver->group_handle_size = groups.shaderGroupHandleSize;
+    driver->group_handle_alignment = groups.shaderGroupHandleAlignment;
+    driver->group_base_alignment = groups.shaderGroupBaseAlignment;
 }
 
 VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling)
 {
     struct snapshots *snapshots = device->snapshots;
-    if (!enabling->is_wanted || !snapshots)
+    if (!enabling->is_requested || !snapshots)
         return VK_SUCCESS;
     PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(
         device->instance, &device->instance->vk, device->physical_device);
@@ -53,7 +53,7 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
     comparer->device = device;
     comparer->last = &comparer->builds;
     pthread_mutex_init(&comparer->copies_lock, NULL);
-    comparer->below = (struct compare_device){
+    comparer->driver = (struct compare_device){
         .handle = device->handle,
         .vk = &snapshots->next,
         .memory = &device->memory,
@@ -61,7 +61,7 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         .queue_lock = &snapshots->queue_lock,
         .has_queries = enabling->has_queries,
     };
-    find_limits(device, get_properties, &comparer->below);
+    find_limits(device, get_properties, &comparer->driver);
     device->comparer = comparer;
     return VK_SUCCESS;
 }
@@ -69,14 +69,14 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
 static void warn_of_failures(const struct comparer *comparer)
 {
     char line[320];
-    const unsigned long long not_known = comparer->not_known, failed = comparer->failed;
-    if (not_known + failed == 0)
+    const unsigned long long input_unknown = comparer->input_unknown, failed = comparer->failed;
+    if (input_unknown + failed == 0)
         return;
     snprintf(line, sizeof(line),
              "assay_validation.compare_rays: %llu builds were not compared: of %llu not all of the "
              "input was known, or it was too much to keep; for %llu the driver or the layer had no "
              "memory, or the driver took too long.",
-             not_known + failed, not_known, failed);
+             input_unknown + failed, input_unknown, failed);
     reporter_warn(comparer->device->instance->reporter, line);
 }
 
@@ -114,9 +114,9 @@ void comparer_note_recorded_copy(struct comparer *comparer, const struct journal
     pthread_mutex_unlock(&comparer->copies_lock);
 }
 
-/* ---- keeping */
+/* ---- retaining inputs */
 
-/* The parameters of an indirect build have its ranges only now. */
+/* The ranges of an indirect build are known only after its execution. */
 static bool read_parameters(const struct recorded_build *build, const struct input_memory *memory,
                             struct build_parameters *parameters)
 {
@@ -158,7 +158,7 @@ static void keep_bottom(struct comparer *comparer, const struct retained_build *
         retained_add_build(comparer, &own);
         return;
     }
-    comparer->not_known++;
+    comparer->input_unknown++;
     retained_release(comparer, own.input);
     retained_release(comparer, own.source);
 }
@@ -179,7 +179,7 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
     const struct retained_build build = {.journal = executed->journal, .place = recorded->place};
     const struct build_parameters *given = recorded_build_given(recorded);
     if (given->had_chains || build.place.command == COMMAND_NV ||
-        (!reference_takes(given) && !is_top(given))) {
+        (!reference_supports(given) && !is_top(given))) {
         if (executed->entry)
             retained_set_structure(comparer, executed->entry->dst_id, 0, NULL);
         return;
@@ -237,7 +237,7 @@ VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
     if (!snapshots_queue_family(comparer->device->snapshots, job->queue, &job->queue_family))
         return VK_ERROR_UNKNOWN;
     VkResult result =
-        comparer->tracer ? VK_SUCCESS : tracer_create(&comparer->below, &comparer->tracer);
+        comparer->tracer ? VK_SUCCESS : tracer_create(&comparer->driver, &comparer->tracer);
     return result == VK_SUCCESS ? tracer_run(comparer->tracer, job) : result;
 }
 
@@ -295,7 +295,7 @@ static void compare_build(struct comparer *comparer, const struct retained_build
 {
     VkResult result = build->top ? comparer_compare_top(comparer, build, queue)
                                  : compare_bottom(comparer, build, queue);
-    comparer->not_known += result == VK_ERROR_FORMAT_NOT_SUPPORTED;
+    comparer->input_unknown += result == VK_ERROR_FORMAT_NOT_SUPPORTED;
     comparer->failed += result != VK_SUCCESS && result != VK_ERROR_FORMAT_NOT_SUPPORTED;
     comparer->is_stopped |= result == VK_ERROR_DEVICE_LOST || result == VK_TIMEOUT;
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Comparing builds that have executed (setting compare_rays): the driver builds the same input
- * again in memory of the layer's own, and rays are traced through both that and the reference.
+/* Compares executed builds (setting compare_rays): the driver builds the same input again in memory
+ * of the layer, and rays are traced through that structure and through the reference.
  *
- * Used by one thread at a time, who delivers executions, but for comparer_note_copy(). */
+ * Only the thread that delivers executions uses a comparer, with the exception of
+ * comparer_note_copy(). */
 #ifndef ASSAY_LAYER_COMPARE_COMPARER_H
 #define ASSAY_LAYER_COMPARE_COMPARER_H
 
@@ -11,28 +12,29 @@
 
 struct compare_enabling;
 
-/* layer_device.comparer; NULL where nothing is compared. */
+/* Creates layer_device.comparer, which stays NULL if nothing is to be compared. */
 VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling);
-void comparer_destroy(struct comparer *comparer); /* NULL: nothing */
+/* Frees the comparer and warns if builds were not compared. The device must be idle. */
+void comparer_destroy(struct comparer *comparer); /* `comparer` may be NULL */
 
 /* A build that has executed. */
 struct executed_input {
     const struct journal *journal;
-    const struct journal_entry *entry; /* its own; NULL: it has none */
+    const struct journal_entry *entry; /* the build's entry; NULL if it has none */
     const struct recorded_item *item;
     const struct input_memory *memory;
-    uint64_t destroy_count; /* the execution's */
+    uint64_t destroy_count; /* the value at the time of execution */
 };
-/* Of an input that is known, the bytes are copied, for snapshots are locked only that long. With a
- * null comparer nothing. */
+/* Copies the bytes of the input if they are known, because the snapshots are locked only during
+ * this call. Does nothing if `comparer` is NULL. */
 void comparer_keep(struct comparer *comparer, const struct executed_input *executed);
 
-/* Compares what was kept since, while the journals still live. With no lock held: messages go out,
- * and the queue is used. */
+/* Compares the retained builds while their journals are alive. The caller must hold no lock: this
+ * function reports messages and submits to the queue. */
 void comparer_run(struct comparer *comparer, VkQueue queue);
 
-/* A copy of structures was recorded: from any thread. What it is of is looked up when an instance
- * refers to it. */
+/* Notes a recorded copy of a structure; called from any thread. The source is looked up when an
+ * instance refers to the copy. */
 void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry);
 static inline void comparer_note_copy(struct comparer *comparer, const struct journal_entry *copy)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Adding an extension that traces to what the application enables. */
+/* Adds an extension that traces rays to the extensions that the application enables. */
 #include "layer/compare/enable.h"
 
 #include <stdlib.h>
@@ -7,17 +7,18 @@
 
 #include "src/base/chain.h"
 
-/* What traces, the better first. The feature is the first of its structure. */
-static const struct way {
+/* The extensions that trace rays, in order of preference. The feature is the first member of its
+ * structure. */
+static const struct trace_method {
     const char *extension;
     VkStructureType features;
-} ways[] = {
+} methods[] = {
     {VK_KHR_RAY_QUERY_EXTENSION_NAME, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR},
     {VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME,
      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR},
 };
 
-enum { WAYS = sizeof(ways) / sizeof(ways[0]) };
+enum { METHODS = sizeof(methods) / sizeof(methods[0]) };
 
 static VkBool32 *feature_of(void *features)
 {
@@ -36,7 +37,7 @@ static bool advertises_extension(const struct layer_device *device, const char *
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
     uint32_t count = 0;
-    bool is_there = false;
+    bool is_advertised = false;
     if (vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count, NULL) !=
         VK_SUCCESS)
         return false;
@@ -44,13 +45,14 @@ static bool advertises_extension(const struct layer_device *device, const char *
     if (advertised && vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
                                                              advertised) == VK_SUCCESS)
         for (uint32_t i = 0; i < count; i++)
-            is_there |= strcmp(advertised[i].extensionName, name) == 0;
+            is_advertised |= strcmp(advertised[i].extensionName, name) == 0;
     free(advertised);
-    return is_there;
+    return is_advertised;
 }
 
-/* From version 1.2 on, what either needs beside acceleration structures is part of it. */
-static bool can_add(const struct layer_device *device, const struct way *way,
+/* Version 1.2 includes everything that either extension requires besides acceleration
+ * structures. */
+static bool can_add(const struct layer_device *device, const struct trace_method *method,
                     struct compare_enabling *enabling)
 {
     const VkuInstanceDispatchTable *vk = &device->instance->vk;
@@ -58,11 +60,11 @@ static bool can_add(const struct layer_device *device, const struct way *way,
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                           .pNext = &enabling->features};
     memset(&enabling->features, 0, sizeof(enabling->features));
-    enabling->features.queries.sType = way->features;
+    enabling->features.queries.sType = method->features;
     vk->GetPhysicalDeviceProperties(device->physical_device, &properties);
     if (properties.apiVersion < VK_API_VERSION_1_2 ||
         device->instance->api_version < VK_API_VERSION_1_2 ||
-        !advertises_extension(device, way->extension))
+        !advertises_extension(device, method->extension))
         return false;
     vk->GetPhysicalDeviceFeatures2(device->physical_device, &features);
     return *feature_of(&enabling->features);
@@ -85,7 +87,8 @@ static bool add_name(const VkDeviceCreateInfo *info, const char *name,
     return true;
 }
 
-/* In a copy of the application's structure, or in one before its own. */
+/* Enables the feature in a copy of the application's structure, or in a new structure before the
+ * chain. */
 static bool add_feature(const VkDeviceCreateInfo *info, VkStructureType type,
                         struct compare_enabling *enabling)
 {
@@ -104,23 +107,24 @@ static bool add_feature(const VkDeviceCreateInfo *info, VkStructureType type,
     return true;
 }
 
-/* The one that the application enables itself; or NULL. */
-static const struct way *find_enabled(const VkDeviceCreateInfo *info)
+/* Returns the extension that the application enables itself, or NULL. */
+static const struct trace_method *find_enabled(const VkDeviceCreateInfo *info)
 {
-    for (int i = 0; i < WAYS; i++) {
-        const VkBaseInStructure *features = chain_find(info->pNext, ways[i].features);
-        if (features && *(const VkBool32 *)&features[1] && has_extension(info, ways[i].extension))
-            return &ways[i];
+    for (int i = 0; i < METHODS; i++) {
+        const VkBaseInStructure *features = chain_find(info->pNext, methods[i].features);
+        if (features && *(const VkBool32 *)&features[1] &&
+            has_extension(info, methods[i].extension))
+            return &methods[i];
     }
     return NULL;
 }
 
-static const struct way *find_addable(const struct layer_device *device,
-                                      struct compare_enabling *enabling)
+static const struct trace_method *find_addable(const struct layer_device *device,
+                                               struct compare_enabling *enabling)
 {
-    for (int i = 0; i < WAYS; i++)
-        if (can_add(device, &ways[i], enabling))
-            return &ways[i];
+    for (int i = 0; i < METHODS; i++)
+        if (can_add(device, &methods[i], enabling))
+            return &methods[i];
     return NULL;
 }
 
@@ -128,18 +132,18 @@ void compare_enabling_begin(const struct layer_device *device, const VkDeviceCre
                             struct compare_enabling *enabling)
 {
     *enabling = (struct compare_enabling){.info = info, .changed = *info};
-    enabling->is_wanted = reporter_settings(device->instance->reporter)->compare_rays > 0 &&
-                          has_extension(info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
-    if (!enabling->is_wanted)
+    enabling->is_requested = reporter_settings(device->instance->reporter)->compare_rays > 0 &&
+                             has_extension(info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    if (!enabling->is_requested)
         return;
-    const struct way *enabled = find_enabled(info);
-    const struct way *way = enabled ? enabled : find_addable(device, enabling);
-    if (!way)
+    const struct trace_method *enabled = find_enabled(info);
+    const struct trace_method *method = enabled ? enabled : find_addable(device, enabling);
+    if (!method)
         return;
-    if (!enabled &&
-        (!add_name(info, way->extension, enabling) || !add_feature(info, way->features, enabling)))
+    if (!enabled && (!add_name(info, method->extension, enabling) ||
+                     !add_feature(info, method->features, enabling)))
         return;
-    enabling->has_queries = way == &ways[0];
+    enabling->has_queries = method == &methods[0];
     enabling->is_enabled = true;
     enabling->is_added = !enabled;
     if (!enabled)

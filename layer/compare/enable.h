@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tracing for the layer itself: where rays are to be compared and the application enables neither
- * VK_KHR_ray_query nor VK_KHR_ray_tracing_pipeline, the layer adds what the device has. */
+/* Ray tracing for the layer: if rays are to be compared and the application enables neither
+ * VK_KHR_ray_query nor VK_KHR_ray_tracing_pipeline, the layer enables one that the device has. */
 #ifndef ASSAY_LAYER_COMPARE_ENABLE_H
 #define ASSAY_LAYER_COMPARE_ENABLE_H
 
@@ -8,12 +8,12 @@
 #include "src/base/chain_copy.h"
 
 struct compare_enabling {
-    const VkDeviceCreateInfo *info; /* to create the device with */
-    bool is_wanted;                 /* rays are to be compared, and the device builds */
-    bool is_enabled;                /* the device will trace: */
-    bool has_queries;               /* by ray queries; else by ray-tracing pipelines */
-    bool is_added;                  /* by the layer */
-    /* What `info` may point to. */
+    const VkDeviceCreateInfo *info; /* create the device with this */
+    bool is_requested; /* the setting requests it, and the device enables acceleration structures */
+    bool is_enabled;   /* the device will be able to trace rays */
+    bool has_queries;  /* with ray queries; otherwise with ray-tracing pipelines */
+    bool is_added;     /* the layer added the extension */
+    /* Storage that `info` may point to. */
     VkDeviceCreateInfo changed;
     union {
         VkPhysicalDeviceRayQueryFeaturesKHR queries;
@@ -23,11 +23,13 @@ struct compare_enabling {
     const char **names;
 };
 
-/* Without memory nothing is added. */
+/* Chooses the extension. If memory runs out, adds nothing. The caller calls compare_enabling_end()
+ * after creating the device. */
 void compare_enabling_begin(const struct layer_device *device, const VkDeviceCreateInfo *info,
                             struct compare_enabling *enabling);
-/* The device couldn't be created so. */
+/* Call this if the device could not be created with the added extension. */
 void compare_enabling_undo(struct compare_enabling *enabling, const VkDeviceCreateInfo *info);
+/* Frees the storage. */
 void compare_enabling_end(struct compare_enabling *enabling);
 
 #endif

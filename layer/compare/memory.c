@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffers, each with memory of its own: they live as long as one comparison. */
+/* Buffers with dedicated memory, which live as long as one comparison. */
 #include "layer/compare/memory.h"
 
 VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffers of the layer's own for what it builds and traces. */
+/* Buffers for the layer's own builds and traces. */
 #ifndef ASSAY_LAYER_COMPARE_MEMORY_H
 #define ASSAY_LAYER_COMPARE_MEMORY_H
 
@@ -12,15 +12,16 @@
 
 #include "layer/own_objects.h"
 
-/* What comparing needs of a device. */
+/* The properties of a device that comparing needs. */
 struct compare_device {
     VkDevice handle;
     const VkuDeviceDispatchTable *vk;
     const VkPhysicalDeviceMemoryProperties *memory;
     uint32_t scratch_alignment;
-    PFN_vkSetDeviceLoaderData set_loader_data; /* for command buffers; NULL: none */
-    pthread_mutex_t *queue_lock;               /* held while something is submitted */
-    bool has_queries; /* else ray-tracing pipelines, and what their tables need: */
+    PFN_vkSetDeviceLoaderData set_loader_data; /* for command buffers; may be NULL */
+    pthread_mutex_t *queue_lock;               /* held during submissions */
+    /* If false, ray-tracing pipelines are used, whose tables need the sizes below. */
+    bool has_queries;
     uint32_t group_handle_size, group_handle_alignment, group_base_alignment;
 };
 
@@ -29,7 +30,8 @@ static inline struct own_device compare_own_device(const struct compare_device *
     return (struct own_device){device->handle, device->vk, device->memory};
 }
 
-/* With an address. Whatever was made is freed by compare_buffer_free(), also after a failure. */
+/* Creates a buffer with a device address. The caller calls compare_buffer_free(), also after a
+ * failure. */
 VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,
                                uint64_t size, bool is_mapped, struct own_buffer *buffer);
 void compare_buffer_free(const struct compare_device *device, struct own_buffer *buffer);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making the pipelines that trace. */
+/* Creates the pipelines that trace rays. */
 #include "layer/compare/pipelines.h"
 
 #include <string.h>
@@ -29,7 +29,7 @@ static const uint32_t intersection[] = {
 #include "compare_intersection.h"
 };
 
-enum { GROUP = 64 /* rays of a workgroup */ };
+enum { GROUP = 64 /* rays per workgroup */ };
 
 static VkResult create_layouts(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
@@ -96,7 +96,7 @@ static const struct {
                                sizeof(no_intersection)},
 };
 
-/* Generation, miss, then the hit groups that the generation shader knows. */
+/* Generation, miss, then the hit groups that the generation shader selects. */
 enum { GROUPS = 6, HIT_GROUPS = 4 };
 
 static VkRayTracingShaderGroupCreateInfoKHR group(VkRayTracingShaderGroupTypeKHR type,
@@ -113,9 +113,9 @@ static VkRayTracingShaderGroupCreateInfoKHR group(VkRayTracingShaderGroupTypeKHR
     };
 }
 
-static VkResult create_of_modules(const struct compare_device *device,
-                                  const VkShaderModule modules[STAGE_COUNT],
-                                  struct trace_pipeline *pipeline)
+static VkResult create_from_modules(const struct compare_device *device,
+                                    const VkShaderModule modules[STAGE_COUNT],
+                                    struct trace_pipeline *pipeline)
 {
     const uint32_t none = VK_SHADER_UNUSED_KHR;
     const VkRayTracingShaderGroupTypeKHR
@@ -160,7 +160,7 @@ static VkResult create_ray_tracing(const struct compare_device *device,
     for (int i = 0; i < STAGE_COUNT && result == VK_SUCCESS; i++)
         result = own_module_create(&own, stages[i].words, stages[i].size, &modules[i]);
     if (result == VK_SUCCESS)
-        result = create_of_modules(device, modules, pipeline);
+        result = create_from_modules(device, modules, pipeline);
     for (int i = 0; i < STAGE_COUNT; i++)
         if (modules[i])
             device->vk->DestroyShaderModule(device->handle, modules[i], NULL);
@@ -172,9 +172,9 @@ static uint32_t align(uint32_t size, uint32_t alignment)
     return (size + alignment - 1) / alignment * alignment;
 }
 
-enum { HANDLE_MAX = 256 /* bytes, where 32 are usual */ };
+enum { HANDLE_MAX = 256 /* bytes; 32 are usual */ };
 
-/* Each part begins at a multiple of the base alignment. */
+/* Each part of the table begins at a multiple of the base alignment. */
 static VkResult create_table(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
     const uint32_t size = device->group_handle_size;
@@ -204,7 +204,7 @@ static VkResult create_table(const struct compare_device *device, struct trace_p
     return VK_SUCCESS;
 }
 
-/* ---- either */
+/* ---- both kinds */
 
 VkResult trace_pipeline_create(const struct compare_device *device, struct trace_pipeline *pipeline)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keeping inputs, and giving them up. */
+/* Retains inputs and releases them. */
 #include "layer/compare/retained_inputs.h"
 
 #include <pthread.h>
@@ -40,9 +40,9 @@ void retained_set_structure(struct comparer *comparer, uint64_t id, uint64_t han
         free(structure);
 }
 
-enum { CHAIN_MAX = 16 /* copies of copies */ };
+enum { CHAIN_MAX = 16 /* maximum copies of copies */ };
 
-/* 0: it isn't one. */
+/* Returns the source of a copied structure, or 0 if the structure is not a copy. */
 static uint64_t source_of(struct comparer *comparer, uint64_t id)
 {
     pthread_mutex_lock(&comparer->copies_lock);
@@ -63,7 +63,7 @@ struct retained_input *retained_find_structure(struct comparer *comparer, uint64
     return NULL;
 }
 
-/* ---- what is gone */
+/* ---- destroyed structures */
 
 enum { FOUND_MAX = 256 };
 
@@ -93,7 +93,8 @@ static void find_copy(void *record, void *context)
         found->items[found->count++] = *(const struct retained_copy *)record;
 }
 
-/* Each becomes a structure of its own, if it lives and what it was copied from is known. */
+/* Turns each copy into a structure with its source's input, if the copy is alive and that input is
+ * known. */
 static void settle_copies(struct comparer *comparer)
 {
     struct found found = {.comparer = comparer};
@@ -106,7 +107,7 @@ static void settle_copies(struct comparer *comparer)
             const struct retained_copy *copy = &found.items[i];
             struct retained_input *input = retained_find_structure(comparer, copy->id);
             if (input && is_alive(comparer, copy->id, copy->handle)) {
-                retained_share(input); /* it may be this structure's own already */
+                retained_share(input); /* the structure may already own this input */
                 retained_set_structure(comparer, copy->id, copy->handle, input);
                 retained_release(comparer, input);
             }

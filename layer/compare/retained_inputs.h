@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a comparer keeps: builds that wait to be compared, and the latest input of each structure,
- * for updates of it and for instances. All together are bounded. */
+/* The inputs that a comparer retains: builds to be compared, and the latest input of each
+ * structure, for its updates and for instances. Their total size is bounded. */
 #ifndef ASSAY_LAYER_COMPARE_RETAINED_INPUTS_H
 #define ASSAY_LAYER_COMPARE_RETAINED_INPUTS_H
 
@@ -10,19 +10,19 @@
 
 #define RETAINED_MAX ((uint64_t)256 << 20) /* bytes of inputs */
 
-/* An input that several may need. */
+/* A reference-counted input. */
 struct retained_input {
     unsigned references;
     struct input_copy *copy;
 };
 
-/* The latest of a structure, by its id, which tells a handle that was reused. */
+/* The latest input of a structure. The id distinguishes structures that reused a handle. */
 struct retained_structure {
     uint64_t id, handle;
     struct retained_input *input;
 };
 
-/* A structure that was copied from another. */
+/* A structure that was copied from another structure. */
 struct retained_copy {
     uint64_t id, handle, source_id;
 };
@@ -31,50 +31,59 @@ struct retained_build {
     struct retained_build *next;
     const struct journal *journal;
     struct recorded_place place;
-    struct retained_input *input,
-        *source;              /* of a BLAS; `source`: what an update is built from first */
-    struct retained_top *top; /* of a TLAS */
+    /* For a BLAS. An update builds `source` first. */
+    struct retained_input *input, *source;
+    struct retained_top *top; /* for a TLAS */
 };
 
 struct comparer {
     struct layer_device *device;
-    struct compare_device below;
-    struct tracer *tracer; /* made when it is first needed */
+    struct compare_device driver;
+    struct tracer *tracer; /* created on first use */
     struct retained_build *builds, **last;
-    struct handle_table structures; /* of struct retained_structure, by id */
-    pthread_mutex_t copies_lock;    /* guards: */
-    struct handle_table copies;     /* of struct retained_copy, by id */
+    struct handle_table structures; /* struct retained_structure by id */
+    pthread_mutex_t copies_lock;    /* guards `copies` */
+    struct handle_table copies;     /* struct retained_copy by id */
     uint64_t retained_size;
-    uint64_t not_known, failed; /* builds that were not compared */
-    bool is_stopped;            /* the driver has failed */
+    uint64_t input_unknown, failed; /* builds that were not compared */
+    bool is_stopped;                /* the driver has failed */
 };
 
+/* Add and remove a reference. The last reference frees the input. */
 struct retained_input *retained_share(struct retained_input *input);
-void retained_release(struct comparer *comparer, struct retained_input *input); /* NULL: nothing */
+/* `input` may be NULL. */
+void retained_release(struct comparer *comparer, struct retained_input *input);
 void retained_free_build(struct comparer *comparer, struct retained_build *build);
+/* Frees all structures and copies. */
 void retained_free_structures(struct comparer *comparer);
 
-/* Inputs of structures that are no more are given up where room is needed. */
+/* Copies an input. If the limit is reached, releases the inputs of destroyed structures first.
+ * Returns NULL if the limit is still exceeded or memory runs out. */
 struct retained_input *retained_input_create(struct comparer *comparer,
                                              const struct compare_input *input);
-/* NULL: nothing is known of it any more. Shares the input. Of id 0 nothing is known. */
+/* Sets the latest input of a structure and adds a reference to it. If `input` is NULL, the
+ * structure's input becomes unknown. Ignores id 0. */
 void retained_set_structure(struct comparer *comparer, uint64_t id, uint64_t handle,
                             struct retained_input *input);
-/* Its own, or that of what it was copied from. */
+/* Returns the input of a structure or of the structure that it was copied from. Returns NULL if
+ * neither is known. */
 struct retained_input *retained_find_structure(struct comparer *comparer, uint64_t id);
 
-/* Takes over what the build has. */
+/* Takes ownership of the members of `build`. */
 void retained_add_build(struct comparer *comparer, const struct retained_build *build);
 
-/* A TLAS (tops.c). */
+/* tops.c: reads the instances of a TLAS build and retains the build. Counts the build as not
+ * compared if an input is unknown or memory runs out. */
 void retained_add_top(struct comparer *comparer, const struct retained_build *build,
                       const struct build_parameters *parameters, const struct input_memory *memory,
                       uint64_t destroy_count);
-void retained_free_top(struct comparer *comparer, struct retained_top *top); /* NULL: nothing */
+void retained_free_top(struct comparer *comparer, struct retained_top *top); /* `top` may be NULL */
+/* Compares a retained TLAS build. */
 VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
                               VkQueue queue);
 
-/* For both kinds of build. */
+/* For BLAS and TLAS builds: report the differences of a build, and run a job on the tracer, which
+ * comparer_trace() creates on first use. */
 struct summary;
 void comparer_report(const struct comparer *comparer, const struct retained_build *build,
                      VkQueue queue, const struct summary *summary);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the driver builds again, and the TLAS over it. */
+/* Creates the structures that the driver builds again, and the TLAS over them. */
 #include "layer/compare/structures.h"
 
 #include "layer/compare/pipelines.h"
@@ -125,7 +125,7 @@ top_info(const struct compare_structure *structure)
     };
 }
 
-/* Where instances begin behind their pointers. */
+/* Returns the size of the pointers before the instances. */
 static uint64_t pointers_size(const struct compare_instances *instances)
 {
     return instances->array_of_pointers

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Comparing top-level builds, over the layer's own copies of what their instances refer to. */
+/* Compares TLAS builds, over the layer's own copies of the referenced BLAS. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "src/compare/top.h"
 
 struct retained_top {
-    struct top_input input; /* of what follows */
+    struct top_input input; /* refers to the members below */
     struct top_instance *instances;
     struct retained_input *bottoms[TOP_BOTTOMS_MAX];
     const struct input_copy *copies[TOP_BOTTOMS_MAX];
@@ -24,9 +24,10 @@ void retained_free_top(struct comparer *comparer, struct retained_top *top)
     free(top);
 }
 
-/* ---- keeping */
+/* ---- retaining inputs */
 
-/* The number of an input among those of the TLAS; TOP_NO_BOTTOM: there are too many. */
+/* Returns the index of an input among the inputs of the TLAS, or TOP_NO_BOTTOM if there are too
+ * many. */
 static uint32_t add_bottom(struct retained_top *top, struct retained_input *input)
 {
     for (uint32_t i = 0; i < top->input.bottom_count; i++)
@@ -105,7 +106,7 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
     if (top && count <= TOP_INSTANCES_MAX)
         top->instances = calloc(count + 1ull, sizeof(*top->instances));
     if (!top || !top->instances || !fill(comparer, parameters, memory, destroy_count, top)) {
-        comparer->not_known++;
+        comparer->input_unknown++;
         retained_free_top(comparer, top);
         return;
     }

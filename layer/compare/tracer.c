@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The pipeline that traces rays, and what is submitted for a job: builds once, then rays by the
- * batch. */
+/* The pipeline that traces rays, and the submissions of a job: the builds once, then the rays in
+ * batches. */
 #include "layer/compare/tracer.h"
 
 #include <stdlib.h>
@@ -13,9 +13,10 @@ _Static_assert(sizeof(struct compare_ray) == 32 && sizeof(struct compare_hit) ==
                    sizeof(struct compare_answer) == 512,
                "as the shader has them");
 
-enum { BATCH = 16384 /* rays of a submission */ };
+enum { BATCH = 16384 /* rays per submission */ };
 
-/* The queue may wait for what the application does only after the call that waits for it. */
+/* The queue may depend on an operation that the application executes only after the call that waits
+ * here. */
 #define WAIT_NANOSECONDS ((uint64_t)10 * 1000 * 1000 * 1000)
 
 struct work;
@@ -23,7 +24,7 @@ struct work;
 struct tracer {
     struct compare_device device;
     struct trace_pipeline pipeline;
-    struct work *late; /* that the device may still use; guarded by the caller */
+    struct work *timed_out; /* work that the device may still use; guarded by the caller */
 };
 
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer)
@@ -47,10 +48,10 @@ struct work {
     const struct tracer *tracer;
     const struct compare_device *device;
     const struct tracer_job *job;
-    struct compare_structure
-        *bottoms; /* one an input; of an update the second only has its input */
+    /* One per input. The second input of an update has no structure of its own. */
+    struct compare_structure *bottoms;
     struct compare_structure top;
-    struct own_buffer rays, answers; /* of a batch */
+    struct own_buffer rays, answers; /* for one batch */
     VkDescriptorPool descriptors;
     VkDescriptorSet set;
     VkCommandPool pool;
@@ -170,7 +171,7 @@ static bool has_boxes(const struct compare_input *input)
            build->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
 }
 
-/* Without a TLAS to compare: of one instance. */
+/* Creates the TLAS of the job, or a TLAS of one instance for a BLAS. */
 static VkResult create_top(struct work *work)
 {
     static const VkAccelerationStructureInstanceKHR identity = {
@@ -255,14 +256,14 @@ static VkResult submit(const struct work *work)
     return result;
 }
 
-/* An any-hit shader may be called more than once for the same. */
-static void drop_repeated(struct compare_answer *answer)
+/* An any-hit shader may be called more than once for the same candidate. */
+static void remove_duplicates(struct compare_answer *answer)
 {
-    uint32_t there = answer->candidate_count, retained = 0;
+    uint32_t stored = answer->candidate_count, retained = 0;
     answer->flags = 0;
-    if (there > COMPARE_CANDIDATES)
+    if (stored > COMPARE_CANDIDATES)
         return;
-    for (uint32_t i = 0; i < there; i++) {
+    for (uint32_t i = 0; i < stored; i++) {
         const struct compare_hit *hit = &answer->candidates[i];
         uint32_t j = 0;
         while (j < retained && (answer->candidates[j].geometry != hit->geometry ||
@@ -296,7 +297,7 @@ static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)
         return result;
     memcpy(work->job->answers + first, work->answers.bytes, count * sizeof(struct compare_answer));
     for (uint32_t i = 0; i < count; i++)
-        drop_repeated(&work->job->answers[first + i]);
+        remove_duplicates(&work->job->answers[first + i]);
     return VK_SUCCESS;
 }
 
@@ -314,8 +315,8 @@ VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job)
         result = trace_batch(work, first, left < BATCH ? left : BATCH);
     }
     if (result == VK_TIMEOUT) {
-        work->next = tracer->late;
-        tracer->late = work;
+        work->next = tracer->timed_out;
+        tracer->timed_out = work;
     } else {
         free_work(work);
     }
@@ -327,11 +328,11 @@ void tracer_destroy(struct tracer *tracer)
     if (!tracer)
         return;
     const VkuDeviceDispatchTable *vk = tracer->device.vk;
-    while (tracer->late) {
-        struct work *late = tracer->late;
-        tracer->late = late->next;
-        vk->WaitForFences(tracer->device.handle, 1, &late->fence, VK_TRUE, WAIT_NANOSECONDS);
-        free_work(late);
+    while (tracer->timed_out) {
+        struct work *timed_out = tracer->timed_out;
+        tracer->timed_out = timed_out->next;
+        vk->WaitForFences(tracer->device.handle, 1, &timed_out->fence, VK_TRUE, WAIT_NANOSECONDS);
+        free_work(timed_out);
     }
     trace_pipeline_destroy(&tracer->device, &tracer->pipeline);
     free(tracer);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Lets the driver build an input in memory of the layer's own, and trace rays through it. */
+/* Builds an input with the driver, in memory of the layer, and traces rays through it. */
 #ifndef ASSAY_LAYER_COMPARE_TRACER_H
 #define ASSAY_LAYER_COMPARE_TRACER_H
 
@@ -7,15 +7,17 @@
 #include "src/compare/input.h"
 #include "src/compare/trace_data.h"
 
-/* What traces, one a device. Used by one thread at a time. */
+/* Owns the pipeline that traces; one per device. Only one thread may use it at a time. */
 struct tracer;
+/* Creates the tracer; sets `*tracer` to NULL if it fails. */
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer);
-/* The device is idle by then. */
-void tracer_destroy(struct tracer *tracer); /* NULL: nothing */
+/* The device must be idle. */
+void tracer_destroy(struct tracer *tracer); /* `tracer` may be NULL */
 
-/* Of a BLAS (`top` is NULL): it is built from the first input; if there is another, then updated
- * from that one. Rays meet it in a TLAS of one instance whose transform is the identity. Of a TLAS:
- * each input is one of the structures that its instances name by number, from 1 on. */
+/* A BLAS (`top` is NULL) is built from the first input and, if there is a second input, then
+ * updated with that one. Rays are traced through a TLAS of one instance with the identity
+ * transform. For a TLAS, each input is a BLAS, and the instances refer to the inputs by number from
+ * 1 on. */
 struct tracer_job {
     VkQueue queue;
     uint32_t queue_family;
@@ -27,7 +29,8 @@ struct tracer_job {
     struct compare_answer *answers;
 };
 
-/* Submits to the queue and waits, each time 10 seconds at most: VK_TIMEOUT. */
+/* Submits to the queue and waits. Returns VK_TIMEOUT if one submission takes longer than 10
+ * seconds. */
 VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Lists of chunks. */
+/* Chunked lists. */
 #include "src/base/chunk_list.h"
 
 #include <stdlib.h>
@@ -21,7 +21,7 @@ bool chunk_list_grow(struct chunk_list *list, size_t size)
     struct chunk *chunk = list->spare;
     if (chunk) {
         list->spare = chunk->next;
-        __builtin_prefetch(list->spare, 1); /* it will be wanted when this one is full */
+        __builtin_prefetch(list->spare, 1); /* the next call takes the chunk after this one */
     } else {
         chunk = malloc(sizeof(*chunk) + CHUNK_ITEMS * size);
     }

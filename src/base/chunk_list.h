@@ -1,51 +1,54 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Lists of items of one size, in chunks, so that growing moves nothing; emptied chunks are kept for
- * the items that come next. Zero-initialized is empty. Not locked. */
+/* A list of items of one size, stored in chunks. Items never move while the list grows. Chunks that
+ * become empty are reused. A zero-initialized list is empty. The list has no lock; the caller
+ * serializes access. */
 #ifndef ASSAY_BASE_CHUNK_LIST_H
 #define ASSAY_BASE_CHUNK_LIST_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Of a chunk at most; and as many come without asking for room one by one. */
+/* Items per chunk, and the number of items that chunk_list_make_room() guarantees. */
 enum { CHUNK_ITEMS = 64, CHUNK_ITEMS_AT_ONCE = 5 };
 
-/* Its items lie behind it. */
+/* A chunk; its items follow the structure in memory. */
 struct chunk {
     struct chunk *next;
-    char *end; /* of its items, unless it is the last */
+    char *end; /* end of the items; unset in the last chunk */
 };
 
 struct chunk_list {
     struct chunk *first, *last, *spare;
-    /* Where the first item comes; and, in the last chunk, the next, and from where on there may be
-     * no room for CHUNK_ITEMS_AT_ONCE. All are NULL before there is a chunk. */
+    /* `start` is the first item. `next` is the free item at the end of the last chunk. From `limit`
+     * on, the last chunk may lack room for CHUNK_ITEMS_AT_ONCE items. All three are NULL if the
+     * list has no chunk. */
     char *start, *next, *limit;
 };
 
-/* A place behind an item, or, of a null chunk, before all. */
+/* A position after an item, or before all items if `chunk` is NULL. */
 struct chunk_place {
     struct chunk *chunk;
     char *next;
 };
 
-/* Adds a chunk; false without memory. */
+/* Appends a chunk. Returns false if memory runs out. */
 bool chunk_list_grow(struct chunk_list *list, size_t size);
 
-/* Makes room for CHUNK_ITEMS_AT_ONCE, at `next`, which moves behind those that the caller adds.
- * `size` is that of an item in bytes, the same for all of a list. False without memory. */
+/* Makes room for CHUNK_ITEMS_AT_ONCE items at `next`; the caller advances `next` by the items that
+ * it writes. `size` is the size of an item in bytes, the same in all calls for one list. Returns
+ * false if memory runs out. */
 static inline bool chunk_list_make_room(struct chunk_list *list, size_t size)
 {
     return list->next < list->limit || chunk_list_grow(list, size);
 }
 
+/* Returns the position after the last item. */
 static inline struct chunk_place chunk_list_end(const struct chunk_list *list)
 {
     return (struct chunk_place){list->last, list->next};
 }
 
-/* Takes the items behind a place out again. The first chunk stays in its place, others are spare.
- */
+/* Removes all items after a position. The first chunk stays; later chunks become spare. */
 void chunk_list_cut(struct chunk_list *list, size_t size, struct chunk_place place);
 
 static inline bool chunk_list_is_empty(const struct chunk_list *list)
@@ -53,7 +56,7 @@ static inline bool chunk_list_is_empty(const struct chunk_list *list)
     return list->next == list->start;
 }
 
-/* Takes out all. */
+/* Removes all items. */
 static inline void chunk_list_clear(struct chunk_list *list, size_t size)
 {
     if (list->first != list->last)
@@ -61,9 +64,10 @@ static inline void chunk_list_clear(struct chunk_list *list, size_t size)
     list->next = list->start;
 }
 
-/* The item at a place, which moves behind it; NULL at the end. */
+/* Returns the item at a position and advances the position, or returns NULL at the end. */
 void *chunk_list_next(const struct chunk_list *list, size_t size, struct chunk_place *place);
 
+/* Frees all chunks. The list must not be used afterwards. */
 void chunk_list_free(struct chunk_list *list);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Processes with elevated privileges: programs with the set-user-ID or set-group-ID bit, or with
- * capabilities of their file. Who starts one chooses its environment and its current folder, and
- * must not gain its privileges by them. */
+/* Detects processes with elevated privileges: programs with the set-user-ID or set-group-ID bit, or
+ * with file capabilities. The user who starts such a process chooses its environment and current
+ * folder, and must not gain the privileges of the process through them. */
 #ifndef ASSAY_BASE_ELEVATED_H
 #define ASSAY_BASE_ELEVATED_H
 

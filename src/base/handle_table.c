@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The hash table from handles to records. */
+/* A hash table from handles to records. */
 #include "src/base/handle_table.h"
 
 #include <stdlib.h>
 
-/* Of a table that is not small, one slot of so many is in use. */
-enum { FIRST_SLOTS = 64, SHARE_AT_LEAST = 8 };
+/* A table larger than FIRST_SLOTS shrinks if fewer than one slot in MIN_LOAD_DIVISOR is in use. */
+enum { FIRST_SLOTS = 64, MIN_LOAD_DIVISOR = 8 };
 
 static struct handle_slot *find_slot(const struct handle_table *table, uint64_t handle)
 {
@@ -42,11 +42,11 @@ static bool grow(struct handle_table *table)
     return resize(table, table->slots ? (table->mask + 1) * 2 : FIRST_SLOTS);
 }
 
-/* What few handles are spread over is in no cache. Without memory the table stays large. */
+/* A sparse table wastes cache. If memory runs out, the table keeps its size. */
 static void shrink(struct handle_table *table)
 {
     size_t size = table->mask + 1;
-    if (size > FIRST_SLOTS && table->count < size / SHARE_AT_LEAST)
+    if (size > FIRST_SLOTS && table->count < size / MIN_LOAD_DIVISOR)
         resize(table, size / 2);
 }
 
@@ -76,7 +76,8 @@ void *handle_table_remove(struct handle_table *table, uint64_t handle)
         return NULL;
     void *record = slot->record;
 
-    /* Close the gap: move up each later slot of the run that may not stand behind it. */
+    /* Close the gap: move each later slot of the run into the gap, unless the slot's home lies
+     * after the gap. */
     size_t gap = (size_t)(slot - table->slots);
     for (size_t i = (gap + 1) & table->mask; table->slots[i].handle; i = (i + 1) & table->mask) {
         size_t home = handle_table_home(table, table->slots[i].handle);

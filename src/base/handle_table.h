@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A hash table from handles to records that somebody else owns. Not locked: its owner is.
+/* A hash table from handles to records. The table does not own the records. It has no lock; its
+ * owner serializes access.
  *
- * Open addressing with linear probing, at most two thirds full and, unless it is small, at least
- * one eighth. Key 0 (VK_NULL_HANDLE) is never in a table. */
+ * Open addressing with linear probing. A table is at most two thirds full, and at least one eighth
+ * full unless it is small. Key 0 (VK_NULL_HANDLE) is never in a table. */
 #ifndef ASSAY_BASE_HANDLE_TABLE_H
 #define ASSAY_BASE_HANDLE_TABLE_H
 
@@ -15,22 +16,22 @@ struct handle_table {
         uint64_t handle;
         void *record;
     } * slots;
-    size_t count, mask; /* mask + 1 slots; slots is NULL while empty */
+    size_t count, mask; /* mask + 1 slots; `slots` is NULL while the table is empty */
     unsigned shift;     /* see handle_table_home */
 };
 
-/* Where the search for a handle begins. Handles are pointers, or counters in any of their bits:
- * multiply by 2^64 / phi and keep the highest bits, so that neighbours spread (Knuth, The Art of
- * Computer Programming, 6.4). */
+/* Returns the slot at which the search for a handle begins. Handles are pointers or counters, so
+ * any of their bits may vary: the hash multiplies by 2^64 / phi and keeps the highest bits, which
+ * spreads neighbouring handles (Knuth, The Art of Computer Programming, 6.4). */
 static inline size_t handle_table_home(const struct handle_table *table, uint64_t handle)
 {
     return (size_t)(handle * 0x9e3779b97f4a7c15u >> table->shift);
 }
 
-/* The rest of the search, which is seldom. */
+/* Completes a search that does not end at the first slot, which is rare. */
 void *handle_table_search(const struct handle_table *table, uint64_t handle);
 
-/* NULL where the handle isn't known. */
+/* Returns the record of a handle, or NULL if the table has no such handle. */
 static inline void *handle_table_find(const struct handle_table *table, uint64_t handle)
 {
     if (!table->slots)
@@ -39,24 +40,25 @@ static inline void *handle_table_find(const struct handle_table *table, uint64_t
     return slot->handle == handle ? slot->record : handle_table_search(table, handle);
 }
 
-/* Will soon be looked for: fetches where its search begins. */
+/* Prefetches the first slot of a search for `handle` that follows soon. */
 static inline void handle_table_prefetch(const struct handle_table *table, uint64_t handle)
 {
     if (table->slots)
         __builtin_prefetch(&table->slots[handle_table_home(table, handle)]);
 }
 
-/* False without memory; then the table is as before. An existing record is replaced, which can't
- * fail. */
+/* Adds a record, or replaces the record of this handle. A replacement cannot fail. Returns false,
+ * and leaves the table unchanged, if memory runs out. */
 bool handle_table_set(struct handle_table *table, uint64_t handle, void *record);
 
-/* Returns the record that was there, or NULL. There is room for another then. */
+/* Removes a handle and returns its record, or NULL if there was none. Afterwards, adding one handle
+ * cannot fail. */
 void *handle_table_remove(struct handle_table *table, uint64_t handle);
 
-/* Frees the table, not the records. */
+/* Frees the table but not the records. */
 void handle_table_release(struct handle_table *table);
 
-/* Calls `visit` for every record; it must not change the table. */
+/* Calls `visit` for every record. `visit` must not change the table. */
 void handle_table_each(const struct handle_table *table, void (*visit)(void *record, void *context),
                        void *context);
 

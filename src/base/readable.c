@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Probing memory through system calls. */
+/* Probes memory through system calls. */
 #define _GNU_SOURCE /* mincore, process_vm_readv, syscall */
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
@@ -13,13 +13,13 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { NO_HOW = -1, SIGNALS_SIZE = 8, VALGRIND_IS_RUNNING = 0x1001 };
+enum { INVALID_HOW = -1, SIGNALS_SIZE = 8, VALGRIND_IS_RUNNING = 0x1001 };
 
 static const uintptr_t page_size = (uintptr_t)1 << READABLE_PAGE_SHIFT;
 
-/* Valgrind answers this request; a processor runs it without an effect (valgrind.h has the same
- * for more processors; the layer builds without that header). */
-static bool is_readable_by_valgrind(void)
+/* Executes Valgrind's client request. Valgrind answers it; a processor executes it without effect.
+ * (valgrind.h has the same for more processors; the layer builds without that header.) */
+static bool valgrind_answers(void)
 {
     volatile uintptr_t request[6] = {VALGRIND_IS_RUNNING}, answer = 0;
 #if defined(__x86_64__)
@@ -47,28 +47,28 @@ static bool is_readable_by_valgrind(void)
 
 static bool runs_on_valgrind(void)
 {
-    enum { NOT_ASKED, NO_VALGRIND, VALGRIND };
-    static atomic_int known; /* starts as NOT_ASKED */
+    enum { UNTESTED, NO_VALGRIND, VALGRIND };
+    static atomic_int known; /* starts as UNTESTED */
     int answer = atomic_load_explicit(&known, memory_order_relaxed);
-    if (answer == NOT_ASKED) {
-        answer = is_readable_by_valgrind() ? VALGRIND : NO_VALGRIND;
+    if (answer == UNTESTED) {
+        answer = valgrind_answers() ? VALGRIND : NO_VALGRIND;
         atomic_store_explicit(&known, answer, memory_order_relaxed);
     }
     return answer == VALGRIND;
 }
 
-/* The kernel copies a set of signals from the page that ends there, before it refuses to do
- * anything with it. It is the cheapest call that reads, a fifth of process_vm_readv, and reads
- * memory of devices, too. */
+/* The kernel first copies a signal set from the last bytes of the page, and only then rejects
+ * `how`. No other call that reads memory is as cheap: process_vm_readv costs five times as much.
+ * The call also reads device memory. */
 static bool is_readable_by_sigprocmask(uintptr_t end)
 {
-    return syscall(SYS_rt_sigprocmask, NO_HOW, end - SIGNALS_SIZE, NULL, SIGNALS_SIZE) == 0 ||
+    return syscall(SYS_rt_sigprocmask, INVALID_HOW, end - SIGNALS_SIZE, NULL, SIGNALS_SIZE) == 0 ||
            errno != EFAULT;
 }
 
-/* Valgrind carries out rt_sigprocmask itself, and warns of a `how` that there is not. It passes
- * process_vm_readv on, which doesn't read memory of devices. Where that fails on memory that is
- * mapped, the warning is put up with. */
+/* Valgrind executes rt_sigprocmask itself and warns about the invalid `how`. It forwards
+ * process_vm_readv, which cannot read device memory. If process_vm_readv fails on mapped memory,
+ * the probe falls back to rt_sigprocmask despite the warning. */
 static bool is_readable_on_valgrind(uintptr_t end)
 {
     char byte;
@@ -84,7 +84,7 @@ static bool is_readable_page(uintptr_t end)
     return runs_on_valgrind() ? is_readable_on_valgrind(end) : is_readable_by_sigprocmask(end);
 }
 
-/* The end of a known range that holds `address`, or 0. */
+/* Returns the end of the cached range that contains `address`, or 0. */
 static uintptr_t known_end(const struct readable_cache *cache, uintptr_t address)
 {
     for (unsigned i = 0; i < cache->count; i++)
@@ -93,7 +93,7 @@ static uintptr_t known_end(const struct readable_cache *cache, uintptr_t address
     return 0;
 }
 
-/* Adds a page as a new range, joined with those that end or begin where it does. */
+/* Adds a page and merges it with the ranges that are adjacent to it. */
 static void add_page(struct readable_cache *cache, uintptr_t begin, uintptr_t end)
 {
     unsigned kept = 0;
@@ -116,7 +116,7 @@ static void add_page(struct readable_cache *cache, uintptr_t begin, uintptr_t en
     cache->ranges[range].end = end;
 }
 
-/* Probes the page of `address`. Returns the end of what can be read, or 0. */
+/* Probes the page of `address`. Returns the end of the readable page, or 0. */
 static uintptr_t find_end(struct readable_cache *cache, uintptr_t address)
 {
     uintptr_t page = address & ~(page_size - 1);
@@ -137,7 +137,8 @@ struct cache_of_thread {
     struct readable_cache cache;
 };
 
-/* Once a call, and not at each use: in a library that was opened late it is found by a call. */
+/* Noinline, so that the thread-local variable is located once per call: a library loaded by dlopen
+ * locates each access through a function call. */
 ON_RECORDING_PATH __attribute__((noinline)) static struct cache_of_thread *cache_of_thread(void)
 {
     static _Thread_local struct cache_of_thread of_thread;
@@ -148,7 +149,7 @@ ON_RECORDING_PATH struct readable_cache *readable_cache_of_thread(void)
 {
     struct cache_of_thread *own = cache_of_thread();
     struct timespec now;
-    /* It advances with the system's timer, and is read without a system call. */
+    /* This clock advances with the system timer; reading it takes no system call. */
     clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
     if (now.tv_nsec != own->filled.tv_nsec || now.tv_sec != own->filled.tv_sec) {
         own->filled = now;
@@ -179,7 +180,8 @@ ON_RECORDING_PATH size_t readable_extent(struct readable_cache *cache, const voi
 
 size_t readable_copy(void *to, const void *from, size_t size)
 {
-    /* Part by part, as none is copied in part; the first reaches to the end of its page. */
+    /* process_vm_readv transfers whole elements only. The first element ends at the page
+     * boundary. */
     size_t first = page_size - ((uintptr_t)from & (page_size - 1));
     if (first > size)
         first = size;

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether application memory can be read, without touching it.
+/* Determines whether application memory is readable, without accessing it directly.
  *
- * rt_sigprocmask with a `how` that there is not reports a fault as an error instead of a signal,
- * and does nothing else (process_vm_readv on the own process, which is for copies and for programs
- * under Valgrind, does so, too).
- * Where the system forbids them every pointer counts as readable. A cache remembers a few ranges
- * that were found readable, which grow page by page and together, so that arrays that are walked
- * side by side do not drive each other out. */
+ * The probe is rt_sigprocmask with an invalid `how`: the call has no effect, and reports a fault as
+ * an error instead of a signal. Copies, and all probes under Valgrind, use process_vm_readv on the
+ * own process. If the system forbids these calls, every pointer counts as readable. A cache
+ * remembers a few readable ranges. Ranges grow page by page and merge, so that arrays that are read
+ * in parallel do not evict each other. */
 #ifndef ASSAY_BASE_READABLE_H
 #define ASSAY_BASE_READABLE_H
 
@@ -16,37 +15,39 @@
 
 enum {
     READABLE_RANGES = 8,
-    READABLE_RECENT = 64,    /* a power of two */
-    READABLE_PAGE_SHIFT = 12 /* of the smallest pages of the platforms; larger ones are probed in
-                                parts */
+    READABLE_RECENT = 64, /* a power of two */
+    /* The smallest page size of the platforms. Larger pages are probed in parts. */
+    READABLE_PAGE_SHIFT = 12
 };
 
-/* Ranges of whole pages that were readable when last asked for. Zero-initialized is empty. Not
- * locked. */
+/* Ranges of whole pages that were readable at the last probe. A zero-initialized cache is empty.
+ * The cache has no lock. */
 struct readable_cache {
     struct {
         uintptr_t begin, end; /* addresses */
     } ranges[READABLE_RANGES];
     unsigned count;
-    unsigned oldest; /* the next to be replaced */
-    /* The last addresses of pages found readable, by the low bits of the page's number; 0: none. */
+    unsigned oldest; /* index of the next range to be replaced */
+    /* The last address of recently probed readable pages, indexed by the low bits of the page
+     * number; 0 if empty. */
     uintptr_t recent[READABLE_RECENT];
 };
 
-/* Empties it. */
+/* Empties the cache. */
 void readable_forget(struct readable_cache *cache);
 
-/* The calling thread's, for the arrays that commands are recorded from: of pages that were readable
- * a few milliseconds ago at most, since commands come in runs and each probe is a system call. What
- * an application unmaps and hands over within that time is not noticed, unless the caller empties
- * the cache before; the driver reads it, too. docs/probes.md has the cost of both. */
+/* Returns the cache of the calling thread, for the arrays that commands are recorded from. Its
+ * entries are at most a few milliseconds old: commands come in bursts, and each probe is a system
+ * call. If an application unmaps memory and passes a pointer to it within that time, the cache
+ * still reports the memory as readable, unless the caller empties the cache first; the driver would
+ * read the same memory. docs/probes.md lists the cost of both. */
 struct readable_cache *readable_cache_of_thread(void);
 
-/* How many bytes from `pointer` on can be read, at most `size`. */
+/* Returns the number of readable bytes from `pointer` on, at most `size`. */
 size_t readable_extent(struct readable_cache *cache, const void *pointer, size_t size);
 
-/* Whether all of [pointer, pointer + size) can be read. Size 0: yes. NULL: no. Most of what is
- * asked for lies in a page that was asked for before. */
+/* Returns whether all of [pointer, pointer + size) is readable. Size 0 is readable; NULL is not.
+ * The inline part covers a pointer into a page that was probed recently. */
 static inline bool readable(struct readable_cache *cache, const void *pointer, size_t size)
 {
     const uintptr_t page = (uintptr_t)1 << READABLE_PAGE_SHIFT;
@@ -56,8 +57,8 @@ static inline bool readable(struct readable_cache *cache, const void *pointer, s
            readable_extent(cache, pointer, size) == size;
 }
 
-/* Copies as much of [from, from + size) as can be read from its begin on; `size` is a page at most.
- * Returns how much that was. */
+/* Copies the readable bytes at the beginning of [from, from + size). `size` is at most one page.
+ * Returns the number of bytes copied. */
 size_t readable_copy(void *to, const void *from, size_t size);
 
 #endif

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The striped lock. */
+/* A striped lock. */
 #include "src/base/reader_lock.h"
 
 #include <sched.h>
 #include <time.h>
 
-/* Who has the flag may have to wait for this processor: let others have it, at last those of lower
- * priority, too. */
-enum { YIELDS = 32, NAP_NS = 20000 };
+/* The thread that holds the flag may be waiting for this processor. sched_yield() runs threads of
+ * the same priority; sleeping also runs threads of lower priority. */
+enum { YIELDS = 32, SLEEP_NS = 20000 };
 
-/* A thread-local integer needs no destructor, so the library can be
- * unloaded while threads that used it live on. */
+/* A thread-local integer needs no destructor, so the library can be unloaded while threads that
+ * used it are alive. */
 unsigned reader_lock_stripe(void)
 {
     static atomic_uint next;
@@ -20,29 +20,29 @@ unsigned reader_lock_stripe(void)
     return stripe;
 }
 
-static bool try_to_take(atomic_bool *flag)
+static bool try_acquire_flag(atomic_bool *flag)
 {
     return !atomic_exchange_explicit(flag, true, memory_order_acquire);
 }
 
-__attribute__((noinline, cold)) static void wait_for(atomic_bool *flag)
+__attribute__((noinline, cold)) static void wait_for_flag(atomic_bool *flag)
 {
     unsigned tries = 0;
     do {
         if (tries++ < YIELDS)
             sched_yield();
         else
-            nanosleep(&(struct timespec){.tv_nsec = NAP_NS}, NULL);
-    } while (atomic_load_explicit(flag, memory_order_relaxed) || !try_to_take(flag));
+            nanosleep(&(struct timespec){.tv_nsec = SLEEP_NS}, NULL);
+    } while (atomic_load_explicit(flag, memory_order_relaxed) || !try_acquire_flag(flag));
 }
 
-static void take(atomic_bool *flag)
+static void acquire_flag(atomic_bool *flag)
 {
-    if (!try_to_take(flag))
-        wait_for(flag);
+    if (!try_acquire_flag(flag))
+        wait_for_flag(flag);
 }
 
-static void give_back(atomic_bool *flag)
+static void release_flag(atomic_bool *flag)
 {
     atomic_store_explicit(flag, false, memory_order_release);
 }
@@ -50,24 +50,24 @@ static void give_back(atomic_bool *flag)
 unsigned reader_lock_enter(struct reader_lock *lock)
 {
     unsigned stripe = reader_lock_stripe();
-    take(&lock->stripes[stripe].is_taken);
+    acquire_flag(&lock->stripes[stripe].is_taken);
     return stripe;
 }
 
 void reader_lock_leave(struct reader_lock *lock, unsigned stripe)
 {
-    give_back(&lock->stripes[stripe].is_taken);
+    release_flag(&lock->stripes[stripe].is_taken);
 }
 
-/* Stripes are always taken in ascending order, so two writers cannot wait for each other. */
+/* Writers take the stripes in ascending order, so two writers cannot deadlock. */
 void reader_lock_write(struct reader_lock *lock)
 {
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
-        take(&lock->stripes[i].is_taken);
+        acquire_flag(&lock->stripes[i].is_taken);
 }
 
 void reader_lock_write_done(struct reader_lock *lock)
 {
     for (unsigned i = READER_LOCK_STRIPES; i-- > 0;)
-        give_back(&lock->stripes[i].is_taken);
+        release_flag(&lock->stripes[i].is_taken);
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A read-write lock for state that is read on every recorded command and written when objects come
- * and go. It is striped: a reader takes one stripe, chosen by its thread, so readers on different
- * threads do not share a cache line; a writer takes all of them. A thread may not enter it twice.
+/* A read-write lock for state that every recorded command reads and that only creating and
+ * destroying objects writes. The lock is striped: a reader takes the one stripe of its thread, so
+ * that readers on different threads do not share a cache line; a writer takes all stripes. The lock
+ * is not recursive.
  *
- * A stripe is a flag, which is taken by one atomic operation and given back by a plain store: what
- * a look-up fetches from memory needn't have arrived before the thread goes on, as it must where a
- * mutex is unlocked. Who finds it taken, seldom and by a short piece of work, tries again, and soon
- * sleeps in between. A look-up holds it for so short that neither writers nor readers wait long for
- * the other. */
+ * A stripe is a flag. Acquiring it is one atomic operation and releasing it is a plain store, so
+ * that outstanding loads of a look-up do not delay the thread, as they would when a mutex is
+ * unlocked. Contended acquires call sched_yield(), then sleep. Critical sections are short, so
+ * neither readers nor writers wait long. */
 #ifndef ASSAY_BASE_READER_LOCK_H
 #define ASSAY_BASE_READER_LOCK_H
 
@@ -16,8 +16,8 @@
 
 enum { READER_LOCK_STRIPES = 8, READER_LOCK_STRIPE_SIZE = 128 };
 
-/* Two cache lines a stripe keep the flags of two stripes apart without asking for alignment, which
- * calloc would not give. All zero: free; there is nothing to release. */
+/* Each stripe spans two cache lines, which separates the flags of two stripes without an alignment
+ * that calloc would not provide. All-zero is the released state; the lock needs no destruction. */
 struct reader_lock {
     union {
         atomic_bool is_taken;
@@ -25,13 +25,16 @@ struct reader_lock {
     } stripes[READER_LOCK_STRIPES];
 };
 
-/* A number below READER_LOCK_STRIPES, of this thread: threads take them in turn. */
+/* Returns the stripe of the calling thread, below READER_LOCK_STRIPES. Stripes are assigned to
+ * threads in rotation. */
 unsigned reader_lock_stripe(void);
 
-/* Returns the stripe, to be handed to reader_lock_leave. */
+/* Acquires the lock for reading. Returns the stripe, which the caller passes to
+ * reader_lock_leave(). */
 unsigned reader_lock_enter(struct reader_lock *lock);
 void reader_lock_leave(struct reader_lock *lock, unsigned stripe);
 
+/* Acquires and releases the lock for writing. */
 void reader_lock_write(struct reader_lock *lock);
 void reader_lock_write_done(struct reader_lock *lock);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Marks the functions that run for each build that is recorded. The linker keeps them together: a
- * call of one build waits for instructions, which the driver's have driven out of the processor's
- * caches, and finds them on few pages. */
+/* Marks the functions that run for each recorded build. The linker places them together: between
+ * two builds the driver evicts the layer's instructions from the processor's caches, and fewer
+ * pages mean fewer misses. */
 #ifndef ASSAY_BASE_RECORDING_PATH_H
 #define ASSAY_BASE_RECORDING_PATH_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bounded text. */
+/* Text in a bounded buffer. */
 #include "src/base/text_buffer.h"
 
 #include <stdarg.h>

@@ -1,26 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Text in a buffer of fixed size. What does not fit is cut, and three dots say so. */
+/* Text in a buffer of fixed size. Text that does not fit is truncated and ends in three dots. */
 #ifndef ASSAY_BASE_TEXT_BUFFER_H
 #define ASSAY_BASE_TEXT_BUFFER_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* `text` is always terminated. `size` is at least 4. */
+/* A bounded text. `text` is always terminated. `size` is in bytes and at least 4. The caller owns
+ * the memory. */
 struct text_buffer {
     char *text;
     size_t size, length;
     bool cut;
 };
 
+/* Begins an empty text in `text`, which has `size` bytes and must outlive the buffer. */
 void text_begin(struct text_buffer *buffer, char *text, size_t size);
 
-/* Appends as printf does; nothing more once the text has been cut. */
+/* Appends formatted text as printf does. Has no effect once the text is truncated. */
 __attribute__((format(printf, 2, 3))) void text_append(struct text_buffer *buffer,
                                                        const char *format, ...);
 
-/* The greatest length up to `length` at which UTF-8 text may be cut without splitting a character.
- */
+/* Returns the greatest length up to `length` at which UTF-8 text can be cut without splitting a
+ * character. */
 size_t text_cut_length(const char *text, size_t length);
 
 #endif

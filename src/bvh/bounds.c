@@ -2,7 +2,8 @@
 /* Bounds of records and nodes. */
 #include "src/bvh/bounds.h"
 
-/* One step beyond what rounding gives: a double's rounding may hide which way to go. */
+/* One float beyond the rounded value: the rounding of the double sum can hide the direction of the
+ * error. */
 struct box bounds_of_sphere(const float center[3], float radius)
 {
     struct box box = box_empty();
@@ -70,8 +71,8 @@ struct update {
     const struct builder_resolver *resolver;
 };
 
-/* Nodes [begin, end) whose children are below `limit`. Children come after their parents, so the
- * last node goes first. */
+/* Updates the nodes of [begin, end) whose children are all below `limit`. Children follow their
+ * parents, so the loop runs from the last node to the first. */
 static void update_nodes(const struct update *update, uint32_t begin, uint32_t end, uint32_t limit)
 {
     struct wide_node *nodes = structure_nodes(update->header);
@@ -92,15 +93,15 @@ static void update_nodes(const struct update *update, uint32_t begin, uint32_t e
     }
 }
 
-/* Nodes with children beyond the chunk wait for update_path(), as do those above them, whose bounds
- * are wrong till then. */
+/* Skips the nodes with children beyond the chunk, and their ancestors; update_path() computes their
+ * bounds later. */
 static void update_chunk(void *context, uint32_t begin, uint32_t end)
 {
     update_nodes(context, begin, end, end);
 }
 
-/* The nodes of the chunk that begins at `begin` whose parts of the tree reach beyond its end: a
- * part is in one piece, so these are above node `end`. */
+/* Updates the nodes of the chunk at `begin` whose subtrees extend beyond its end. A subtree is
+ * contiguous, so these nodes are ancestors of node `end`. */
 static void update_path(const struct update *update, uint32_t begin, uint32_t end)
 {
     const struct wide_node *nodes = structure_nodes(update->header);

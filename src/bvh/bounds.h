@@ -26,7 +26,7 @@ static inline struct box bounds_of_triangle(const struct triangle_record *record
 
 struct box bounds_of_sphere(const float center[3], float radius);
 
-/* `blas` is that of an instance, and may be NULL. */
+/* `blas` is the structure of an instance and may be NULL. */
 static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const void *record,
                                                  const void *blas)
 {
@@ -68,8 +68,8 @@ static ALWAYS_INLINE struct box bounds_of_record(enum structure_kind kind, const
     return box_empty();
 }
 
-/* Bounds of all nodes and of the root from the records. For instances, `resolver` finds their
- * structures; those that it doesn't find count as empty. */
+/* Computes the bounds of all nodes and of the root from the records. `resolver` finds the
+ * structures of instances; an unresolved instance counts as empty. */
 void bounds_update(struct structure_header *header, const struct builder_resolver *resolver,
                    struct workers *workers);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds: what the input is, where in the scratch everything lies, and the order of the steps. */
+/* Builds: classifies the input, lays out the scratch, and runs the steps in order. */
 #include "src/bvh/bvh.h"
 
 #include <fenv.h>
@@ -8,7 +8,7 @@
 #include "src/bvh/input/input.h"
 #include "src/bvh/tree/tree.h"
 
-/* From the state's input and counts. */
+/* Lays out the scratch for the state's input and counts. Returns its size in bytes. */
 static uint64_t lay_out_scratch(struct build_state *state, const struct input_counts *counts,
                                 struct input_tables *tables, void *scratch)
 {
@@ -48,11 +48,11 @@ static void structure_sizes(const struct build_state *state, const struct input_
     sizes->structure = header.size;
     sizes->build_scratch = lay_out_scratch(&measured, counts, &tables, NULL);
     sizes->update_scratch = input_lay_out(state->input, state->kind, counts, NULL, &tables);
-    if (structure_is_displaced(state->kind)) /* which may be a build */
+    if (structure_is_displaced(state->kind)) /* an update may turn into a build */
         sizes->update_scratch = sizes->build_scratch;
 }
 
-/* What there is to build, and how much of it. */
+/* Determines the kind, the counts and the sizes of a build. */
 static enum builder_result begin(struct build_state *state, const uint32_t *primitives,
                                  struct input_counts *counts, struct builder_sizes *sizes)
 {
@@ -104,7 +104,8 @@ static void build_tree(struct build_state *state)
     tree_emit(state);
 }
 
-/* All that is neither header, record nor node, so that the bytes depend on the input alone. */
+/* Clears everything except header, records and nodes, so that the bytes depend on the input
+ * alone. */
 static void clear_gaps(struct structure_header *header)
 {
     uint8_t *bytes = (uint8_t *)header;
@@ -129,8 +130,8 @@ static void write_header(struct build_state *state)
     }
 }
 
-/* Of displaced triangles there may be fewer than their usages say. */
-static void count_again(struct build_state *state)
+/* There may be fewer displaced triangles than the usages declare. */
+static void recount_primitives(struct build_state *state)
 {
     state->primitive_count = 0;
     for (uint32_t i = 0; i < state->input->geometry_count; i++)
@@ -143,7 +144,7 @@ static enum builder_result run_build(struct build_state *state, const struct inp
     enum builder_result result = input_open(state->input, state->kind, tables, report);
     if (result != BUILDER_OK)
         return result;
-    count_again(state);
+    recount_primitives(state);
     workers_start(&state->workers, state->input, state->primitive_count);
     pthread_mutex_init(&state->lock, NULL);
     pthread_cond_init(&state->task_wakeup, NULL);
@@ -163,8 +164,8 @@ enum builder_result builder_build(const struct builder_input *input, void *struc
                                   uint64_t structure_size, void *scratch, uint64_t scratch_size,
                                   struct builder_report *report)
 {
-    struct builder_report unread;
-    report = report ? report : &unread;
+    struct builder_report discarded;
+    report = report ? report : &discarded;
     *report = (struct builder_report){0};
     struct build_state state = {.input = input, .header = structure};
     struct builder_sizes sizes;
@@ -176,7 +177,7 @@ enum builder_result builder_build(const struct builder_input *input, void *struc
     if (structure_size < sizes.structure || scratch_size < sizes.build_scratch)
         return BUILDER_TOO_SMALL;
     lay_out_scratch(&state, &counts, &tables, scratch);
-    /* Rounding to nearest, subnormals kept, whatever the application has set. */
+    /* Round to nearest and keep subnormals, whatever the application has set. */
     fenv_t before;
     feholdexcept(&before);
     fesetenv(FE_DFL_ENV);

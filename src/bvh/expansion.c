@@ -15,7 +15,7 @@ static inline double two_sum(double a, double b, double *error)
     return sum;
 }
 
-/* Dekker's, where |a| >= |b| (theorem 6). */
+/* Dekker's fast two-sum; requires |a| >= |b| (theorem 6). */
 static inline double fast_two_sum(double a, double b, double *error)
 {
     double sum = a + b;
@@ -23,7 +23,7 @@ static inline double fast_two_sum(double a, double b, double *error)
     return sum;
 }
 
-/* Dekker's split into 26 bits each (theorem 17). */
+/* Dekker's split into two halves of 26 bits (theorem 17). */
 static inline void split(double a, double *high, double *low)
 {
     double c = 134217729.0 * a; /* 2^27 + 1 */
@@ -31,7 +31,7 @@ static inline void split(double a, double *high, double *low)
     *low = a - *high;
 }
 
-/* Dekker and Veltkamp (theorem 18), `b` split beforehand. */
+/* Dekker and Veltkamp (theorem 18), with `b` split by the caller. */
 static inline double two_product(double a, double b, double b_high, double b_low, double *error)
 {
     double product = a * b, a_high, a_low;
@@ -51,8 +51,9 @@ int expansion_difference(double a, double b, double *to)
     return count;
 }
 
-/* Shewchuk's FAST-EXPANSION-SUM (figure 8) with zeros left out; `sign` turns the second operand.
- * Never more than m + n terms, even where what isn't finite makes all of them meaningless. */
+/* Shewchuk's FAST-EXPANSION-SUM (figure 8) without zero terms; `sign` multiplies the second
+ * operand. The result has at most m + n terms, even if values that are not finite make it
+ * meaningless. */
 static int merge(int m, const double *e, int n, const double *f, double sign, double *to)
 {
     int i = 0, j = 0, count = 0;
@@ -87,7 +88,7 @@ int expansion_subtract(int m, const double *e, int n, const double *f, double *t
     return merge(m, e, n, f, -1, to);
 }
 
-/* SCALE-EXPANSION (figure 13) with zeros left out. */
+/* SCALE-EXPANSION (figure 13) without zero terms. */
 int expansion_scale(int n, const double *e, double by, double *to)
 {
     if (n == 0 || by == 0)
@@ -149,8 +150,8 @@ static bool is_finite(const VkTransformMatrixKHR *transform)
     return true;
 }
 
-/* m00 (m11 m22 - m12 m21) and its two companions, in 4 * 3 terms; inner products are exact. What
- * isn't finite has no inverse, and counts as 0. */
+/* m00 (m11 m22 - m12 m21) and its two companions, in 4 * 3 terms; the inner products are exact. A
+ * matrix that is not finite has no inverse; its determinant counts as 0. */
 static int determinant(const VkTransformMatrixKHR *transform, double to[12])
 {
     double sums[2][12];

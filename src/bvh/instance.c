@@ -4,9 +4,10 @@
 
 #include "src/bvh/expansion.h"
 
-/* Products of two floats are exact in double, so each cofactor is rounded once; the determinant is
- * exact before it is rounded. So every element is within 2^-51 of its value however close to
- * singular the matrix is, and nothing overflows: floats to the third power fit double's range. */
+/* Products of two floats are exact in double, so each cofactor is rounded once. The determinant is
+ * computed exactly and then rounded. Every element is therefore within 2^-51 of its exact value,
+ * even if the matrix is nearly singular. Nothing overflows: the third power of a float fits the
+ * range of double. */
 void instance_invert(const VkTransformMatrixKHR *transform, double inverse[9])
 {
     double determinant = transform_determinant(transform);
@@ -21,17 +22,18 @@ void instance_invert(const VkTransformMatrixKHR *transform, double inverse[9])
 
 /* ---- bounds */
 
-/* m * x, where 0 times infinity (an AABB without end) is 0: that axis doesn't matter here. */
+/* Returns m * x, with 0 times infinity as 0: an AABB may be infinite along an axis that the matrix
+ * ignores. */
 static double scaled(double m, double x)
 {
     return m == 0 ? 0 : m * x;
 }
 
 /* Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems 1990, in double. A product of two
- * floats is exact there, the three sums err by less than 3 * 2^-53 of the sum of magnitudes. The
- * pad, 2^-20 of that sum, is far wider: it also covers that traversal rounds rays into object space
- * (to 2^-24 at accuracy robust, to less than 2^-50 at exact), for matrices whose condition is below
- * 2^4 at robust and 2^30 at exact; slab_of_world() pads for the part that grows with the origin. */
+ * floats is exact; the error of the three sums is below 3 * 2^-53 of the sum of magnitudes. The
+ * pad, 2^-20 of that sum, is far larger. It also covers the rounding of rays into object space (to
+ * 2^-24 at accuracy robust, to less than 2^-50 at exact) for matrices whose condition is below 2^4
+ * at robust and 2^30 at exact. make_slab() pads for the error that grows with the origin. */
 struct box instance_bounds_between(double low[3][4], double high[3][4], const void *blas)
 {
     const struct structure_header *header = blas;

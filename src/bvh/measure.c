@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What tools ask about a structure. */
+/* Properties of a structure, for tools. */
 #include "src/bvh/bounds.h"
 #include "src/bvh/structure.h"
 
@@ -18,7 +18,7 @@ bool builder_bounds(const void *structure, float lower[3], float upper[3])
     return header->record_count > 0;
 }
 
-/* In double: the areas of boxes of floats don't overflow there. */
+/* In double, in which areas of float boxes cannot overflow. */
 static double lane_area(const struct wide_node *node, uint32_t lane)
 {
     double e[3];

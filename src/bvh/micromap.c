@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Micromaps: blocks that hold each triangle's data. */
+/* Micromaps: blocks that hold the data of each triangle. */
 #include "src/bvh/micromap.h"
 
 #include <math.h>
@@ -13,16 +13,17 @@
 struct micromap_header {
     uint32_t magic, type;
     uint32_t triangle_count, spare;
-    uint64_t size; /* of all */
+    uint64_t size; /* size of the whole block */
 };
 
-/* Follow the header; data follow them. */
+/* The triangles follow the header; the data follows the triangles. */
 struct micromap_triangle {
-    uint64_t data; /* offset from the header on */
+    uint64_t data; /* offset from the header */
     uint32_t level, format;
 };
 
-/* Of one triangle; 0 where the type has no such format or level. */
+/* Returns the data size of one triangle in bytes, or 0 if the format or level is invalid for the
+ * type. */
 static uint64_t data_bytes(uint32_t type, uint32_t format, uint32_t level)
 {
     if (type == VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV)
@@ -31,7 +32,7 @@ static uint64_t data_bytes(uint32_t type, uint32_t format, uint32_t level)
         (format != VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT &&
          format != VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT))
         return 0;
-    uint64_t bits = (uint64_t)format << 2 * level; /* 1 or 2 each */
+    uint64_t bits = (uint64_t)format << 2 * level; /* 1 or 2 bits per microtriangle */
     return (bits + 7) / 8;
 }
 
@@ -46,7 +47,7 @@ static enum builder_result measure(const struct micromap_input *input, uint32_t 
             return BUILDER_UNKNOWN_FORMAT;
         count += usage->count;
         data += bytes * usage->count;
-        if (count > BUILDER_MAX_PRIMITIVES) /* data stay below 2^29 times 2^25 */
+        if (count > BUILDER_MAX_PRIMITIVES) /* the data size stays below 2^29 times 2^25 */
             return BUILDER_TOO_MANY_PRIMITIVES;
     }
     *triangles = (uint32_t)count;
@@ -70,7 +71,8 @@ uint64_t micromap_triangle_count(const struct micromap_input *input)
     return count;
 }
 
-/* Element `index` of the input; false where it can't be read or isn't of the type. */
+/* Reads element `index` of the input. Returns false if it is not readable or is invalid for the
+ * type. */
 static bool find_triangle(const struct micromap_input *input, uint64_t index,
                           VkMicromapTriangleEXT *triangle, uint64_t *bytes)
 {
@@ -93,7 +95,7 @@ uint64_t micromap_data_extent(const struct micromap_input *input)
     return extent;
 }
 
-/* The same; false also where its data lie outside. */
+/* As find_triangle(); also returns false if the data of the triangle is not readable. */
 static bool read_triangle(const struct micromap_input *input, uint32_t index,
                           VkMicromapTriangleEXT *triangle, uint64_t *bytes)
 {
@@ -140,7 +142,7 @@ uint64_t micromap_size(const void *micromap)
     return ((const struct micromap_header *)micromap)->size;
 }
 
-/* There is nothing to spare. */
+/* A micromap has no unused capacity. */
 uint64_t micromap_compacted_size(const void *micromap)
 {
     return micromap_size(micromap);
@@ -224,13 +226,14 @@ enum builder_result micromap_deserialize(const void *bytes, uint64_t size,
     return is_well_formed(micromap, header.size) ? BUILDER_OK : BUILDER_INCOMPATIBLE;
 }
 
-/* A microtriangle by its center: weights of the vertices, in units in which they add up to `whole`,
- * so that all are integers. */
+/* A microtriangle by the barycentric weights of its center, in integer units whose sum is
+ * `whole`. */
 struct micro {
     uint32_t weight[3], whole;
 };
 
-/* Which microtriangle holds a point: "clamping as needed to keep the sum" within the triangle. */
+/* Finds the microtriangle that contains a point: "clamping as needed to keep the sum" within the
+ * triangle. */
 static struct micro find_micro(float u, float v, uint32_t level)
 {
     uint32_t count = 1u << level;
@@ -250,9 +253,9 @@ static struct micro find_micro(float u, float v, uint32_t level)
     return micro;
 }
 
-/* At each level into the quarter that holds the center: nearest vertex 0, the middle, nearest
- * vertex 1, nearest vertex 2, in this order; the second and the fourth turn the order of what they
- * hold. */
+/* Descends one level at a time into the quarter that contains the center. The order of quarters:
+ * nearest to vertex 0, the middle, nearest to vertex 1, nearest to vertex 2. The second and the
+ * fourth quarter reverse the order of their contents. */
 uint32_t micromap_curve_index(float u, float v, uint32_t level)
 {
     struct micro micro = find_micro(u, v, level);
@@ -264,7 +267,7 @@ uint32_t micromap_curve_index(float u, float v, uint32_t level)
             if (2 * weight[vertex] > micro.whole)
                 quarter = quarters[vertex];
         for (int vertex = 0; vertex < 3; vertex++) {
-            if (quarter == 1) /* by the middles of the edges opposite to each vertex */
+            if (quarter == 1) /* the vertices of the middle are the midpoints of the edges */
                 weight[vertex] = micro.whole - 2 * weight[vertex];
             else
                 weight[vertex] =

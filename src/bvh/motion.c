@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Interpolation of what moves, and bounds over all times. */
+/* Interpolation of motion, and bounds over all times. */
 #include "src/bvh/motion.h"
 
 #include "src/bvh/instance.h"
 
-/* Of a float from each time: exact at 0 and 1, and never beyond the two once rounded to float. */
+/* Interpolates two floats. The result is exact at times 0 and 1, and lies between the two floats
+ * once rounded to float. */
 static double mixed(float from, float to, double time)
 {
     return from * (1 - time) + to * time;
@@ -12,7 +13,7 @@ static double mixed(float from, float to, double time)
 
 static double clamped_time(float time)
 {
-    return fmin(fmax(time, 0), 1); /* NaN: 0 */
+    return fmin(fmax(time, 0), 1); /* NaN becomes 0 */
 }
 
 void motion_triangle_at(const struct motion_triangle_record *record, float time,
@@ -28,7 +29,7 @@ void motion_triangle_at(const struct motion_triangle_record *record, float time,
     }
 }
 
-/* Numbers from `low` to `high`. Rounding isn't directed: who uses them pads. */
+/* An interval. Its ends are not rounded outwards: callers pad the result. */
 struct range {
     double low, high;
 };
@@ -50,7 +51,7 @@ static struct range range_times(struct range a, double factor)
                       : (struct range){a.low * factor, a.high * factor};
 }
 
-/* Of a float that goes from one value to the other, between two times. */
+/* Returns the interval that an interpolated float covers between two times. */
 static struct range range_mixed(float from, float to, const double times[2])
 {
     double a = mixed(from, to, times[0]), b = mixed(from, to, times[1]);
@@ -68,7 +69,8 @@ static struct range rotation_element(struct range value, struct range length)
     return (struct range){fmax(value.low, all.low), fmin(value.high, all.high)};
 }
 
-/* Rotations between two times; exact but for rounding where they are one. */
+/* Computes the intervals of the rotation matrix between two times. If both times are equal, the
+ * result is exact but for rounding. */
 static void rotate(const VkSRTDataNV srt[2], const double times[2], struct range rotation[3][3])
 {
     const float from[4] = {srt[0].qx, srt[0].qy, srt[0].qz, srt[0].qw};
@@ -93,7 +95,7 @@ static void rotate(const VkSRTDataNV srt[2], const double times[2], struct range
     }
 }
 
-/* T R S, between two times. */
+/* Computes the intervals of T R S between two times. */
 static void srt_matrix(const VkSRTDataNV srt[2], const double times[2], struct range matrix[3][4])
 {
     const VkSRTDataNV *a = &srt[0], *b = &srt[1];
@@ -150,8 +152,8 @@ void motion_instance_at(const struct motion_instance_record *record, float time,
     instance_invert(&now->instance.transform, now->inverse);
 }
 
-/* Of an SRT transform in this many steps, each by interval arithmetic: the narrower, the tighter.
- */
+/* The bounds of an SRT transform unite the bounds of this number of time steps, each by interval
+ * arithmetic. Shorter steps give tighter bounds. */
 #define STEPS 32
 
 struct box motion_bounds(const struct motion_instance_record *record, const void *blas)

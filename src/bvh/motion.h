@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What moves (VK_NV_ray_tracing_motion_blur): where it is at a ray's time, and where it ever is.
+/* Motion (VK_NV_ray_tracing_motion_blur): the state at a ray's time, and bounds over all times.
  *
- * Vertices and matrices are interpolated linearly; of an SRT transform ("VkSRTDataNV") each element
- * is, and the quaternion is then scaled to length 1. All in double, rounded once to float: what is
- * exact is so for the triangle or matrix that this gives. */
+ * Vertices and matrices are interpolated linearly. Each element of an SRT transform ("VkSRTDataNV")
+ * is interpolated linearly, and the quaternion is then normalized. All of this happens in double
+ * and is rounded to float once; traversal is exact for the rounded triangle or matrix. */
 #ifndef ASSAY_BVH_MOTION_H
 #define ASSAY_BVH_MOTION_H
 
@@ -13,11 +13,11 @@
 /* Times below 0 or above 1, which the specification excludes, count as 0 and 1. */
 void motion_triangle_at(const struct motion_triangle_record *record, float time,
                         struct triangle_record *now);
-/* With the inverse of that time. */
+/* Also computes the inverse at that time. */
 void motion_instance_at(const struct motion_instance_record *record, float time,
                         struct instance_record *now);
 
-/* World bounds from time 0 to 1 of an instance that moves. */
+/* Returns the world bounds of a moving instance over times 0 to 1. */
 struct box motion_bounds(const struct motion_instance_record *record, const void *blas);
 
 #endif

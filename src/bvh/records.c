@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes the records of a structure in its tree's order. */
+/* Writes the records of a structure in the order of its tree. */
 #include "src/bvh/records.h"
 
 #include "src/bvh/tree/tree.h"
 
-/* In the tree's order. */
+/* Returns the number of the primitive at a position in the order of the tree. */
 static inline uint32_t number_at(const struct build_state *state, uint64_t index)
 {
     return state->has_bounds ? ref_primitive(&state->refs[index]) : state->pairs[index].index;
 }
 
-/* How many records ahead indices and vertices are asked for. */
+/* The number of records by which index and vertex prefetches run ahead. */
 #define AHEAD_INDICES 32
 #define AHEAD_VERTICES 16
 
@@ -30,7 +30,7 @@ static void prefetch(const struct build_state *state, uint64_t index)
     }
 }
 
-/* Each was read before and found active. */
+/* Every primitive here was read before and found active. */
 static ALWAYS_INLINE void write_kind(const struct build_state *state, enum structure_kind kind,
                                      uint32_t begin, uint32_t end)
 {
@@ -49,7 +49,7 @@ static ALWAYS_INLINE void write_kind(const struct build_state *state, enum struc
 static void write_records(void *context, uint32_t begin, uint32_t end)
 {
     const struct build_state *state = context;
-    if (state->kind == STRUCTURE_TRIANGLES) /* much the most frequent */
+    if (state->kind == STRUCTURE_TRIANGLES) /* by far the most frequent kind */
         write_kind(state, STRUCTURE_TRIANGLES, begin, end);
     else
         write_kind(state, state->kind, begin, end);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records: a primitive's data as traversal wants it. */
+/* Records: the data of a primitive in the form that traversal reads. */
 #ifndef ASSAY_BVH_RECORDS_H
 #define ASSAY_BVH_RECORDS_H
 
@@ -9,7 +9,7 @@
 #include "src/bvh/motion.h"
 #include "src/bvh/vector.h"
 
-#define RECORD_CHUNK 4096u /* that a thread writes at once */
+#define RECORD_CHUNK 4096u /* records that a thread writes at a time */
 
 union any_record {
     struct triangle_record triangle;
@@ -24,9 +24,9 @@ union any_record {
     struct motion_displaced_record motion_displaced;
 };
 
-/* Inline, so that loops over records of one kind, where they know it, don't ask for each. */
+/* Inline, so that loops over one kind of record, if the kind is a constant, test it only once. */
 
-/* What the application's memory says: positions or the instance. */
+/* Reads the positions or the instance from application memory. */
 static ALWAYS_INLINE enum source_state record_read(const struct builder_input *input,
                                                    enum structure_kind kind,
                                                    const struct source *source, uint32_t primitive,
@@ -57,7 +57,8 @@ static ALWAYS_INLINE enum source_state record_read(const struct builder_input *i
     return SOURCE_INACTIVE;
 }
 
-/* And what an instance of it refers to: SOURCE_UNRESOLVED where that isn't known. */
+/* As record_read(), and resolves the reference of an instance. Returns SOURCE_UNRESOLVED if the
+ * resolver does not find it. */
 static ALWAYS_INLINE enum source_state record_resolve(const struct builder_input *input,
                                                       enum structure_kind kind,
                                                       const struct source *source,
@@ -74,7 +75,7 @@ static ALWAYS_INLINE enum source_state record_resolve(const struct builder_input
     return *blas ? SOURCE_ACTIVE : SOURCE_UNRESOLVED;
 }
 
-/* `number` is the one by which opacities are found. */
+/* `number` is the index into the opacities. */
 static ALWAYS_INLINE void finish_triangle(struct builder_place place, const struct source *source,
                                           uint32_t number, struct triangle_record *triangle)
 {
@@ -90,8 +91,8 @@ static ALWAYS_INLINE void finish_displaced(struct builder_place place, const str
     finish_triangle(place, source, place.primitive, triangle);
 }
 
-/* The rest of a record that was read: the numbers, what else a triangle has, and an instance's
- * inverse. */
+/* Completes a record that was read: the numbers, the opacity of a triangle, the inverse of an
+ * instance. */
 static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder_place place,
                                         const struct source *source, union any_record *record)
 {
@@ -106,7 +107,7 @@ static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder
     case STRUCTURE_DENSE:
         finish_triangle(place, source, record->dense.primitive, &record->dense.triangle);
         return;
-    case STRUCTURE_DISPLACED: /* the number is the base's already */
+    case STRUCTURE_DISPLACED: /* the record already has the number of the base triangle */
         finish_displaced(place, source, &record->displaced.triangle);
         return;
     case STRUCTURE_MOTION_DISPLACED:
@@ -116,7 +117,7 @@ static ALWAYS_INLINE void record_finish(enum structure_kind kind, struct builder
     case STRUCTURE_AABBS:
     case STRUCTURE_SPHERES:
     case STRUCTURE_SWEPT_SPHERES:
-        record->aabb.geometry = place.geometry; /* numbers are in one place */
+        record->aabb.geometry = place.geometry; /* all three store the numbers at the same offset */
         record->aabb.primitive = place.primitive;
         return;
     case STRUCTURE_MOTION_INSTANCES:

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Layout of structures, and the check of those that come from elsewhere. */
+/* The layout of structures, and the validation of untrusted ones. */
 #include "src/bvh/structure.h"
 
 #include "src/bvh/input/displacement.h"
@@ -15,8 +15,8 @@ uint32_t structure_leaf_limit(enum structure_kind kind)
     return structure_is_top(kind) ? 1 : LEAF_RECORDS;
 }
 
-/* At most 1.25 times what the fewest nodes would make of the whole: see the head of structure.h.
- * Instances have a leaf each, and so n/3 to 2n/3 nodes. */
+/* At most 1.25 times the size with the fewest nodes: see the head of structure.h. Each leaf of a
+ * TLAS has one instance, so n instances need n/3 to 2n/3 nodes. */
 uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records)
 {
     uint64_t nodes = (uint64_t)records * 28 / 100;
@@ -32,7 +32,7 @@ static uint64_t aligned(uint64_t size)
     return (size + BUILDER_ALIGNMENT - 1) & ~(uint64_t)(BUILDER_ALIGNMENT - 1);
 }
 
-/* 32-bit counts times sizes below 256: nothing wraps. */
+/* A 32-bit count times a size below 256 cannot wrap. */
 void structure_lay_out(struct structure_header *header, enum structure_kind kind,
                        uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity,
                        bool has_micromaps)
@@ -79,8 +79,8 @@ static bool place_is_well_formed(const struct structure_header *header, uint32_t
            primitive < structure_geometries(header)[geometry].primitive_count;
 }
 
-/* Of an instance nothing is relied upon; all other records have their numbers in one place. Of a
- * microtriangle's part any index will do. */
+/* Traversal does not rely on the contents of an instance. All other records store their numbers at
+ * the same offset. Any `index` of a displaced part is valid. */
 static bool record_is_well_formed(const struct structure_header *header, uint32_t index)
 {
     const uint8_t *records = structure_records(header);
@@ -93,9 +93,9 @@ static bool record_is_well_formed(const struct structure_header *header, uint32_
            place_is_well_formed(header, record->geometry, record->primitive);
 }
 
-/* Depth-first as a traversal goes, with a stack of its size: what overflows it is refused, and so
- * is what is deeper than a build makes it. Nodes and records come in order, each once, so the walk
- * ends and nothing is shared. */
+/* Walks the tree depth-first with the stack of a traversal. Rejects a tree that overflows the stack
+ * or is deeper than any build. Each node and record must occur once and in order, so the walk
+ * terminates and nothing is shared. */
 static bool tree_is_well_formed(const struct structure_header *header)
 {
     const struct wide_node *nodes = structure_nodes(header);

@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The bytes of a structure: header, geometries, records, nodes.
+/* The memory layout of a structure: header, geometries, records, nodes.
  *
- * Records are what leaves hold: triangles with their positions, AABBs, instances; those of active
- * primitives only, in the tree's order. Nodes have up to four children and lie parents first, so
- * that a pass from the last to the first sees children before their parents, and no cycle exists.
+ * Leaves hold records: triangles with their positions, AABBs, or instances. Only active primitives
+ * have records, in the order of the tree. Nodes have up to four children. Parents precede their
+ * children, so a pass from the last node to the first visits children before parents, and the nodes
+ * cannot form a cycle.
  *
- * Sizes are bounded from both sides. A leaf has at most LEAF_RECORDS records, so n records take at
- * least n/6 nodes; structure_node_capacity() caps them, and emit.c holds to the cap. For triangles
- * (48 bytes a record, 112 a node) that is 48 + 0.28 * 112 = 79.4 bytes at most, 66.7 at least; for
- * microtriangles of displaced ones (56 bytes a record) 87.4 and 74.7. */
+ * The size has an upper and a lower bound. A leaf has at most LEAF_RECORDS records, so n records
+ * need at least n/6 nodes; structure_node_capacity() is the maximum, which emit.c observes. For
+ * triangles (48 bytes per record, 112 per node) the size per triangle is at most 48 + 0.28 * 112 =
+ * 79.4 bytes and at least 66.7; for microtriangles of displaced triangles (56 bytes per record) it
+ * is at most 87.4 and at least 74.7. */
 #ifndef ASSAY_BVH_STRUCTURE_H
 #define ASSAY_BVH_STRUCTURE_H
 
@@ -21,22 +23,23 @@
 #define LEAF_RECORDS 2u
 #define NODE_WIDTH 4u
 
-/* Binary splits by cost end at this depth; from there on ranges are split by number, at most 29
- * times. So no path is longer than 80 nodes, and a traversal holds at most three waiting children
- * of each. */
+/* Splits by cost end at this depth. Deeper ranges are split by primitive number, at most 29 times.
+ * Therefore no path is longer than 80 nodes, and the stack of a traversal holds at most three
+ * pending children per level. */
 #define SPLIT_DEPTH_LIMIT 48u
 #define TREE_DEPTH_LIMIT 80u
 #define TRACE_STACK (3 * TREE_DEPTH_LIMIT + NODE_WIDTH)
 
-/* A child is empty, or a node's index, or LEAF_BIT | (records - 1) << 29 | index of the first. */
+/* A child is CHILD_EMPTY, the index of a node, or LEAF_BIT | (records - 1) << 29 | index of the
+ * first record. */
 #define CHILD_EMPTY 0xffffffffu
 #define LEAF_BIT 0x80000000u
 #define LEAF_COUNT_SHIFT 29
 #define LEAF_FIRST_MASK 0x1fffffffu
 
 struct wide_node {
-    float lower[3][NODE_WIDTH], upper[3][NODE_WIDTH]; /* +inf and -inf where the child is empty */
-    uint32_t child[NODE_WIDTH];                       /* the empty ones last */
+    float lower[3][NODE_WIDTH], upper[3][NODE_WIDTH]; /* +inf and -inf for empty children */
+    uint32_t child[NODE_WIDTH];                       /* empty children are last */
 };
 
 struct triangle_record {
@@ -45,10 +48,11 @@ struct triangle_record {
     float b[3];
     uint32_t primitive;
     float c[3];
-    uint32_t opacity; /* 0: none; 1 and more: of the geometry's micromap, triangle `opacity` - 1;
-                         from OPACITY_SPECIAL on: a special index, all of it */
+    /* 0: none. Otherwise triangle `opacity` - 1 of the geometry's micromap or, from
+     * OPACITY_SPECIAL on, a special index for the whole triangle. */
+    uint32_t opacity;
 };
-#define OPACITY_SPECIAL 0xfffffffcu /* the least of them, as 32 bits */
+#define OPACITY_SPECIAL 0xfffffffcu /* the lowest special index, as 32 bits */
 
 struct aabb_record {
     float lower[3];
@@ -58,16 +62,16 @@ struct aabb_record {
 };
 
 struct instance_record {
-    double inverse[9]; /* of the 3x3 part, row by row; all 0 where it is singular */
+    double inverse[9]; /* inverse of the 3x3 part, row by row; all 0 if the part is singular */
     VkAccelerationStructureInstanceKHR instance;
     uint32_t primitive;
     uint32_t spare;
 };
 
-/* Triangles of dense geometry: what their blocks say of themselves beside where they come from. */
+/* A triangle of dense geometry: its source, and the values that its block gives. */
 struct dense_record {
     struct triangle_record triangle;
-    uint32_t geometry, primitive; /* of hits */
+    uint32_t geometry, primitive; /* for hits */
     uint32_t is_opaque, spare;
 };
 
@@ -91,15 +95,16 @@ struct swept_record {
     uint32_t caps, spare;
 };
 
-/* At time 0 and time 1; the numbers of both are the same. */
+/* The triangle at time 0 and at time 1; both have the same numbers. */
 struct motion_triangle_record {
     struct triangle_record at[2];
 };
 
-/* A microtriangle, with the number of its base triangle: which part of that it is. */
+/* A microtriangle: the record stores the number of its base triangle; `part` is its position within
+ * the base triangle. */
 struct displaced_part {
-    uint16_t index;       /* along the curve (displacement.h) */
-    uint8_t level, edges; /* the latter: which are decimated */
+    uint16_t index;       /* position along the curve (displacement.h) */
+    uint8_t level, edges; /* `edges`: bits of the decimated edges */
     uint32_t spare;
 };
 struct displaced_record {
@@ -111,7 +116,7 @@ struct motion_displaced_record {
     struct displaced_part part;
 };
 
-/* `base` is the instance at time 0, and all there is of one that doesn't move. */
+/* `base` is the instance at time 0. A static instance uses only `base`. */
 struct motion_instance_record {
     struct instance_record base;
     uint32_t type; /* VkAccelerationStructureMotionInstanceTypeNV */
@@ -119,10 +124,10 @@ struct motion_instance_record {
     union {
         VkTransformMatrixKHR matrix[2];
         VkSRTDataNV srt[2];
-    } at; /* times 0 and 1 */
+    } at; /* at times 0 and 1 */
 };
 
-/* What precedes the references ("VkCopyAccelerationStructureToMemoryInfoKHR"). */
+/* The header before the references ("VkCopyAccelerationStructureToMemoryInfoKHR"). */
 struct serialized_header {
     uint8_t driver[VK_UUID_SIZE], compatibility[VK_UUID_SIZE];
     uint64_t serialized_size, deserialized_size, reference_count;
@@ -138,12 +143,12 @@ enum structure_kind {
     STRUCTURE_TRIANGLES,
     STRUCTURE_AABBS,
     STRUCTURE_INSTANCES,
-    STRUCTURE_MOTION_TRIANGLES, /* of builds with VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV */
+    STRUCTURE_MOTION_TRIANGLES, /* builds with VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV */
     STRUCTURE_MOTION_INSTANCES,
     STRUCTURE_SPHERES,
     STRUCTURE_SWEPT_SPHERES,
     STRUCTURE_DENSE,
-    STRUCTURE_DISPLACED, /* triangles of which any geometry is */
+    STRUCTURE_DISPLACED, /* triangles, if any geometry has displacement */
     STRUCTURE_MOTION_DISPLACED,
 };
 #define STRUCTURE_KINDS 10u
@@ -152,13 +157,14 @@ struct structure_header {
     uint32_t magic, version;
     uint32_t kind;                       /* enum structure_kind */
     uint32_t flags;                      /* VkBuildAccelerationStructureFlagsKHR */
-    uint64_t size;                       /* all of it, unused capacity included */
-    uint64_t geometries, records, nodes; /* offsets from the header on */
+    uint64_t size;                       /* size of the whole structure with unused capacity */
+    uint64_t geometries, records, nodes; /* offsets from the header */
     uint32_t geometry_count;
     uint32_t record_count, node_count;
     uint32_t record_capacity, node_capacity;
-    float lower[3], upper[3]; /* +inf and -inf where nothing is active */
-    uint32_t micromap_count;  /* references to micromaps after the nodes: one a geometry, or none */
+    float lower[3], upper[3]; /* +inf and -inf if no primitive is active */
+    /* Number of micromap references after the nodes: one per geometry, or none. */
+    uint32_t micromap_count;
 };
 _Static_assert(sizeof(struct structure_header) == 96, "layout");
 _Static_assert(sizeof(struct wide_node) == 112, "layout");
@@ -166,14 +172,14 @@ _Static_assert(sizeof(struct triangle_record) == 48, "layout");
 _Static_assert(sizeof(struct instance_record) == 144, "layout");
 _Static_assert(sizeof(struct motion_instance_record) == 288, "layout");
 _Static_assert(sizeof(struct displaced_record) == 56, "layout");
-#define NUMBERS_ARE_AS_IN_TRIANGLES(type)                                                          \
+#define HAS_NUMBERS_OF_TRIANGLES(type)                                                             \
     _Static_assert(                                                                                \
         offsetof(struct type, geometry) == offsetof(struct triangle_record, geometry) &&           \
             offsetof(struct type, primitive) == offsetof(struct triangle_record, primitive),       \
         "layout")
-NUMBERS_ARE_AS_IN_TRIANGLES(aabb_record);
-NUMBERS_ARE_AS_IN_TRIANGLES(sphere_record);
-NUMBERS_ARE_AS_IN_TRIANGLES(swept_record);
+HAS_NUMBERS_OF_TRIANGLES(aabb_record);
+HAS_NUMBERS_OF_TRIANGLES(sphere_record);
+HAS_NUMBERS_OF_TRIANGLES(swept_record);
 
 static inline uint32_t leaf_child(uint32_t first, uint32_t count)
 {
@@ -210,13 +216,13 @@ static inline uint64_t *structure_micromaps(const struct structure_header *heade
     return (uint64_t *)((uintptr_t)header + header->size) - header->micromap_count;
 }
 
-/* Records begin with an instance's. */
+/* Returns whether the records begin with an instance_record. */
 static inline bool structure_is_top(enum structure_kind kind)
 {
     return kind == STRUCTURE_INSTANCES || kind == STRUCTURE_MOTION_INSTANCES;
 }
 
-/* Records are microtriangles. */
+/* Returns whether the records are microtriangles. */
 static inline bool structure_is_displaced(enum structure_kind kind)
 {
     return kind == STRUCTURE_DISPLACED || kind == STRUCTURE_MOTION_DISPLACED;
@@ -230,7 +236,7 @@ static inline const struct displaced_part *structure_part(enum structure_kind ki
     return kind == STRUCTURE_DISPLACED ? &still->part : &moving->part;
 }
 
-/* Records are triangles of the application's. */
+/* Returns whether the records are undisplaced triangles of the application's vertex data. */
 static inline bool structure_has_triangles(enum structure_kind kind)
 {
     return kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_MOTION_TRIANGLES;
@@ -263,16 +269,19 @@ static inline uint64_t structure_record_size(enum structure_kind kind)
     return 0;
 }
 
+/* Returns the record of an instance. The structure must be a TLAS. */
 struct instance_record *structure_instance(const struct structure_header *header, uint64_t index);
-uint32_t structure_leaf_limit(enum structure_kind kind); /* records a leaf */
+uint32_t structure_leaf_limit(enum structure_kind kind); /* maximum records per leaf */
+/* Returns the maximum number of nodes over `records` records. */
 uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records);
 
-/* Offsets, counts and the size; the rest is zero. */
+/* Sets the offsets, counts and the size; zeroes the rest. */
 void structure_lay_out(struct structure_header *header, enum structure_kind kind,
                        uint32_t geometry_count, uint32_t record_capacity, uint32_t node_capacity,
                        bool has_micromaps);
 
-/* Whether `size` bytes hold a structure whose every offset, count and child is sound. */
+/* Returns whether `size` bytes hold a structure whose offsets, counts and children are all
+ * valid. */
 bool structure_is_well_formed(const struct structure_header *header, uint64_t size);
 
 #endif

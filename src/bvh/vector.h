@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Four floats at once, and boxes of them. */
+/* Vectors of four floats, and boxes of such vectors. */
 #ifndef ASSAY_BVH_VECTOR_H
 #define ASSAY_BVH_VECTOR_H
 
@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-/* The compiler's vectors have no name without a typedef. */
+/* The compiler's vector types need a typedef. */
 typedef float float4 __attribute__((vector_size(16)));
 typedef int32_t int4 __attribute__((vector_size(16)));
 
@@ -32,7 +32,7 @@ static inline float4 float4_all(float x)
     return (float4){x, x, x, x};
 }
 
-/* Both return `b` where `a` is NaN. */
+/* float4_min and float4_max return `b` if `a` is NaN. */
 static inline float4 float4_min(float4 a, float4 b)
 {
 #ifdef __SSE2__
@@ -55,7 +55,7 @@ static inline float4 float4_max(float4 a, float4 b)
 #endif
 }
 
-/* One bit a lane of a comparison's result. */
+/* Returns one bit per lane of a comparison's result. */
 static inline unsigned int4_mask(int4 lanes)
 {
 #ifdef __SSE2__
@@ -82,10 +82,10 @@ static inline float float_from_bits(uint32_t bits)
     return x;
 }
 
-/* For what most calls give too little work to pay for the call. */
+/* For functions that are too short to justify a call. */
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 
-/* Boxes use lanes 0 to 2; what lane 3 holds is its owner's business. */
+/* Boxes use lanes 0 to 2. The owner of a box defines lane 3. */
 struct box {
     float4 lower, upper;
 };
@@ -107,8 +107,8 @@ static inline float box_half_area(struct box box)
     return e[0] * (e[1] + e[2]) + e[1] * e[2];
 }
 
-/* A unit in which the box's longest side is 1: areas of what it holds don't overflow, and what
- * underflows is too small to matter. */
+/* Returns a unit in which the longest side of the box is 1. In this unit the areas of contained
+ * boxes do not overflow, and underflow is negligible. */
 static inline float4 box_unit(struct box box)
 {
     float4 extent = box.upper - box.lower;
@@ -121,7 +121,8 @@ static inline float box_half_area_in(struct box box, float4 unit)
     return box_half_area((struct box){box.lower * unit, box.upper * unit});
 }
 
-/* The greatest float that is not above `x`, and the least that is not below it. */
+/* rounded_down() returns the greatest float not above `x`, rounded_up() the least float not below
+ * it. */
 static inline float rounded_down(double x)
 {
     float near = (float)x;

@@ -1,21 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Teams: a list of jobs that threads enter as they come, and leave when nothing is left of them. */
+/* Teams: a list of jobs. Threads join a job when they are free, and leave it when it has no work
+ * left. */
 #include "src/bvh/workers.h"
 
 #include <fenv.h>
 #include <signal.h>
 #include <time.h>
 
-/* How long a helper who is free to go waits for more to do. */
-enum { PATIENCE = 1000000 }; /* ns, less than a second */
+/* The time that a helper which may leave waits for another job. */
+enum { HELPER_WAIT_NS = 1000000 }; /* nanoseconds, less than a second */
 
-/* Lives on the stack of the thread that leads it; in its team's list while it runs. */
+/* A job lives on the stack of the thread that calls workers_run(), and is in the list of its team
+ * while it runs. */
 struct builder_team_job {
     void (*run)(void *context);
     void *context;
     struct builder_team_job *next;
-    uint32_t busy; /* helpers within it */
-    bool is_taken; /* nothing is left for one who comes now */
+    uint32_t busy;     /* number of helpers that run it */
+    bool is_exhausted; /* no work is left for new helpers */
 };
 
 void builder_team_open(struct builder_team *team)
@@ -48,25 +50,25 @@ void builder_team_destroy(struct builder_team *team)
 static struct builder_team_job *find_job(const struct builder_team *team)
 {
     struct builder_team_job *job = team->jobs;
-    while (job && job->is_taken)
+    while (job && job->is_exhausted)
         job = job->next;
     return job;
 }
 
-/* False: there was nothing to do for a while, and nobody minds if the helper goes. */
-static bool wait_for_wakeup(struct builder_team *team, bool may_go)
+/* Returns false if no job came for a while and the helper may leave. */
+static bool wait_for_wakeup(struct builder_team *team, bool may_leave)
 {
     struct timespec end;
-    if (!may_go)
+    if (!may_leave)
         return pthread_cond_wait(&team->wakeup, &team->lock) == 0;
     clock_gettime(CLOCK_MONOTONIC, &end);
-    end.tv_nsec += PATIENCE;
+    end.tv_nsec += HELPER_WAIT_NS;
     end.tv_sec += end.tv_nsec / 1000000000;
     end.tv_nsec %= 1000000000;
     return pthread_cond_timedwait(&team->wakeup, &team->lock, &end) == 0;
 }
 
-static void help(struct builder_team *team, bool may_go)
+static void help(struct builder_team *team, bool may_leave)
 {
     bool stays = true;
     fenv_t before;
@@ -76,14 +78,14 @@ static void help(struct builder_team *team, bool may_go)
     while (!team->is_closed && stays) {
         struct builder_team_job *job = find_job(team);
         if (!job) {
-            stays = wait_for_wakeup(team, may_go);
+            stays = wait_for_wakeup(team, may_leave);
             continue;
         }
         job->busy++;
         pthread_mutex_unlock(&team->lock);
         job->run(job->context);
         pthread_mutex_lock(&team->lock);
-        job->is_taken = true;
+        job->is_exhausted = true;
         if (--job->busy == 0)
             pthread_cond_broadcast(&team->done);
     }
@@ -133,7 +135,7 @@ void workers_run(struct workers *workers, void (*job)(void *context), void *cont
 struct each_job {
     workers_body *body;
     void *context;
-    uint64_t count, step, next; /* `next` is taken atomically */
+    uint64_t count, step, next; /* advanced atomically */
 };
 
 static void run_each(void *context)
@@ -166,20 +168,21 @@ static void *worker_main(void *team)
 
 void workers_start(struct workers *workers, const struct builder_input *input, uint32_t primitives)
 {
-    uint32_t wanted = input->threads < WORKERS_MAX ? input->threads : WORKERS_MAX;
-    bool is_worth_it = primitives > WORKERS_WORTH;
+    uint32_t requested = input->threads < WORKERS_MAX ? input->threads : WORKERS_MAX;
+    bool is_worth_it = primitives > WORKERS_MIN_PRIMITIVES;
     workers->team = is_worth_it ? input->team : NULL;
     workers->started = 0;
-    if (!is_worth_it || input->team || wanted <= 1)
+    if (!is_worth_it || input->team || requested <= 1)
         return;
     workers->team = &workers->own;
     builder_team_open(workers->team);
-    /* The application's signal handlers are not for these threads. */
+    /* Block signals, so that the application's handlers never run on these threads. */
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    while (workers->started + 1 < wanted && pthread_create(&workers->threads[workers->started],
-                                                           NULL, worker_main, workers->team) == 0)
+    while (workers->started + 1 < requested &&
+           pthread_create(&workers->threads[workers->started], NULL, worker_main, workers->team) ==
+               0)
         workers->started++;
     pthread_sigmask(SIG_SETMASK, &before, NULL);
 }

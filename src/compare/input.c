@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A build's input, moved to memory of the layer's own. Only base addresses change: offsets, first
- * vertices, strides and counts stay, since drivers err there. */
+/* Moves the input of a build to memory of the layer. Only base addresses change. Offsets, first
+ * vertices, strides and counts stay, since drivers have errors in their use. */
 #include "src/compare/input.h"
 
 #include <stdlib.h>
@@ -9,14 +9,15 @@
 #include "src/bvh/input/formats.h"
 #include "src/bvh/input/source.h"
 
-/* What a build reads of an array: `size` bytes, `offset` bytes from its address. */
+/* The part of an array that a build reads: `size` bytes, `offset` bytes from its address. */
 struct extent {
     uint64_t offset, size;
 };
 
-enum { EXTENTS = 3 /* of a geometry: vertices or boxes, indices, transform */ };
+enum { EXTENTS = 3 /* per geometry: vertices or boxes, indices, transform */ };
 
-/* A driver that adds an offset twice, or reads on to a whole vector, still reads zeros. */
+/* A driver that adds an offset twice, or reads beyond the end to fill a vector, still reads
+ * zeros. */
 enum { PADDING = 4096 };
 
 static uint64_t elements(uint64_t count, uint64_t stride, uint64_t size)
@@ -58,7 +59,7 @@ static void find_triangles(const VkAccelerationStructureGeometryTrianglesDataKHR
         extents[2] = (struct extent){range->transformOffset, sizeof(VkTransformMatrixKHR)};
 }
 
-/* The arrays of a geometry, as addresses that can be changed. */
+/* Returns pointers to the array addresses of a geometry, and the extents of the arrays. */
 static void find_arrays(VkAccelerationStructureGeometryKHR *geometry,
                         const VkAccelerationStructureBuildRangeInfoKHR *range,
                         uint64_t *addresses[EXTENTS], struct extent extents[EXTENTS])
@@ -80,7 +81,7 @@ static void find_arrays(VkAccelerationStructureGeometryKHR *geometry,
     }
 }
 
-/* Bytes that an array takes, from a multiple of the alignment on. */
+/* Returns the bytes that an array needs from a multiple of the alignment on. */
 static uint64_t room(uint64_t address, const struct extent *extent)
 {
     uint64_t size = address % COMPARE_ALIGNMENT + 2 * extent->offset + 2 * extent->size + PADDING;
@@ -125,7 +126,7 @@ void compare_input_place(const struct compare_input *input, uint64_t address, un
         for (int j = 0; j < EXTENTS; j++) {
             const void *from;
             if (addresses[j] && *addresses[j] && extents[j].size == 0)
-                *addresses[j] = address; /* nothing is read there */
+                *addresses[j] = address; /* the build reads nothing there */
             if (extents[j].size == 0)
                 continue;
             uint64_t at = used + *addresses[j] % COMPARE_ALIGNMENT;

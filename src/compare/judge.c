@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Judging what a driver says of a ray. */
+/* Judges a driver's answer for a ray. */
 #include "src/compare/judge.h"
 
 #include <math.h>
@@ -8,25 +8,25 @@
 
 enum { EXACT_MAX = 64 };
 
-struct case_of_ray {
+struct ray_case {
     const struct reference *reference;
     const struct rays *rays;
     uint32_t ray;
     const struct compare_ray *line;
     const struct compare_answer *answer;
-    struct trace_hit exact[EXACT_MAX]; /* all that the ray meets */
+    struct trace_hit exact[EXACT_MAX]; /* all hits of the ray by exact arithmetic */
     uint32_t exact_count;
-    bool has_more; /* and what there was no room for */
+    bool has_more; /* there are more hits than `exact` holds */
     uint32_t candidate_count;
-    bool is_whole; /* all of the driver's candidates are there */
+    bool is_whole; /* the answer holds all candidates of the driver */
     struct judgement *judgement;
 };
 
-/* ---- what both say */
+/* ---- the hits of the reference and of the driver */
 
-static enum trace_answer keep(void *context, struct trace_hit *candidate)
+static enum trace_answer keep_exact(void *context, struct trace_hit *candidate)
 {
-    struct case_of_ray *c = context;
+    struct ray_case *c = context;
     if (c->exact_count == EXACT_MAX) {
         c->has_more = true;
         return TRACE_STOP;
@@ -35,12 +35,12 @@ static enum trace_answer keep(void *context, struct trace_hit *candidate)
     return TRACE_IGNORE;
 }
 
-static void trace(struct case_of_ray *c)
+static void trace(struct ray_case *c)
 {
     const struct trace_scene scene = {.structure = c->reference->structure,
                                       .accuracy = TRACE_EXACT};
     struct trace_ray ray = {.t_min = c->line->t_min, .t_max = c->line->t_max, .cull_mask = 0xff};
-    const struct trace_visitor visitor = {keep, c};
+    const struct trace_visitor visitor = {keep_exact, c};
     for (int i = 0; i < 3; i++) {
         ray.origin[i] = c->line->origin[i];
         ray.direction[i] = c->line->direction[i];
@@ -48,7 +48,7 @@ static void trace(struct case_of_ray *c)
     trace_candidates(&scene, &ray, &visitor);
 }
 
-static const struct trace_hit *find_exact(const struct case_of_ray *c, uint32_t geometry,
+static const struct trace_hit *find_exact(const struct ray_case *c, uint32_t geometry,
                                           uint32_t primitive)
 {
     for (uint32_t i = 0; i < c->exact_count; i++)
@@ -57,7 +57,7 @@ static const struct trace_hit *find_exact(const struct case_of_ray *c, uint32_t 
     return NULL;
 }
 
-static const struct compare_hit *find_driver(const struct case_of_ray *c, uint32_t geometry,
+static const struct compare_hit *find_driver(const struct ray_case *c, uint32_t geometry,
                                              uint32_t primitive)
 {
     for (uint32_t i = 0; i < c->candidate_count; i++) {
@@ -70,7 +70,7 @@ static const struct compare_hit *find_driver(const struct case_of_ray *c, uint32
 
 bool judgement_outweighs(const struct judgement *judgement, const struct judgement *other)
 {
-    /* PRIMITIVE is first, for its two halves would be MISSED and EXTRA. */
+    /* PRIMITIVE has the greatest weight: its two halves alone would be MISSED and EXTRA. */
     static const unsigned char weights[DIFFERENCE_COUNT + 1] = {
         [DIFFERENCE_PRIMITIVE] = 7, [DIFFERENCE_MISSED] = 6,   [DIFFERENCE_DOUBLE] = 5,
         [DIFFERENCE_EXTRA] = 4,     [DIFFERENCE_DISTANCE] = 3, [DIFFERENCE_BARYCENTRICS] = 2,
@@ -79,17 +79,17 @@ bool judgement_outweighs(const struct judgement *judgement, const struct judgeme
     return weights[judgement->difference] > weights[other->difference];
 }
 
-static void conclude(const struct case_of_ray *c, const struct judgement *judgement)
+static void conclude(const struct ray_case *c, const struct judgement *judgement)
 {
     if (judgement_outweighs(judgement, c->judgement))
         *c->judgement = *judgement;
 }
 
-/* ---- what the driver says is there */
+/* ---- hits that the driver has */
 
-static void conclude_of_hit(const struct case_of_ray *c, enum difference difference,
-                            enum judge_reason reason, const struct compare_hit *hit,
-                            const struct placing *placing)
+static void conclude_hit(const struct ray_case *c, enum difference difference,
+                         enum judge_reason reason, const struct compare_hit *hit,
+                         const struct placing *placing)
 {
     const struct trace_hit *exact = find_exact(c, hit->geometry, hit->primitive);
     struct judgement judgement = {
@@ -116,41 +116,41 @@ static bool differs(double a, double b, double tolerance)
     return !(fabs(a - b) <= tolerance);
 }
 
-static void judge_place(const struct case_of_ray *c, const struct compare_hit *hit,
-                        const struct placing *placing)
+static void judge_position(const struct ray_case *c, const struct compare_hit *hit,
+                           const struct placing *placing)
 {
     const struct trace_hit *exact = find_exact(c, hit->geometry, hit->primitive);
     if (!placing->is_well_formed)
         return;
     if (placing->side == PLACING_OUT)
-        conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_PASSES, hit, placing);
+        conclude_hit(c, DIFFERENCE_EXTRA, REASON_PASSES, hit, placing);
     else if (placing->t < c->line->t_min - placing->t_tolerance ||
              placing->t > c->line->t_max + placing->t_tolerance)
-        conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_BEYOND, hit, placing);
+        conclude_hit(c, DIFFERENCE_EXTRA, REASON_BEYOND, hit, placing);
     else if (differs(hit->t, placing->t, placing->t_tolerance))
-        conclude_of_hit(c, DIFFERENCE_DISTANCE, REASON_MEETS, hit, placing);
+        conclude_hit(c, DIFFERENCE_DISTANCE, REASON_MEETS, hit, placing);
     else if (placing->side == PLACING_IN && (differs(hit->u, placing->u, placing->tolerance) ||
                                              differs(hit->v, placing->v, placing->tolerance)))
-        conclude_of_hit(c, DIFFERENCE_BARYCENTRICS, REASON_MEETS, hit, placing);
+        conclude_hit(c, DIFFERENCE_BARYCENTRICS, REASON_MEETS, hit, placing);
     else if (placing->side == PLACING_IN && exact &&
              exact->front_face != ((hit->kind & COMPARE_FRONT) != 0))
-        conclude_of_hit(c, DIFFERENCE_FACING, REASON_MEETS, hit, placing);
+        conclude_hit(c, DIFFERENCE_FACING, REASON_MEETS, hit, placing);
 }
 
-static bool has_such(const struct reference *reference, const struct compare_hit *hit)
+static bool primitive_exists(const struct reference *reference, const struct compare_hit *hit)
 {
     return hit->instance == 0 && hit->geometry < reference->geometry_count &&
            hit->primitive < reference->sources[hit->geometry].count;
 }
 
-static void judge_hit(const struct case_of_ray *c, const struct compare_hit *hit)
+static void judge_hit(const struct ray_case *c, const struct compare_hit *hit)
 {
     const struct reference *reference = c->reference;
     struct triangle_record triangle;
     struct aabb_record box;
     struct placing placing;
-    if (!has_such(reference, hit)) {
-        conclude_of_hit(c, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH, hit, NULL);
+    if (!primitive_exists(reference, hit)) {
+        conclude_hit(c, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH, hit, NULL);
         return;
     }
     enum source_state state =
@@ -158,14 +158,14 @@ static void judge_hit(const struct case_of_ray *c, const struct compare_hit *hit
             ? reference_aabb(reference, hit->geometry, hit->primitive, &box)
             : reference_triangle(reference, hit->geometry, hit->primitive, &triangle);
     if (state == SOURCE_INACTIVE)
-        conclude_of_hit(c, DIFFERENCE_EXTRA, REASON_INACTIVE, hit, NULL);
+        conclude_hit(c, DIFFERENCE_EXTRA, REASON_INACTIVE, hit, NULL);
     if (state != SOURCE_ACTIVE || reference->is_aabbs)
         return;
     placing_of_triangle(c->line, &triangle, c->rays->scale, &placing);
-    judge_place(c, hit, &placing);
+    judge_position(c, hit, &placing);
 }
 
-static void judge_hits(const struct case_of_ray *c)
+static void judge_hits(const struct ray_case *c)
 {
     const struct compare_hit *closest = &c->answer->closest;
     for (uint32_t i = 0; i < c->candidate_count; i++)
@@ -177,17 +177,16 @@ static void judge_hits(const struct case_of_ray *c)
         if (!(hit->kind & COMPARE_AABB) &&
             hit->t < closest->t - 2 * PLACING_TOLERANCE * fabsf(closest->t) &&
             find_exact(c, hit->geometry, hit->primitive)) {
-            conclude_of_hit(c, DIFFERENCE_DISTANCE, REASON_NOT_FIRST, closest, NULL);
+            conclude_hit(c, DIFFERENCE_DISTANCE, REASON_NOT_FIRST, closest, NULL);
             return;
         }
     }
 }
 
-/* ---- what must be there */
+/* ---- hits that the driver must have */
 
-/* The driver has a hit where this one is, but by another number, which the ray doesn't meet. */
-static const struct compare_hit *find_misnamed(const struct case_of_ray *c, double t,
-                                               double tolerance)
+/* Finds a hit of the driver at this distance whose primitive the ray does not hit. */
+static const struct compare_hit *find_misnamed(const struct ray_case *c, double t, double tolerance)
 {
     for (uint32_t i = 0; i < c->candidate_count; i++) {
         const struct compare_hit *hit = &c->answer->candidates[i];
@@ -197,7 +196,7 @@ static const struct compare_hit *find_misnamed(const struct case_of_ray *c, doub
     return NULL;
 }
 
-static void conclude_missed(const struct case_of_ray *c, const struct trace_hit *exact,
+static void conclude_missed(const struct ray_case *c, const struct trace_hit *exact,
                             enum judge_reason reason)
 {
     struct judgement judgement = {
@@ -213,7 +212,7 @@ static void conclude_missed(const struct case_of_ray *c, const struct trace_hit 
     conclude(c, &judgement);
 }
 
-static void judge_exact_triangle(const struct case_of_ray *c, const struct trace_hit *exact)
+static void judge_exact_triangle(const struct ray_case *c, const struct trace_hit *exact)
 {
     struct triangle_record triangle;
     struct placing placing;
@@ -226,7 +225,7 @@ static void judge_exact_triangle(const struct case_of_ray *c, const struct trace
     if (!find_driver(c, exact->geometry, exact->primitive)) {
         const struct compare_hit *other = find_misnamed(c, placing.t, placing.t_tolerance);
         if (other)
-            conclude_of_hit(c, DIFFERENCE_PRIMITIVE, REASON_PASSES, other, &placing);
+            conclude_hit(c, DIFFERENCE_PRIMITIVE, REASON_PASSES, other, &placing);
         else
             conclude_missed(c, exact, REASON_MEETS);
     } else if (!c->answer->closest.kind && !(c->answer->flags & COMPARE_ELSEWHERE)) {
@@ -234,7 +233,7 @@ static void judge_exact_triangle(const struct case_of_ray *c, const struct trace
     }
 }
 
-static void judge_exact_box(const struct case_of_ray *c, const struct trace_hit *exact)
+static void judge_exact_box(const struct ray_case *c, const struct trace_hit *exact)
 {
     struct aabb_record box;
     bool is_limit = c->rays->aims[c->ray].at == AIM_LIMIT;
@@ -244,8 +243,8 @@ static void judge_exact_box(const struct case_of_ray *c, const struct trace_hit 
         conclude_missed(c, exact, is_limit ? REASON_LIMIT : REASON_MEETS);
 }
 
-/* Of the triangles around a shared edge or vertex the driver has exactly one. */
-static void judge_ring(const struct case_of_ray *c)
+/* The driver must have exactly one of the triangles around a shared edge or vertex. */
+static void judge_ring(const struct ray_case *c)
 {
     const struct ring *ring = &c->rays->rings[c->ray];
     const struct trace_hit *exact = NULL;
@@ -281,7 +280,7 @@ static void judge_ring(const struct case_of_ray *c)
 bool judge_ray(const struct reference *reference, const struct rays *rays, uint32_t ray,
                const struct compare_answer *answer, struct judgement *judgement)
 {
-    struct case_of_ray c = {
+    struct ray_case c = {
         .reference = reference,
         .rays = rays,
         .ray = ray,

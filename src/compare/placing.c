@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Placing rays, in double: its errors are far below what is open. */
+/* Computes the position of rays relative to primitives, in double: its errors are far below the
+ * tolerance. */
 #include "src/compare/placing.h"
 
 #include <math.h>
@@ -23,7 +24,7 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* The largest coordinate, absolute. */
+/* Returns the largest absolute coordinate. */
 static double scale_of(const struct compare_ray *ray, const float *const corners[], int count)
 {
     double scale = 0;
@@ -35,8 +36,8 @@ static double scale_of(const struct compare_ray *ray, const float *const corners
     return scale;
 }
 
-/* Distances seen along the ray, from the edges: (d . (P x Q)) / |d| is twice the area that origin
- * and edge have in the plane across the ray. */
+/* Computes distances from the edges, as seen along the ray: (d . (P x Q)) / |d| is twice the area
+ * of the triangle that the origin and the edge form in the plane perpendicular to the ray. */
 static void place_edges(const double corners[3][3], const double direction[3], double length,
                         double sign, struct placing *placing)
 {
@@ -56,16 +57,16 @@ static void place_edges(const double corners[3][3], const double direction[3], d
     }
 }
 
-/* Outside distances may exceed the one from the nearest edge's line, which is what counts here:
- * more is open then than need be. */
+/* Outside the triangle, the distance from it can exceed the distance from the nearest edge's line,
+ * which is used here. More rays are then undecided than necessary. */
 static enum placing_side side_of(const struct placing *placing)
 {
     double least = placing->inside[0];
     for (int i = 1; i < 3; i++)
         least = placing->inside[i] < least ? placing->inside[i] : least;
-    if (least < -placing->open)
+    if (least < -placing->margin)
         return PLACING_OUT;
-    return least > placing->open && placing->is_within ? PLACING_IN : PLACING_OPEN;
+    return least > placing->margin && placing->is_within ? PLACING_IN : PLACING_UNDECIDED;
 }
 
 void placing_of_triangle(const struct compare_ray *ray, const struct triangle_record *triangle,
@@ -74,7 +75,7 @@ void placing_of_triangle(const struct compare_ray *ray, const struct triangle_re
     const float *const vertices[3] = {triangle->a, triangle->b, triangle->c};
     double corners[3][3], ab[3], ac[3], normal[3];
     const double direction[3] = {ray->direction[0], ray->direction[1], ray->direction[2]};
-    *placing = (struct placing){.side = PLACING_OPEN};
+    *placing = (struct placing){.side = PLACING_UNDECIDED};
     for (int axis = 0; axis < 3; axis++) {
         for (int i = 0; i < 3; i++)
             corners[i][axis] = (double)vertices[i][axis] - ray->origin[axis];
@@ -84,22 +85,22 @@ void placing_of_triangle(const struct compare_ray *ray, const struct triangle_re
     cross(ab, ac, normal);
     double length = sqrt(dot(direction, direction)), size = sqrt(dot(normal, normal));
     double along = dot(direction, normal), cosine = fabs(along) / (length * size);
-    placing->open = PLACING_TOLERANCE * larger(scale, scale_of(ray, vertices, 3));
+    placing->margin = PLACING_TOLERANCE * larger(scale, scale_of(ray, vertices, 3));
     if (!(cosine >= PLACING_EDGE_ON))
         return;
     place_edges(corners, direction, length, along > 0 ? 1 : -1, placing);
     for (int i = 0; i < 3; i++)
-        if (!(placing->height[i] > 4 * placing->open))
+        if (!(placing->height[i] > 4 * placing->margin))
             return;
     placing->is_well_formed = true;
     placing->is_front = along < 0;
     placing->t = dot(corners[0], normal) / along;
     placing->t_tolerance =
-        2 * placing->open / (cosine * length) + PLACING_TOLERANCE * fabs(placing->t);
+        2 * placing->margin / (cosine * length) + PLACING_TOLERANCE * fabs(placing->t);
     placing->u = placing->inside[1] / placing->height[1];
     placing->v = placing->inside[2] / placing->height[2];
     placing->tolerance =
-        2 * placing->open * (1 / placing->height[1] + 1 / placing->height[2]) + PLACING_TOLERANCE;
+        2 * placing->margin * (1 / placing->height[1] + 1 / placing->height[2]) + PLACING_TOLERANCE;
     placing->is_within = placing->t > ray->t_min + placing->t_tolerance &&
                          placing->t < ray->t_max - placing->t_tolerance;
     placing->side = side_of(placing);
@@ -107,14 +108,14 @@ void placing_of_triangle(const struct compare_ray *ray, const struct triangle_re
 
 /* ---- boxes */
 
-/* An axis along which the ray doesn't move: it lies between the faces or not. */
+/* For an axis along which the ray does not move: returns whether the ray lies between the faces. */
 static bool is_between(double at, double lower, double upper, double margin)
 {
     return at > lower + margin && at < upper - margin;
 }
 
-/* Across the other axes it must be certain; along the one, distances that are powers of two apart
- * are exact in any arithmetic. */
+/* Requires certainty along the other axes. Along `axis`, dividing by a power of two is exact in any
+ * float arithmetic. */
 static bool meets_exactly(const struct compare_ray *ray, const struct aabb_record *box, int axis,
                           double margin)
 {

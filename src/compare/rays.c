@@ -1,61 +1,62 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making rays. Where the coordinates are short numbers, some of the rays meet edges and vertices
- * exactly, for their directions are short, too. */
+/* Generates rays. If the coordinates have few bits, some of the rays hit edges and vertices
+ * exactly, because their directions have few bits, too. */
 #include "src/compare/rays.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-struct maker {
+struct generator {
     const struct reference *reference;
-    uint64_t state;          /* of the generator */
-    double lower[3], extent; /* of what there is */
+    uint64_t state;          /* state of the random number generator */
+    double lower[3], extent; /* bounds of the scene */
 };
 
-/* splitmix64 (Steele, Lea, Flood 2014) */
-static uint64_t next_number(struct maker *maker)
+/* splitmix64 (Steele, Lea, Flood 2014). */
+static uint64_t next_number(struct generator *generator)
 {
-    uint64_t z = maker->state += 0x9e3779b97f4a7c15u;
+    uint64_t z = generator->state += 0x9e3779b97f4a7c15u;
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
     z = (z ^ z >> 27) * 0x94d049bb133111ebu;
     return z ^ z >> 31;
 }
 
-static uint32_t below(struct maker *maker, uint32_t limit)
+static uint32_t random_below(struct generator *generator, uint32_t limit)
 {
-    return (uint32_t)((next_number(maker) >> 32) * limit >> 32);
+    return (uint32_t)((next_number(generator) >> 32) * limit >> 32);
 }
 
-/* From 0 to 1. */
-static double fraction(struct maker *maker)
+/* Returns a random number from 0 to 1. */
+static double random_fraction(struct generator *generator)
 {
-    return (double)(next_number(maker) >> 11) * 0x1p-53;
+    return (double)(next_number(generator) >> 11) * 0x1p-53;
 }
 
-/* Any primitive; false where there is none. */
-static bool pick(struct maker *maker, struct aim *aim)
+/* Picks a random primitive. Returns false if there is none. */
+static bool pick_primitive(struct generator *generator, struct aim *aim)
 {
-    const struct reference *reference = maker->reference;
+    const struct reference *reference = generator->reference;
     if (reference->primitive_count == 0)
         return false;
-    uint64_t left = next_number(maker) % reference->primitive_count;
+    uint64_t left = next_number(generator) % reference->primitive_count;
     for (aim->geometry = 0; left >= reference->sources[aim->geometry].count; aim->geometry++)
         left -= reference->sources[aim->geometry].count;
     aim->primitive = (uint32_t)left;
     return true;
 }
 
-/* In eighths of a power of two about the extent, or any. */
-static void pick_direction(struct maker *maker, float direction[3])
+/* Picks a direction in eighths of a power of two near the extent, or an arbitrary one. */
+static void pick_direction(struct generator *generator, float direction[3])
 {
-    bool is_short = below(maker, 2) == 0;
+    bool is_short = random_below(generator, 2) == 0;
     int exponent = 0;
-    frexp(maker->extent, &exponent);
+    frexp(generator->extent, &exponent);
     double length;
     do {
         length = 0;
         for (int i = 0; i < 3; i++) {
-            double part = is_short ? ((double)below(maker, 17) - 8) / 8 : 2 * fraction(maker) - 1;
+            double part = is_short ? ((double)random_below(generator, 17) - 8) / 8
+                                   : 2 * random_fraction(generator) - 1;
             direction[i] = (float)ldexp(part, exponent);
             length += part * part;
         }
@@ -77,7 +78,7 @@ static bool is_edge_on(const struct triangle_record *triangle, const float direc
     return along * along < 0.01 * size * length;
 }
 
-/* To a point, from one in front of it. */
+/* Aims a ray at a point from a point in front of it. */
 static void aim_ray(const double point[3], const float direction[3], struct compare_ray *ray)
 {
     ray->t_min = 0;
@@ -88,43 +89,45 @@ static void aim_ray(const double point[3], const float direction[3], struct comp
     }
 }
 
-static void aim_anywhere(struct maker *maker, struct compare_ray *ray)
+static void aim_anywhere(struct generator *generator, struct compare_ray *ray)
 {
     double point[3];
     float direction[3];
     for (int i = 0; i < 3; i++)
-        point[i] = maker->lower[i] + maker->extent * fraction(maker);
-    pick_direction(maker, direction);
+        point[i] = generator->lower[i] + generator->extent * random_fraction(generator);
+    pick_direction(generator, direction);
     aim_ray(point, direction, ray);
 }
 
 enum { TRIES = 8 };
 
-/* False where there is no such triangle. */
-static bool aim_at_triangle(struct maker *maker, struct aim *aim, struct compare_ray *ray)
+/* Returns false if there is no active triangle. */
+static bool aim_at_triangle(struct generator *generator, struct aim *aim, struct compare_ray *ray)
 {
     struct triangle_record triangle;
     float direction[3];
     double weights[3] = {0}, point[3];
-    if (!pick(maker, aim) || reference_triangle(maker->reference, aim->geometry, aim->primitive,
-                                                &triangle) != SOURCE_ACTIVE)
+    if (!pick_primitive(generator, aim) ||
+        reference_triangle(generator->reference, aim->geometry, aim->primitive, &triangle) !=
+            SOURCE_ACTIVE)
         return false;
-    pick_direction(maker, direction);
+    pick_direction(generator, direction);
     for (int i = 0; i < TRIES && is_edge_on(&triangle, direction); i++)
-        pick_direction(maker, direction);
-    aim->corner = below(maker, 3);
+        pick_direction(generator, direction);
+    aim->corner = random_below(generator, 3);
     if (aim->at == AIM_VERTEX) {
         weights[aim->corner] = 1;
     } else if (aim->at == AIM_EDGE) {
-        /* Halves and quarters of it are short, too. */
-        double w = below(maker, 4) == 0 ? 0.25 * (1 + below(maker, 3)) : fraction(maker);
+        /* Halves and quarters of an edge have few bits, too. */
+        double w = random_below(generator, 4) == 0 ? 0.25 * (1 + random_below(generator, 3))
+                                                   : random_fraction(generator);
         weights[aim->corner] = w;
         weights[(aim->corner + 1) % 3] = 1 - w;
     } else {
-        double u = fraction(maker), v = fraction(maker);
-        bool is_over = u + v > 1;
-        weights[1] = is_over ? 1 - u : u;
-        weights[2] = is_over ? 1 - v : v;
+        double u = random_fraction(generator), v = random_fraction(generator);
+        bool is_outside = u + v > 1;
+        weights[1] = is_outside ? 1 - u : u;
+        weights[2] = is_outside ? 1 - v : v;
         weights[0] = 1 - weights[1] - weights[2];
     }
     for (int i = 0; i < 3; i++)
@@ -134,20 +137,20 @@ static bool aim_at_triangle(struct maker *maker, struct aim *aim, struct compare
     return true;
 }
 
-/* Along an axis to a face, from where the distance is a float: at 1 the ray enters (or, going on
- * from there, has left) the box. */
-static bool aim_at_limit(struct maker *maker, const struct aabb_record *box,
+/* Aims along an axis at a face, from an origin whose distance from the face is a float: at t = 1
+ * the ray enters the box or, if it begins there, leaves the box. */
+static bool aim_at_limit(struct generator *generator, const struct aabb_record *box,
                          struct compare_ray *ray)
 {
-    int axis = (int)below(maker, 3);
-    float length = ldexpf(1, (int)below(maker, 3));
-    bool is_upper = below(maker, 2) == 0, is_end = below(maker, 2) == 0;
+    int axis = (int)random_below(generator, 3);
+    float length = ldexpf(1, (int)random_below(generator, 3));
+    bool is_upper = random_below(generator, 2) == 0, is_end = random_below(generator, 2) == 0;
     float face = is_upper ? box->upper[axis] : box->lower[axis];
     for (int i = 0; i < 3; i++) {
         ray->origin[i] = (float)(0.5 * ((double)box->lower[i] + box->upper[i]));
         ray->direction[i] = 0;
     }
-    /* It ends where it enters, or begins where it leaves. */
+    /* The ray ends where it enters the box, or begins where it leaves the box. */
     ray->direction[axis] = is_upper == is_end ? -length : length;
     ray->origin[axis] = face - ray->direction[axis];
     ray->t_min = is_end ? 0 : 1;
@@ -155,19 +158,20 @@ static bool aim_at_limit(struct maker *maker, const struct aabb_record *box,
     return (double)face - ray->origin[axis] == ray->direction[axis];
 }
 
-static bool aim_at_box(struct maker *maker, struct aim *aim, struct compare_ray *ray)
+static bool aim_at_box(struct generator *generator, struct aim *aim, struct compare_ray *ray)
 {
     struct aabb_record box;
     float direction[3];
     double point[3];
-    if (!pick(maker, aim) ||
-        reference_aabb(maker->reference, aim->geometry, aim->primitive, &box) != SOURCE_ACTIVE)
+    if (!pick_primitive(generator, aim) ||
+        reference_aabb(generator->reference, aim->geometry, aim->primitive, &box) != SOURCE_ACTIVE)
         return false;
     if (aim->at == AIM_LIMIT)
-        return aim_at_limit(maker, &box, ray);
-    pick_direction(maker, direction);
+        return aim_at_limit(generator, &box, ray);
+    pick_direction(generator, direction);
     for (int i = 0; i < 3; i++)
-        point[i] = box.lower[i] + fraction(maker) * ((double)box.upper[i] - box.lower[i]);
+        point[i] =
+            box.lower[i] + random_fraction(generator) * ((double)box.upper[i] - box.lower[i]);
     aim_ray(point, direction, ray);
     return true;
 }
@@ -183,40 +187,42 @@ static bool is_usable(const struct compare_ray *ray)
     return has_direction;
 }
 
-/* Edges, vertices, primitives and the rest in turn. */
-static void make_ray(struct maker *maker, uint32_t i, struct aim *aim, struct compare_ray *ray)
+/* Aims at edges, vertices, primitives and random points in turn. */
+static void make_ray(struct generator *generator, uint32_t i, struct aim *aim,
+                     struct compare_ray *ray)
 {
-    static const enum aim_at of_triangles[] = {AIM_EDGE,      AIM_VERTEX, AIM_EDGE,   AIM_VERTEX,
-                                               AIM_PRIMITIVE, AIM_EDGE,   AIM_VERTEX, AIM_ANYWHERE};
-    static const enum aim_at of_boxes[] = {AIM_LIMIT, AIM_PRIMITIVE, AIM_PRIMITIVE, AIM_ANYWHERE};
-    bool is_aabbs = maker->reference->is_aabbs;
-    aim->at = is_aabbs ? of_boxes[i % 4] : of_triangles[i % 8];
-    if (aim->at != AIM_ANYWHERE && (is_aabbs ? aim_at_box : aim_at_triangle)(maker, aim, ray) &&
+    static const enum aim_at triangle_aims[] = {AIM_EDGE,   AIM_VERTEX,    AIM_EDGE,
+                                                AIM_VERTEX, AIM_PRIMITIVE, AIM_EDGE,
+                                                AIM_VERTEX, AIM_ANYWHERE};
+    static const enum aim_at box_aims[] = {AIM_LIMIT, AIM_PRIMITIVE, AIM_PRIMITIVE, AIM_ANYWHERE};
+    bool is_aabbs = generator->reference->is_aabbs;
+    aim->at = is_aabbs ? box_aims[i % 4] : triangle_aims[i % 8];
+    if (aim->at != AIM_ANYWHERE && (is_aabbs ? aim_at_box : aim_at_triangle)(generator, aim, ray) &&
         is_usable(ray))
         return;
     aim->at = AIM_ANYWHERE;
-    aim_anywhere(maker, ray);
+    aim_anywhere(generator, ray);
 }
 
-static void find_extent(struct maker *maker)
+static void find_extent(struct generator *generator)
 {
     float lower[3], upper[3];
-    maker->extent = 1;
-    if (!builder_bounds(maker->reference->structure, lower, upper))
+    generator->extent = 1;
+    if (!builder_bounds(generator->reference->structure, lower, upper))
         return;
     double extent = 0;
     for (int i = 0; i < 3; i++) {
         double size = (double)upper[i] - lower[i];
-        maker->lower[i] = lower[i];
+        generator->lower[i] = lower[i];
         extent = size > extent ? size : extent;
     }
     if (extent > 0x1p-60 && extent < 0x1p60)
-        maker->extent = extent;
+        generator->extent = extent;
 }
 
 VkResult rays_create(const struct reference *reference, uint32_t count, struct rays *rays)
 {
-    struct maker maker = {.reference = reference};
+    struct generator generator = {.reference = reference};
     *rays = (struct rays){
         .rays = calloc(count, sizeof(*rays->rays)),
         .aims = calloc(count, sizeof(*rays->aims)),
@@ -226,9 +232,9 @@ VkResult rays_create(const struct reference *reference, uint32_t count, struct r
         rays_free(rays);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
-    find_extent(&maker);
+    find_extent(&generator);
     for (uint32_t i = 0; i < count; i++) {
-        make_ray(&maker, i, &rays->aims[rays->count], &rays->rays[rays->count]);
+        make_ray(&generator, i, &rays->aims[rays->count], &rays->rays[rays->count]);
         rays->count += is_usable(&rays->rays[rays->count]);
     }
     return rays_find_rings(reference, rays);

@@ -7,11 +7,12 @@
 #include "src/compare/trace_data.h"
 
 enum aim_at {
-    AIM_ANYWHERE,  /* within the bounds */
-    AIM_PRIMITIVE, /* a point of it */
-    AIM_EDGE,      /* from `corner` to the next one */
-    AIM_VERTEX,    /* `corner` */
-    AIM_LIMIT,     /* a face of a box, which the ray meets exactly at tmin or tmax */
+    AIM_ANYWHERE,  /* a point within the bounds */
+    AIM_PRIMITIVE, /* a point of a primitive */
+    AIM_EDGE,      /* the edge from `corner` to the next corner */
+    AIM_VERTEX,    /* the vertex `corner` */
+    /* A face of a box that the ray hits exactly at tmin or tmax. */
+    AIM_LIMIT,
 };
 
 struct aim {
@@ -19,28 +20,30 @@ struct aim {
     uint32_t geometry, primitive, corner;
 };
 
-/* Triangles that meet at an edge or around a vertex. */
+/* Triangles that share an edge or surround a vertex. */
 enum { RING_MAX = 24 };
 struct ring {
-    uint32_t geometry, count; /* 0: nothing is promised there */
+    uint32_t geometry, count; /* 0 if the specification guarantees nothing at this point */
     uint32_t primitives[RING_MAX];
 };
 
-/* One of each a ray; owned. The same input and count, the same rays. */
+/* Arrays with one element per ray; owned. The same input and count give the same rays. */
 struct rays {
     uint32_t count;
     struct compare_ray *rays;
     struct aim *aims;
-    struct ring *rings; /* of aims at edges and vertices */
-    double scale;       /* what is rounded is at least as large as this */
-    bool is_moved;      /* by a transform, so that nothing is exact in the driver's arithmetic */
+    struct ring *rings; /* for aims at edges and vertices */
+    double scale;       /* minimum magnitude of the numbers that a driver rounds */
+    bool is_moved; /* the rays are transformed, so nothing is exact in the driver's arithmetic */
 };
 
+/* Creates at most `count` rays. Returns VK_ERROR_OUT_OF_HOST_MEMORY if memory runs out. The caller
+ * calls rays_free(), also after a failure. */
 VkResult rays_create(const struct reference *reference, uint32_t count, struct rays *rays);
 void rays_free(struct rays *rays);
 
-/* Fills in the fans (fans.c): edges that exactly two triangles of one geometry share in opposite
- * directions, vertices around which triangles of one geometry form one closed ring. */
+/* Fills the rings (vertex_rings.c): edges that exactly two triangles of one geometry share in
+ * opposite directions, and vertices around which triangles of one geometry form one closed ring. */
 VkResult rays_find_rings(const struct reference *reference, struct rays *rays);
 
 #endif

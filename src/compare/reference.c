@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The reference builder's structure of a compared input. */
+/* Builds a compared input with the reference builder. */
 #include "src/compare/reference.h"
 
 #include <stdlib.h>
 
-/* Room that the builder's structures and scratch are aligned to. */
+/* Allocates memory with the alignment that the builder requires of structures and scratch. */
 static void *allocate(uint64_t size)
 {
     uint64_t room = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
     return aligned_alloc(BUILDER_ALIGNMENT, room ? room : BUILDER_ALIGNMENT);
 }
 
-bool reference_takes(const struct build_parameters *build)
+bool reference_supports(const struct build_parameters *build)
 {
     VkGeometryTypeKHR type = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     if (build->info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
@@ -26,7 +26,7 @@ bool reference_takes(const struct build_parameters *build)
     return type == VK_GEOMETRY_TYPE_TRIANGLES_KHR || type == VK_GEOMETRY_TYPE_AABBS_KHR;
 }
 
-/* maxVertex counts from vertexData, the builder's from the first vertex. */
+/* maxVertex counts from vertexData; the builder's max_vertex counts from the first vertex. */
 static void limit_vertices(const struct build_parameters *build, struct build_input *input)
 {
     for (uint32_t i = 0; i < build->info.geometryCount; i++) {
@@ -80,7 +80,7 @@ VkResult reference_open(const struct input_copy *copy, struct reference *referen
 {
     const struct build_parameters *parameters = &copy->parameters;
     *reference = (struct reference){.geometry_count = parameters->info.geometryCount};
-    if (!reference_takes(parameters))
+    if (!reference_supports(parameters))
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
     reference->is_aabbs = parameters->info.geometryCount > 0 &&
                           parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;

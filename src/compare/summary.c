@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Counting differences, and their words. */
+/* Counts differences and describes them. */
 #include "src/compare/summary.h"
 
 #include <inttypes.h>
@@ -143,7 +143,7 @@ static void append_ring(struct text_buffer *text, const struct ring *ring, const
     text_append(text, ")");
 }
 
-/* The verdict. */
+/* Appends the reason of the judgement. */
 static void append_reason(struct text_buffer *text, const struct judgement *judgement,
                           const struct ring *ring, const struct aim *aim)
 {

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Instances: the reference builder's structure over them, rays at them, and judging. */
+/* TLAS builds: the reference structure over the instances, the rays, and the judgements. */
 #include "src/compare/top.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Of an instance whose matrix is worse conditioned nothing is said: a driver's inverse may err. */
+/* Instances with a worse conditioned matrix are not judged: a driver's inverse may be
+ * inaccurate. */
 #define CONDITION_MAX 16.0
 
 /* ---- the reference */
@@ -163,7 +164,7 @@ static bool is_finite(const struct compare_ray *ray)
     return isfinite(sum) && length > 0;
 }
 
-/* Which instance each ray is aimed at, in turn; and how many that makes for each bottom. */
+/* Chooses the instance for each ray in turn, and counts the rays per BLAS. */
 static void choose_instances(const struct top_reference *reference, uint32_t count,
                              struct top_rays *rays, uint32_t *counts)
 {
@@ -238,7 +239,7 @@ void top_rays_free(struct top_rays *rays)
     *rays = (struct top_rays){0};
 }
 
-/* ---- judging */
+/* ---- judgements */
 
 enum { TOUCHED_MAX = 64 };
 
@@ -255,7 +256,7 @@ static void touch(struct touched *touched, uint32_t instance)
         touched->instances[touched->count++] = instance;
 }
 
-static enum trace_answer note(void *context, struct trace_hit *candidate)
+static enum trace_answer note_instance(void *context, struct trace_hit *candidate)
 {
     touch(context, candidate->instance);
     return TRACE_IGNORE;
@@ -269,7 +270,7 @@ static void find_touched(const struct top_reference *reference, const struct com
                                       .accuracy = TRACE_EXACT,
                                       .resolver = resolver_of(context)};
     struct trace_ray ray = {.t_min = from->t_min, .t_max = from->t_max, .cull_mask = 0xff};
-    const struct trace_visitor visitor = {note, touched};
+    const struct trace_visitor visitor = {note_instance, touched};
     memcpy(ray.origin, from->origin, sizeof(ray.origin));
     memcpy(ray.direction, from->direction, sizeof(ray.direction));
     for (uint32_t i = 0; i < answer->candidate_count && i < COMPARE_CANDIDATES; i++)
@@ -279,7 +280,7 @@ static void find_touched(const struct top_reference *reference, const struct com
     trace_candidates(&scene, &ray, &visitor);
 }
 
-/* Returns how large the numbers are that the driver rounds. */
+/* Returns the magnitude of the numbers that the driver rounds. */
 static double to_object(const struct top_instance *instance, const struct top_inverse *inverse,
                         const struct compare_ray *from, struct compare_ray *to)
 {
@@ -303,9 +304,9 @@ static double to_object(const struct top_instance *instance, const struct top_in
     return inverse->size * largest;
 }
 
-/* What the driver says of one instance. */
-static void filter(const struct compare_answer *from, const struct top_instance *instance,
-                   uint32_t number, struct compare_answer *to)
+/* Extracts the part of the driver's answer that concerns one instance. */
+static void extract_answer(const struct compare_answer *from, const struct top_instance *instance,
+                           uint32_t number, struct compare_answer *to)
 {
     bool is_flipped = instance->given.flags & VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
     *to = (struct compare_answer){0};
@@ -351,7 +352,7 @@ static void judge_instance(const struct top_reference *reference, const struct t
         to_object(instance, &reference->inverses[number], &rays->rays[ray], &object);
     const struct rays one = {
         .count = 1, .rays = &object, .aims = &at, .rings = &ring, .scale = scale, .is_moved = true};
-    filter(answer, instance, number, &own);
+    extract_answer(answer, instance, number, &own);
     if (is_finite(&object) &&
         judge_ray(&reference->bottoms[instance->bottom], &one, 0, &own, &found) &&
         judgement_outweighs(&found, judgement)) {

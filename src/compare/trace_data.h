@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rays that go to a driver, and what it answers: laid out as the shader has them
+/* Rays for a driver, and its answers, in the layout of the shaders
  * (layer/compare/shaders/data.glsl). */
 #ifndef ASSAY_COMPARE_TRACE_DATA_H
 #define ASSAY_COMPARE_TRACE_DATA_H
@@ -15,21 +15,21 @@ struct compare_ray {
 enum { COMPARE_HIT = 1, COMPARE_AABB = 2, COMPARE_FRONT = 4 };
 
 struct compare_hit {
-    float t, u, v; /* of AABBs none of them */
-    uint32_t kind; /* COMPARE_HIT and more; 0: none */
+    float t, u, v; /* unset for AABBs */
+    uint32_t kind; /* COMPARE_HIT and other flags; 0 if there is no hit */
     uint32_t geometry, primitive, instance, spare;
 };
 
 enum { COMPARE_CANDIDATES = 14 };
 
-/* Of an answer that is part of another: not all candidates are there; the nearest triangle is in
- * another instance. */
+/* Flags of an answer that was extracted from another. COMPARE_CUT: candidates are missing.
+ * COMPARE_ELSEWHERE: the nearest triangle belongs to another instance. */
 enum { COMPARE_CUT = 1, COMPARE_ELSEWHERE = 2 };
 
 struct compare_answer {
-    struct compare_hit closest; /* of triangles */
-    uint32_t candidate_count;   /* different ones, those that there was no room for included */
-    uint32_t flags;             /* the host's own: COMPARE_CUT, COMPARE_ELSEWHERE */
+    struct compare_hit closest; /* nearest triangle */
+    uint32_t candidate_count; /* different candidates, including those beyond COMPARE_CANDIDATES */
+    uint32_t flags;           /* set by the host: COMPARE_CUT, COMPARE_ELSEWHERE */
     uint32_t spare[6];
     struct compare_hit candidates[COMPARE_CANDIDATES];
 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rays that pass a shared edge or the vertex of a closed fan. */
+/* Rays that pass near a shared edge or the vertex of a closed ring. */
 #include "src/compare/vertex_ring.h"
 
 #include <math.h>
@@ -9,31 +9,31 @@
 
 struct ring_view {
     const struct compare_ray *ray;
-    double scale; /* of struct rays */
+    double scale; /* as in struct rays */
     bool is_edge;
-    float at[3], end[3];       /* the vertex, or the edge */
-    double angle;              /* around the vertex, seen along the ray, so far */
-    double nearest_edge, away; /* least height over the outer edges; from the vertex */
-    double open;
+    float at[3], end[3]; /* the vertex, or both ends of the edge */
+    double angle;        /* sum of the angles around the vertex, as seen along the ray */
+    double nearest_edge; /* the smallest height over the outer edges */
+    double margin;
 };
 
-static bool is_same(const float a[3], const float b[3])
+static bool same_position(const float a[3], const float b[3])
 {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
-/* Which corner is the vertex; of an edge, which one isn't on it. */
+/* Returns the corner at the vertex or, for an edge, the corner that is not on it. */
 static int special_corner(const struct ring_view *view, const float *const corners[3])
 {
     for (int i = 0; i < 3; i++) {
-        bool is_at = is_same(corners[i], view->at);
-        if (view->is_edge ? !is_at && !is_same(corners[i], view->end) : is_at)
+        bool is_at = same_position(corners[i], view->at);
+        if (view->is_edge ? !is_at && !same_position(corners[i], view->end) : is_at)
             return i;
     }
     return 0;
 }
 
-/* How far the ray passes from the vertex. */
+/* Returns the distance between the ray and the vertex. */
 static double distance_from(const struct compare_ray *ray, const float at[3])
 {
     double square = 0, length = 0;
@@ -47,7 +47,7 @@ static double distance_from(const struct compare_ray *ray, const float at[3])
     return sqrt(square / length);
 }
 
-/* Of the corner's two edges, seen along the ray. */
+/* Returns the angle between the two edges of a corner, as seen along the ray. */
 static double angle_of(const struct compare_ray *ray, const float *const corners[3], int corner)
 {
     double e[3], f[3], ef = 0, ed = 0, fd = 0, dd = 0, turn = 0;
@@ -79,13 +79,13 @@ static bool add_triangle(struct ring_view *view, const struct triangle_record *t
     *is_front = placing.is_front;
     int corner = special_corner(view, corners);
     if (view->is_edge)
-        return placing.inside[(corner + 1) % 3] > placing.open &&
-               placing.inside[(corner + 2) % 3] > placing.open;
+        return placing.inside[(corner + 1) % 3] > placing.margin &&
+               placing.inside[(corner + 2) % 3] > placing.margin;
     view->angle += angle_of(view->ray, corners, corner);
     if (placing.height[corner] < view->nearest_edge)
         view->nearest_edge = placing.height[corner];
-    if (placing.open > view->open)
-        view->open = placing.open;
+    if (placing.margin > view->margin)
+        view->margin = placing.margin;
     return true;
 }
 
@@ -114,5 +114,5 @@ bool ring_is_hit_once(const struct reference *reference, const struct rays *rays
         return true;
     const double around = 6.283185307179586;
     return fabs(view.angle - around) < 0.1 &&
-           distance_from(view.ray, view.at) + view.open < view.nearest_edge;
+           distance_from(view.ray, view.at) + view.margin < view.nearest_edge;
 }

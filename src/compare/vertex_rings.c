@@ -1,24 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What meets where rays are aimed at: one pass over all triangles looks each vertex up among those
- * aimed at. "Watertightness" of the specification says of what rays must neither miss nor count
- * twice. */
+/* Finds the triangles at the edges and vertices that rays are aimed at: one pass over all triangles
+ * looks up each vertex among the targets. "Watertightness" of the specification defines where rays
+ * must neither miss nor hit twice. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/compare/rays.h"
 
-/* A vertex aimed at: of an edge its first one. */
+/* A vertex that a ray is aimed at, or the first vertex of an edge. */
 struct target {
-    float at[3], end[3];                              /* `end`: of an edge */
-    uint32_t geometry, ray, next;                     /* of those in one slot: index + 1 */
-    uint32_t before[RING_MAX][3], after[RING_MAX][3]; /* of each triangle's corners, as bits */
+    float at[3], end[3];          /* `end`: second vertex of an edge */
+    uint32_t geometry, ray, next; /* `next`: next target in the slot, as index + 1 */
+    /* The neighbouring corners of each triangle, as bits. */
+    uint32_t before[RING_MAX][3], after[RING_MAX][3];
     bool is_edge, is_broken;
 };
 
 struct targets {
     struct target *targets;
     uint32_t count, mask;
-    uint32_t *slots; /* index + 1 of the first */
+    uint32_t *slots; /* first target, as index + 1 */
 };
 
 static uint32_t hash(const float at[3], uint32_t geometry)
@@ -32,7 +33,7 @@ static uint32_t hash(const float at[3], uint32_t geometry)
     return h;
 }
 
-static bool is_same(const float a[3], const float b[3])
+static bool same_position(const float a[3], const float b[3])
 {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
@@ -79,16 +80,17 @@ static VkResult make_targets(const struct reference *reference, const struct ray
     return VK_SUCCESS;
 }
 
-/* A triangle that has the target's vertex as its corner. */
+/* Adds a triangle that has a corner at the target's vertex. */
 static void add_to_ring(struct target *target, const struct triangle_record *triangle,
                         uint32_t primitive, uint32_t corner, struct ring *ring)
 {
     const float *after = corner_of(triangle, corner + 1), *before = corner_of(triangle, corner + 2);
-    if (target->is_edge && !is_same(after, target->end) && !is_same(before, target->end))
+    if (target->is_edge && !same_position(after, target->end) &&
+        !same_position(before, target->end))
         return;
-    /* One without area, which has the vertex twice, is part of no fan. */
-    if (ring->count == RING_MAX || is_same(after, target->at) || is_same(before, target->at) ||
-        is_same(before, after)) {
+    /* A triangle without area, which has a vertex twice, is not part of any ring. */
+    if (ring->count == RING_MAX || same_position(after, target->at) ||
+        same_position(before, target->at) || same_position(before, after)) {
         target->is_broken = true;
         return;
     }
@@ -97,36 +99,37 @@ static void add_to_ring(struct target *target, const struct triangle_record *tri
     ring->primitives[ring->count++] = primitive;
 }
 
-static void look_up(const struct targets *targets, const struct triangle_record *triangle,
-                    uint32_t geometry, uint32_t primitive, struct ring *rings)
+static void find_targets(const struct targets *targets, const struct triangle_record *triangle,
+                         uint32_t geometry, uint32_t primitive, struct ring *rings)
 {
     for (uint32_t corner = 0; corner < 3; corner++) {
         const float *at = corner_of(triangle, corner);
         uint32_t i = targets->slots[hash(at, geometry) & targets->mask];
         for (; i; i = targets->targets[i - 1].next) {
             struct target *target = &targets->targets[i - 1];
-            if (target->geometry == geometry && is_same(target->at, at))
+            if (target->geometry == geometry && same_position(target->at, at))
                 add_to_ring(target, triangle, primitive, corner, &rings[target->ray]);
         }
     }
 }
 
-static bool is_bits(const uint32_t a[3], const uint32_t b[3])
+static bool same_bits(const uint32_t a[3], const uint32_t b[3])
 {
     return memcmp(a, b, 3 * sizeof(*a)) == 0;
 }
 
-/* Two triangles, which run along it in opposite directions. */
+/* Returns whether two triangles share the edge in opposite directions. */
 static bool is_shared_edge(const struct target *target, const struct ring *ring)
 {
     uint32_t end[3];
     memcpy(end, target->end, sizeof(end));
     return ring->count == 2 &&
-           ((is_bits(target->after[0], end) && is_bits(target->before[1], end)) ||
-            (is_bits(target->before[0], end) && is_bits(target->after[1], end)));
+           ((same_bits(target->after[0], end) && same_bits(target->before[1], end)) ||
+            (same_bits(target->before[0], end) && same_bits(target->after[1], end)));
 }
 
-/* One ring: from each triangle's last corner exactly one goes on. */
+/* Returns whether the triangles form one closed ring: each triangle's last corner continues in
+ * exactly one triangle. */
 static bool is_closed_ring(const struct target *target, const struct ring *ring)
 {
     uint32_t now = 0;
@@ -135,7 +138,7 @@ static bool is_closed_ring(const struct target *target, const struct ring *ring)
     for (uint32_t step = 1; step <= ring->count; step++) {
         uint32_t next = 0, found = 0;
         for (uint32_t i = 0; i < ring->count; i++)
-            if (is_bits(target->after[i], target->before[now])) {
+            if (same_bits(target->after[i], target->before[now])) {
                 next = i;
                 found++;
             }
@@ -156,7 +159,7 @@ VkResult rays_find_rings(const struct reference *reference, struct rays *rays)
         for (uint32_t i = 0; i < reference->sources[g].count && targets.count; i++) {
             struct triangle_record triangle;
             if (reference_triangle(reference, g, i, &triangle) == SOURCE_ACTIVE)
-                look_up(&targets, &triangle, g, i, rays->rings);
+                find_targets(&targets, &triangle, g, i, rays->rings);
         }
     for (uint32_t i = 0; i < targets.count; i++) {
         const struct target *target = &targets.targets[i];

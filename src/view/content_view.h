@@ -1,27 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of input data, as it was read; made only at level CONTENT. */
+/* The views of input data at level `content`. Each view holds a copy of the data as it was read. */
 #ifndef ASSAY_VIEW_CONTENT_VIEW_H
 #define ASSAY_VIEW_CONTENT_VIEW_H
 
 #include "src/state/resources/resources.h"
 #include "src/view/view.h"
 
-/* The vertices that a geometry of triangles uses. */
+/* The vertices that the indices of a triangle geometry use. */
 struct indices_view {
     const struct geometry_view *geometry;
     const VkAccelerationStructureBuildRangeInfoKHR *range;
     uint32_t max_vertex;
-    /* The first primitive with an index beyond maxVertex less firstVertex, and that index. */
+    /* is_beyond: an index exceeds maxVertex minus firstVertex. `primitive` and `index` describe the
+     * first such index. */
     bool is_beyond;
     uint32_t primitive, index;
-    uint64_t consumed; /* that many different vertices at least */
+    uint64_t consumed; /* lower bound of the number of different vertices */
 };
 
-/* A build range that the indirect command has read. */
+/* A build range that the indirect command read. */
 struct indirect_range_view {
     const struct geometry_view *geometry;
     const VkAccelerationStructureBuildRangeInfoKHR *range;
-    uint32_t max_primitive_count; /* of ppMaxPrimitiveCounts */
+    uint32_t max_primitive_count; /* from ppMaxPrimitiveCounts */
 };
 
 /* One VkAabbPositionsKHR. */
@@ -31,7 +32,7 @@ struct box_view {
     VkAabbPositionsKHR positions;
 };
 
-/* The radius of a sphere, or one of a linear swept sphere, that is less than 0. */
+/* A negative radius of a sphere or of a linear swept sphere. */
 struct radius_view {
     const struct geometry_view *geometry;
     bool is_swept;
@@ -39,27 +40,28 @@ struct radius_view {
     float radius;
 };
 
-/* One VkMicromapTriangleKHR of a build of a micromap. */
+/* One VkMicromapTriangleKHR of a micromap build. */
 struct micromap_triangle_view {
     const struct geometry_view *geometry;
     uint64_t index;
     VkMicromapTriangleKHR triangle;
-    uint64_t data_left; /* bytes from `data` to the end of its buffer; 0: not known */
+    uint64_t data_left; /* bytes from `data` to the end of its buffer; 0 if unknown */
 };
 
-/* An index by which a triangle uses a micromap of VK_KHR_opacity_micromap. */
+/* The index through which a triangle uses a micromap of VK_KHR_opacity_micromap. */
 struct opacity_index_view {
     const struct geometry_view *geometry;
-    uint64_t micromap; /* a handle; 0: null */
-    bool count_known;  /* of the triangles that the micromap was built with: */
+    uint64_t micromap; /* handle; 0 is VK_NULL_HANDLE */
+    /* Whether triangle_count, the triangles that the micromap was built with, is known. */
+    bool count_known;
     uint32_t triangle_count;
     uint32_t base_triangle;
     uint32_t primitive;
-    uint32_t index; /* as it is, of so many bits: */
+    uint32_t index; /* raw value of `bits` bits */
     uint32_t bits;
 };
 
-/* One VkTransformMatrixKHR: of an instance, or of a geometry. */
+/* One VkTransformMatrixKHR of an instance or of a geometry. */
 struct transform_view {
     const struct geometry_view *geometry;
     bool is_of_instance;
@@ -71,13 +73,14 @@ struct transform_view {
 struct instance_view {
     const struct geometry_view *geometry;
     uint32_t index;
-    bool has_motion; /* it is a member of a VkAccelerationStructureMotionInstanceNV */
+    bool has_motion; /* the instance is a member of a VkAccelerationStructureMotionInstanceNV */
     VkAccelerationStructureInstanceKHR instance;
-    enum tristate allows_disabling; /* of micromaps: with what it refers to was built, by then */
-    struct accel_facts referenced;  /* what it refers to; nothing is known of references of 0 */
+    /* Whether the referenced structure's last build before this one allows disabling micromaps. */
+    enum tristate allows_disabling;
+    struct accel_facts referenced; /* the referenced structure; unknown if the reference is 0 */
 };
 
-/* An instance of VK_NV_ray_tracing that refers to something. */
+/* An instance of VK_NV_ray_tracing whose reference is not 0. */
 struct nv_instance_view {
     const struct geometry_view *geometry;
     uint32_t index;
@@ -92,7 +95,7 @@ struct instance_pointer_view {
     VkDeviceAddress address;
 };
 
-/* What an instance of any kind refers to, a structure that is alive. */
+/* A live structure that an instance of any kind references. */
 struct reference_view {
     const struct geometry_view *geometry;
     uint32_t instance;

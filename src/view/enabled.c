@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which enumerants there are on a device. */
+/* Determines which enumerants the enabled extensions of a device define. */
 #include "src/view/enabled.h"
 
 bool accel_type_is_enabled(const struct device_facts *device, VkAccelerationStructureTypeKHR type)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which enumerants there are on a device with the extensions that were enabled for it. */
+/* Determines which enumerants the enabled extensions of a device define. */
 #ifndef ASSAY_VIEW_ENABLED_H
 #define ASSAY_VIEW_ENABLED_H
 
@@ -10,7 +10,8 @@
 bool accel_type_is_enabled(const struct device_facts *device, VkAccelerationStructureTypeKHR type);
 bool geometry_type_is_enabled(const struct device_facts *device, VkGeometryTypeKHR type);
 
-/* All bits that there are; and those that there always are. */
+/* build_flags_enabled() returns all bits that are valid on the device; core_build_flags are valid
+ * on every device. */
 VkBuildAccelerationStructureFlagsKHR build_flags_enabled(const struct device_facts *device);
 static const VkBuildAccelerationStructureFlagsKHR core_build_flags =
     VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |

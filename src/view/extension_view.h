@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of what extensions add to builds and geometries; made only where the extension is
- * enabled. */
+/* The views of what extensions add to builds and geometries. A view is created only if its
+ * extension is enabled. */
 #ifndef ASSAY_VIEW_EXTENSION_VIEW_H
 #define ASSAY_VIEW_EXTENSION_VIEW_H
 
@@ -8,30 +8,31 @@
 
 #include "src/view/view.h"
 
-/* VK_NV_ray_tracing_motion_blur. A build, and triangles that have or lack motion. */
+/* VK_NV_ray_tracing_motion_blur: a build, and a triangle geometry with or without motion data. */
 struct motion_build_view {
     const struct build_view *build;
 };
 
 struct motion_triangles_view {
     const struct geometry_view *geometry;
-    const VkAccelerationStructureGeometryMotionTrianglesDataNV *data; /* or NULL */
+    /* NULL if the geometry has none. */
+    const VkAccelerationStructureGeometryMotionTrianglesDataNV *data;
 };
 
-/* An instance of a build with motion, as it was read. */
+/* An instance of a build with motion. `instance` is a copy of the data. */
 struct motion_instance_view {
     const struct geometry_view *geometry;
     uint32_t index;
-    bool is_packed; /* the data alone was given, and the type in the pointer to it */
+    bool is_packed; /* the application gave only the data; its type is in the pointer */
     VkAccelerationStructureMotionInstanceNV instance;
-    struct accel_facts referenced; /* what it refers to; nothing is known of references of 0 */
+    struct accel_facts referenced; /* the referenced structure; unknown if the reference is 0 */
 };
 
-/* VK_NV_ray_tracing_linear_swept_spheres. What both of its structures have. */
+/* VK_NV_ray_tracing_linear_swept_spheres: the members that both of its structures share. */
 struct sphere_data {
     const struct geometry_view *geometry;
-    bool missing; /* the structure certainly isn't there, though geometryType needs it */
-    bool given;   /* it is there, and says: */
+    bool missing; /* geometryType requires the structure, and the chain certainly lacks it */
+    bool given;   /* the chain has the structure; the members below are valid */
     VkFormat vertex_format, radius_format;
     VkDeviceSize vertex_stride, radius_stride, index_stride; /* bytes */
     VkIndexType index_type;
@@ -39,7 +40,7 @@ struct sphere_data {
 
     /* From level STATE on. */
     enum tristate vertex_format_supported, radius_format_supported;
-    /* Host builds: an address that is given but can't be read. */
+    /* Host builds: the address is not NULL and is not readable. */
     bool vertices_unreadable, radii_unreadable, indices_unreadable;
 };
 
@@ -53,26 +54,28 @@ struct swept_spheres_view {
     VkRayTracingLssPrimitiveEndCapsModeNV end_caps_mode;
 };
 
-/* VK_AMDX_dense_geometry_format. A build that has such geometries, and one of them. */
+/* VK_AMDX_dense_geometry_format: a build that has dense geometries, and one dense geometry. */
 struct dense_build_view {
     const struct build_view *build;
 };
 
 struct dense_view {
     const struct geometry_view *geometry;
-    bool missing; /* the structure certainly isn't there, though geometryType needs it */
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data; /* or NULL */
-    const struct address_facts *address; /* from level STATE on, of device builds; else NULL */
+    bool missing; /* geometryType requires the structure, and the chain certainly lacks it */
+    /* NULL if the chain lacks it. */
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data;
+    const struct address_facts *address; /* from level STATE on in device builds; otherwise NULL */
 };
 
-/* Such a geometry of an update, and that of its source. */
+/* A dense geometry of an update, and the geometry of the same index that its source was built
+ * with. */
 struct updated_dense_view {
     const struct update_view *update;
     const struct dense_shape *asked, *source;
 };
 
-/* Whether a build reads none of the data: as geometry_is_empty, of geometries that have their count
- * here. */
+/* Returns whether a build reads no data of a dense geometry. As geometry_is_empty(), for geometries
+ * that have their count in this structure. */
 static inline bool
 dense_is_empty(const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
 {

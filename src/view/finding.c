@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Filling findings. */
+/* Fills findings. */
 #include "src/view/finding.h"
 
 bool finding_fill(struct finding *finding, const char *field, const char *says,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a predicate says when its statement does not hold: which field, what was found, what bounds
- * it. A finding is plain data of fixed size: predicates neither allocate nor print. */
+/* The result of a predicate whose statement does not hold: the field, the value found and its
+ * bound. A finding is plain data of fixed size: predicates neither allocate nor print. */
 #ifndef ASSAY_VIEW_FINDING_H
 #define ASSAY_VIEW_FINDING_H
 
@@ -16,7 +16,7 @@ enum value_kind {
     VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
     VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
     VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
-    VALUE_BUILT,  /* where something was built: see built_at */
+    VALUE_BUILT,  /* the command buffer or host call of an earlier build: see built_at() */
 };
 
 struct value {
@@ -33,9 +33,10 @@ struct value {
 enum { FINDING_VALUES = 6 };
 
 struct finding {
-    /* The field, relative to the subject: "scratchData.deviceAddress"; "" is the subject itself. */
+    /* The field, relative to the subject, such as "scratchData.deviceAddress"; "" is the subject
+     * itself. */
     const char *field;
-    /* What is wrong with it; each {} stands for the next value. */
+    /* The description of the error; each {} stands for the next value. */
     const char *says;
     uint32_t value_count;
     struct value values[FINDING_VALUES];
@@ -71,7 +72,8 @@ static inline struct value field_of(uint32_t build, const char *field)
     return (struct value){.kind = VALUE_FIELD, .build = build, .text = field};
 }
 
-/* By the build of that number in a command buffer, or in a call of the host. */
+/* The build with this index in a command buffer, or in a call of the host if `command_buffer` is
+ * NULL. */
 static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t build)
 {
     return (struct value){
@@ -82,30 +84,30 @@ __attribute__((cold)) bool finding_fill(struct finding *finding, const char *fie
                                         const char *says, const struct value *values,
                                         uint32_t value_count);
 
-/* Fills a finding; false. */
+/* Fills a finding. Returns false. */
 #define finding_says(finding, field, says, ...)                                                    \
     finding_fill((finding), (field), (says), (const struct value[]){__VA_ARGS__},                  \
                  sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value))
 
-/* Predicates that are only asked whether they hold get no finding to fill. */
+/* A caller that needs only the result of a predicate passes no finding. */
 static inline bool finding_is_wanted(const struct finding *finding)
 {
     return finding != NULL;
 }
 
-/* Fills a finding, if it is wanted. It is false, so that a predicate can end with `return
- * violated(...)`. */
+/* Fills a finding if the caller passed one. Evaluates to false, so that a predicate can end with
+ * `return violated(...)`. */
 #define violated(finding, field, says, ...)                                                        \
     (finding_is_wanted(finding) && finding_says(finding, field, says, __VA_ARGS__))
 
-/* The same without values. */
+/* As violated(), without values. */
 static inline bool violated_plainly(struct finding *finding, const char *field, const char *says)
 {
     return finding_is_wanted(finding) && finding_fill(finding, field, says, NULL, 0);
 }
 
-/* The finding of a handle that no object of its kind has; `kind` as in "a buffer of this device".
- */
+/* Fills the finding for a handle that is not a valid object of its type. `kind` is a phrase such as
+ * "a buffer of this device". */
 static inline bool violated_by_handle(struct finding *finding, const char *field,
                                       struct value handle, const char *kind)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Questions about formats. The only file that includes vk_format_utils.h, whose tables are big. */
+/* Properties of formats. The only file that includes vk_format_utils.h, whose tables are large. */
 #include "src/view/formats.h"
 
 #include <stdatomic.h>
@@ -7,11 +7,11 @@
 
 #include "src/base/recording_path.h"
 
-/* The formats of Vulkan 1.0, of which nearly all vertices are, are looked up once: the functions of
- * vk_format_utils.h copy a table row each time. */
+/* Facts about formats of Vulkan 1.0, which nearly all vertices use, are cached: each function of
+ * vk_format_utils.h copies a table row. */
 enum { REMEMBERED_FORMATS = VK_FORMAT_ASTC_12x12_SRGB_BLOCK + 1 };
 
-/* Small enough to be loaded and stored as a whole. */
+/* All facts about a format, small enough for one atomic load or store. */
 union format_facts {
     struct {
         bool looked_up, known;
@@ -50,8 +50,9 @@ static union format_facts look_up(VkFormat format)
     return facts;
 }
 
-/* Several threads may look up the same. Nobody sees what is remembered: rules that follow each
- * other share one call, and its number, which the compiler knows to be the same. */
+/* Threads may look up one format concurrently; all store the same value. Caching never changes the
+ * result, so the function may be `const`, which lets the compiler merge the calls of consecutive
+ * rules. */
 ON_RECORDING_PATH __attribute__((const, noinline)) static uint32_t number_of_facts(VkFormat format)
 {
     static atomic_uint_least32_t remembered[REMEMBERED_FORMATS];

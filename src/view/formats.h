@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What rules ask about a VkFormat, from the tables of Vulkan-Utility-Libraries. */
+/* Properties of a VkFormat that rules need, from the tables of Vulkan-Utility-Libraries. */
 #ifndef ASSAY_VIEW_FORMATS_H
 #define ASSAY_VIEW_FORMATS_H
 
@@ -7,15 +7,15 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-bool format_is_known(VkFormat format); /* VK_FORMAT_UNDEFINED is a value of VkFormat, too */
+bool format_is_known(VkFormat format); /* true for VK_FORMAT_UNDEFINED, too */
 
-/* The size of the smallest component in bytes; 0 where components aren't whole bytes. */
+/* Returns the size of the smallest component in bytes, or 0 if components are not whole bytes. */
 uint32_t format_smallest_component(VkFormat format);
-/* Of one element; 0 for formats that aren't known. */
+/* Returns the size of one element in bytes, or 0 if the format is unknown. */
 uint32_t format_size(VkFormat format);
 
-/* What addresses of such data are aligned to: all of a packed format, one component of another; 0
- * where the format has no such size. */
+/* Returns the alignment that addresses of such data need, in bytes: the size of a packed format,
+ * and the size of a component for other formats. Returns 0 if the format has no such size. */
 uint32_t format_alignment(VkFormat format);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The members of a geometry's union, where geometryType and sType agree that they are there. */
+/* Access to the members of a geometry's union. Each function returns NULL unless geometryType and
+ * sType both select the member. */
 #ifndef ASSAY_VIEW_GEOMETRY_DATA_H
 #define ASSAY_VIEW_GEOMETRY_DATA_H
 
@@ -42,7 +43,7 @@ instances_in(const VkAccelerationStructureGeometryKHR *geometry)
                : NULL;
 }
 
-/* The size of an index in bytes; 0 for no indices and for values that are no index type. */
+/* Returns the size of an index in bytes, or 0 for VK_INDEX_TYPE_NONE_KHR and invalid values. */
 static inline uint32_t index_type_size(VkIndexType type)
 {
     switch ((int)type) {

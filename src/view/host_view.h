@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of what only vkBuildAccelerationStructuresKHR has: builds whose scratch, and geometries
- * whose data, is in host memory. */
+/* The views that only vkBuildAccelerationStructuresKHR needs: builds with scratch in host memory,
+ * and geometries with data in host memory. */
 #ifndef ASSAY_VIEW_HOST_VIEW_H
 #define ASSAY_VIEW_HOST_VIEW_H
 
 #include "src/view/view.h"
 
-/* Bytes that the host's build reads. Without a count of primitives, or with none, only that there
- * is an address is known. */
+/* Bytes that a host build reads. If the primitive count is 0 or unknown, only `address` is
+ * valid. */
 struct host_bytes {
     const void *address; /* as the application gave it */
-    bool unreadable;     /* it is given, and `size` bytes from `begin` on can't be read */
+    bool unreadable; /* `address` is not NULL, and `size` bytes from `begin` on are not readable */
     uint64_t begin, size;
 };
 
@@ -21,7 +21,7 @@ struct host_build_view {
 
 struct host_geometry_view {
     const struct geometry_view *geometry;
-    /* Those that the geometry doesn't have are not unreadable. */
+    /* `unreadable` is false for inputs that the geometry lacks. */
     struct host_bytes vertices, indices, transform, data; /* data: AABBs or instances */
 };
 

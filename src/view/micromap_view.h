@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of rules about micromaps, made only on devices that have one of their extensions. */
+/* The views of rules about micromaps. A view is created only if the device enables a micromap
+ * extension. */
 #ifndef ASSAY_VIEW_MICROMAP_VIEW_H
 #define ASSAY_VIEW_MICROMAP_VIEW_H
 
@@ -8,25 +9,25 @@
 #include "src/state/commands/journal.h"
 #include "src/view/view.h"
 
-/* The usage counts of a structure. */
+/* The usage counts of a micromap structure. */
 struct micromap_usages {
     const char *array_field, *pointers_field; /* relative to the geometry */
-    /* One of both is given and readable, or count is 0. */
-    const void *array; /* of VkMicromapUsageKHR or -EXT, which are laid out alike */
+    /* If count is not 0, exactly one of these is set and readable. */
+    const void *array; /* VkMicromapUsageKHR or VkMicromapUsageEXT, which have the same layout */
     const void *const *pointers;
     uint32_t count;
     bool both_given, array_unreadable, pointers_unreadable;
 };
 
-/* A build, as far as micromaps go. */
+/* A build, for the rules about micromaps. */
 struct micromap_build_view {
     const struct build_view *build;
 };
 
-/* A geometry, whether or not it has micromaps. */
+/* A geometry with or without micromaps. */
 struct micromap_geometry_view {
     const struct geometry_view *geometry;
-    bool has_data; /* a VkAccelerationStructureGeometryMicromapDataKHR is in its chain */
+    bool has_data; /* the chain has a VkAccelerationStructureGeometryMicromapDataKHR */
 };
 
 /* A VkAccelerationStructureGeometryMicromapDataKHR. */
@@ -42,11 +43,12 @@ struct micromap_data_view {
 struct opacity_view {
     const struct geometry_view *geometry;
     const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity;
-    bool count_known; /* of the triangles: the indirect command's is in device memory */
+    /* Whether primitive_count is known; the indirect command's is in device memory. */
+    bool count_known;
     uint32_t primitive_count;
     /* From level STATE on. */
     struct accel_facts micromap;
-    const struct address_facts *indices; /* NULL without indices */
+    const struct address_facts *indices; /* NULL if there are no indices */
 };
 
 /* A VkAccelerationStructureTrianglesOpacityMicromapEXT. */
@@ -67,16 +69,17 @@ struct displacement_view {
     struct micromap_facts micromap;
 };
 
-/* A micromap that a recorded build uses, and what is known of it when the build executes. */
+/* A micromap that a recorded build uses, and its state when the build executes. */
 struct used_micromap_view {
     enum build_command command;
     uint64_t handle;
     const struct journal_micromap *use;
     const struct built *built;
-    const struct built *source; /* of the update that the build is; or NULL */
+    /* The build of the source if this build is an update; otherwise NULL. */
+    const struct built *source;
 };
 
-/* The micromaps of a geometry of an update, and of the geometry of the same index that its source
+/* The micromaps of one geometry of an update, and of the geometry of the same index that its source
  * was built with. */
 struct updated_micromap_view {
     const struct updated_geometry_view *geometry;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the kinds of VkAccelerationStructureMotionInstanceNV have in common. */
+/* The members that all types of VkAccelerationStructureMotionInstanceNV share. */
 #ifndef ASSAY_VIEW_MOTION_INSTANCE_H
 #define ASSAY_VIEW_MOTION_INSTANCE_H
 
@@ -18,7 +18,7 @@ struct motion_instance_common {
     uint64_t reference;
 };
 
-/* False for instances of no known type. */
+/* Fills `common`. Returns false if the type is unknown. */
 static inline bool motion_instance_common(const VkAccelerationStructureMotionInstanceNV *instance,
                                           struct motion_instance_common *common)
 {

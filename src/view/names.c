@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Spellings of enumerants. The only file that includes vk_enum_string_helper.h, which is big. */
+/* Names of enumerants. The only file that includes vk_enum_string_helper.h, which is large. */
 #include "src/view/names.h"
 
 #include <string.h>
 #include <vulkan/vk_enum_string_helper.h>
 
-/* The helpers answer "Unhandled VkX" for what they do not know. */
+/* The helpers return "Unhandled VkX" for unknown values. */
 static struct value spelling(const char *name, uint64_t value)
 {
     return strncmp(name, "VK_", 3) == 0 ? text(name) : number(value);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Spellings of enumerants, from the string helpers of Vulkan-Utility-Libraries. */
+/* Names of enumerants, from the string helpers of Vulkan-Utility-Libraries. */
 #ifndef ASSAY_VIEW_NAMES_H
 #define ASSAY_VIEW_NAMES_H
 
@@ -7,7 +7,7 @@
 
 #include "src/view/finding.h"
 
-/* The enumerant's spelling, or its number where it has none. */
+/* Returns the enumerant's name, or its number if it has none. */
 struct value structure_type(VkStructureType type);
 struct value geometry_type(VkGeometryTypeKHR type);
 struct value accel_type(VkAccelerationStructureTypeKHR type);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of vkCmdBuildAccelerationStructureNV that rules get, as src/view/view.h says of those
- * of the other commands. */
+/* The views that rules get of vkCmdBuildAccelerationStructureNV. The contract is that of
+ * src/view/view.h. */
 #ifndef ASSAY_VIEW_NV_VIEW_H
 #define ASSAY_VIEW_NV_VIEW_H
 
@@ -11,14 +11,14 @@
 struct nv_call_view {
     const struct call_view *call;
     const VkAccelerationStructureInfoNV *info_argument;
-    const VkAccelerationStructureInfoNV *info; /* the same, or NULL where it can't be read */
+    const VkAccelerationStructureInfoNV *info; /* info_argument, or NULL if it is not readable */
     VkBuffer instance_data;
     bool update;
     VkAccelerationStructureNV dst, src;
     VkBuffer scratch;
     VkDeviceSize scratch_offset;
 
-    /* Of `info`: its geometries, geometry_count elements; 0 where they can't be read. */
+    /* The geometries of `info`; geometry_count is 0 if the array is not readable. */
     const VkGeometryNV *geometries;
     uint32_t geometry_count;
     bool geometries_unreadable;
@@ -32,25 +32,27 @@ struct nv_call_view {
 struct nv_info_view {
     const struct nv_call_view *call;
     const VkAccelerationStructureInfoNV *info;
-    uint64_t triangle_count;   /* in all geometries */
-    uint32_t first_other_type; /* index of the first geometry whose type is not the first's; or
-                                  geometry_count of the call */
+    uint64_t triangle_count; /* in all geometries */
+    /* Index of the first geometry whose type differs from the first geometry's; geometry_count
+     * of the call if there is none. */
+    uint32_t first_other_type;
 };
 
-/* One geometry of it. */
+/* One geometry of pInfo. */
 struct nv_geometry_view {
     const struct nv_call_view *call;
     uint32_t index;
     const VkGeometryNV *geometry;
-    /* The member that geometryType selects, where its sType agrees; NULL: the other. */
+    /* The member that geometryType selects, if its sType agrees. NULL otherwise. */
     const VkGeometryTrianglesNV *triangles;
     const VkGeometryAABBNV *aabbs;
 
-    /* From level STATE on; alive UNKNOWN where the geometry has no such buffer. */
+    /* From level STATE on; `alive` is UNKNOWN if the geometry has no such buffer. */
     struct buffer_facts vertex, index_data, transform, boxes;
 };
 
-/* As geometry_is_empty. Handles are validated all the same: they are parameters. */
+/* As geometry_is_empty(). Rules still validate the handles of an empty geometry, which are
+ * parameters. */
 static inline bool nv_geometry_is_empty(const struct nv_geometry_view *geometry)
 {
     const VkGeometryTrianglesNV *triangles = geometry->triangles;

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Statements that rules of several subjects make of a member. */
+/* Statements about a member that rules of several subjects share. */
 #ifndef ASSAY_VIEW_PHRASES_H
 #define ASSAY_VIEW_PHRASES_H
 
 #include "src/view/finding.h"
 #include "src/view/view.h"
 
-/* Of the data of a geometry; see geometry_is_empty. */
+/* Statements about the data of a geometry. They hold if the geometry is empty: see
+ * geometry_is_empty(). */
 static inline bool input_is_given(const struct geometry_view *geometry, struct finding *finding,
                                   const char *field, VkDeviceAddress address)
 {
@@ -26,7 +27,7 @@ static inline bool address_is_given(struct finding *finding, const char *field,
     return address || violated_plainly(finding, field, "is 0");
 }
 
-/* Alignment 0: none is known. */
+/* Alignment 0 means that the alignment is unknown; the statement holds. */
 static inline bool address_is_aligned(struct finding *finding, const char *field,
                                       VkDeviceAddress address, uint32_t alignment)
 {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views that rules get: one build call, one of its builds, one geometry of it, a pair of
- * ranges. Everything in a view is const to a rule and lives only as long as the call.
+/* The views that rules get: a build call, a build, a geometry, a pair of ranges. A rule treats
+ * everything in a view as const. A view lives only as long as the call.
  *
- * Pointers of the application appear in a view only after they were found readable; where they
- * were not, they are NULL and the rules behind them stay silent. */
+ * A pointer of the application appears in a view only after it was found readable. Otherwise it is
+ * NULL, and the rules that need it stay silent. */
 #ifndef ASSAY_VIEW_VIEW_H
 #define ASSAY_VIEW_VIEW_H
 
@@ -20,15 +20,19 @@ struct call_view {
     uint32_t info_count;
     const struct device_facts *device;
     struct command_buffer_facts command_buffer; /* not for COMMAND_HOST */
-    VkDevice device_argument;                   /* these two: COMMAND_HOST */
+    /* device_argument and deferred: COMMAND_HOST only. */
+    VkDevice device_argument;
     struct deferred_operation_facts deferred;
 
-    /* As the application passed them, info_count elements each; readable only if the flag says so.
-     */
+    /* As the application passed them, info_count elements each; readable only if the flag below is
+     * set. */
     const VkAccelerationStructureBuildGeometryInfoKHR *infos;
-    const VkAccelerationStructureBuildRangeInfoKHR *const *build_ranges; /* not INDIRECT */
-    const uint32_t *const *max_primitive_counts;                         /* INDIRECT */
-    const VkDeviceAddress *indirect_addresses;                           /* these two: INDIRECT */
+    /* Not for COMMAND_INDIRECT. */
+    const VkAccelerationStructureBuildRangeInfoKHR *const *build_ranges;
+    /* COMMAND_INDIRECT only. */
+    const uint32_t *const *max_primitive_counts;
+    /* indirect_addresses and indirect_strides: COMMAND_INDIRECT only. */
+    const VkDeviceAddress *indirect_addresses;
     const uint32_t *indirect_strides;
     bool infos_readable, build_ranges_readable, max_primitive_counts_readable,
         indirect_addresses_readable, indirect_strides_readable;
@@ -39,25 +43,27 @@ struct build_view {
     const struct call_view *call;
     uint32_t index;
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
-    /* The geometry array that is given, readable to its end: the one of both that is not NULL.
-     * geometry_count is 0 where neither is. */
+    /* The geometry array of the two that is not NULL, if all of it is readable. geometry_count is 0
+     * if there is neither. */
     const VkAccelerationStructureGeometryKHR *geometries;
     const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
     uint32_t geometry_count;
     bool geometries_unreadable, geometry_pointers_unreadable, build_ranges_unreadable;
-    /* One of both, by command, geometry_count elements, or NULL. */
+    /* geometry_count elements, or NULL. The command determines which of the two is set. */
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
     const uint32_t *max_primitive_counts;
-    /* Sums over the geometries of that type (primitiveCount or maximum), and how many types. */
+    /* Sums of primitiveCount, or of the maximum counts, over the geometries of each type. */
     uint64_t triangle_count, aabb_count;
-    uint32_t first_other_type; /* index of the first geometry whose type is not the first's; or
-                                  geometry_count */
-    bool dense_readable; /* the data of all geometries of VK_AMDX_dense_geometry_format; false where
-                            there are none */
+    /* Index of the first geometry whose type differs from the first geometry's; geometry_count
+     * if there is none. */
+    uint32_t first_other_type;
+    /* All data of the geometries of VK_AMDX_dense_geometry_format is readable; false if there is
+     * none. */
+    bool dense_readable;
 
-    /* Of what its geometries say of micromaps, after these were checked; NULL: nothing. */
+    /* The micromaps that the geometries use, set after the checks of micromaps; NULL if none. */
     const struct micromap_uses *micromaps;
-    struct build_inputs *inputs; /* what is to be kept of its data; NULL: nothing */
+    struct build_inputs *inputs; /* the retained input data; NULL if none */
 
     /* From level STATE on. */
     struct accel_facts dst, src;
@@ -65,18 +71,19 @@ struct build_view {
     struct size_facts sizes;
 };
 
-/* Bytes of scratch that a build needs in its mode, where its sizes are known. */
+/* Returns the scratch size in bytes that the build's mode needs. Valid only if the sizes are
+ * known. */
 static inline VkDeviceSize build_scratch_size(const struct build_view *build)
 {
     return build_is_update(build->info) ? build->sizes.update_scratch : build->sizes.build_scratch;
 }
 
-/* A pNext chain, walked once. */
+/* The result of walking a pNext chain once. */
 struct chain_facts {
-    bool has_stray; /* a structure that may not stand there, */
+    bool has_stray; /* the chain has a structure whose type is invalid here */
     VkStructureType stray;
-    const void *unreadable; /* a pointer that leads nowhere, */
-    bool has_duplicate;     /* a structure that stands there twice */
+    const void *unreadable; /* an invalid pointer in the chain */
+    bool has_duplicate;     /* the chain has two structures of one type */
     VkStructureType duplicate;
 };
 
@@ -97,18 +104,18 @@ struct geometry_view {
     uint32_t index;
     const VkAccelerationStructureGeometryKHR *geometry;
     struct chain_facts chain, triangles_chain;
-    struct chained_inputs *chained; /* NULL where no extension has any */
+    struct chained_inputs *chained; /* NULL if no extension adds addresses */
 
     /* From level STATE on; ADDRESS_UNKNOWN if the geometry has no such address, or is empty. */
     struct address_facts vertex, index_data, transform, data; /* data: AABBs or instances */
     enum tristate vertex_format_supported;
 };
 
-/* Whether a build certainly reads no data of a geometry: its primitive count is 0, or in indirect
- * builds the maximum. Such geometries are common (translation layers build an empty TLAS with an
- * instance address of 0), so no rule about what an address leads to is asked of them, although the
- * sentences make no exception: without a read there is nothing that could go wrong. False for
- * geometries whose count is elsewhere or unknown. */
+/* Returns whether a build certainly reads no data of a geometry: its primitive count, or the
+ * maximum count of an indirect build, is 0. Such geometries are common (translation layers build an
+ * empty TLAS with an instance address of 0). Rules about the memory at an address therefore skip
+ * them, although the specification makes no exception: a build that reads nothing cannot fail.
+ * Returns false if the count is elsewhere or unknown. */
 static inline bool geometry_is_empty(const struct geometry_view *geometry)
 {
     const struct build_view *build = geometry->build;
@@ -117,7 +124,7 @@ static inline bool geometry_is_empty(const struct geometry_view *geometry)
     return build->max_primitive_counts && !build->max_primitive_counts[geometry->index];
 }
 
-/* One geometry with its build range (or, for the indirect command, its maximum count). */
+/* One geometry with its build range, or with its maximum count for the indirect command. */
 struct range_view {
     const struct geometry_view *geometry;
     const VkAccelerationStructureBuildRangeInfoKHR *range; /* NULL for COMMAND_INDIRECT */
@@ -127,38 +134,39 @@ struct range_view {
 /* One address of a build. */
 struct address_view {
     const struct build_view *build;
-    const struct geometry_view *geometry; /* NULL: scratch, or build ranges (INPUT_INDIRECT) */
+    /* NULL for scratch and for build ranges (INPUT_INDIRECT). */
+    const struct geometry_view *geometry;
     enum input_role role;
     const struct address_facts *facts;
 };
 
-/* Where the indirect command reads the build ranges of one build. */
+/* The address from which the indirect command reads the build ranges of one build. */
 struct indirect_view {
     const struct build_view *build;
-    const VkDeviceAddress *address; /* these two: NULL where the array can't be read */
+    const VkDeviceAddress *address; /* address and stride: NULL if the array is not readable */
     const uint32_t *stride;
     struct address_facts facts; /* from level STATE on */
 };
 
-/* Two ranges that name the same structure or share memory; `a` is of the lower role, and of the
- * lower build among equals. */
+/* Two ranges of the same structure, or two ranges that share memory. `a` has the lower role or, if
+ * the roles are equal, the lower build index. */
 struct pair_view {
     const struct call_view *call;
     struct used_range a, b;
     bool shares_memory;
-    struct memory_span shared; /* what they share */
+    struct memory_span shared; /* the memory that both ranges contain */
 };
 
-/* An update that was recorded, or is carried out by the host, and what is known of its source when
- * it executes: never built, or built with `source`. */
+/* An update that was recorded, or that the host executes, and the state of its source when it
+ * executes: never built, or built with `source`. */
 struct update_view {
     enum build_command command;
-    uint64_t src; /* handle, see struct journal_entry */
+    uint64_t src; /* a handle; see struct journal_entry */
     const struct built *asked, *source;
 };
 
 /* A geometry of an update, and the geometry of the same index that its source was built with; both
- * have as many. */
+ * builds have the same number of geometries. */
 struct updated_geometry_view {
     const struct update_view *update;
     uint32_t index;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray of the pipeline carries: its place among the answers, and how many candidates were met.
+// The payload of a ray of the pipeline: the index of its answer, and the number of its candidates.
 struct Payload
 {
     Hit closest;

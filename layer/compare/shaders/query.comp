@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces a ray: for the nearest triangle, and for all that it may meet, of which nothing is
-// committed, so that what meets at an edge is seen.
+// Traces a ray: first for the nearest triangle, then for all candidates, of which none is committed,
+// so that all triangles at a shared edge are recorded.
 #version 460
 #extension GL_EXT_ray_query : require
 #extension GL_GOOGLE_include_directive : require
@@ -31,8 +31,8 @@ void trace_closest(uint i, Ray ray)
     Answers(answers).at[i].closest = hit;
 }
 
-// A driver may come to the same one more than once.
-bool is_there(uint i, uint count, Hit hit)
+// Returns whether a candidate is recorded already: a driver may report it more than once.
+bool is_recorded(uint i, uint count, Hit hit)
 {
     for (uint j = 0; j < min(count, ROOM); j++) {
         Hit other = Answers(answers).at[i].candidates[j];
@@ -62,7 +62,7 @@ void trace_candidates(uint i, Ray ray)
             hit.v = at.y;
             hit.kind = HIT | (rayQueryGetIntersectionFrontFaceEXT(query, false) ? FRONT : 0);
         }
-        if (is_there(i, count, hit))
+        if (is_recorded(i, count, hit))
             continue;
         if (count < ROOM)
             Answers(answers).at[i].candidates[count] = hit;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Blocks of dense geometry: 128 bytes each of vertices on a grid, a generalized strip of triangles
- * that reuses edges and vertices, and numbers of triangles. Positions below are in bits. */
+/* Decodes dense geometry. A block has 128 bytes: vertices on a grid, a generalized strip of
+ * triangles that reuses edges and vertices, and the numbers of the triangles. Positions below are
+ * in bits. */
 #include "src/bvh/input/dense.h"
 
 #include <math.h>
@@ -15,7 +16,7 @@
 #define TRIANGLES_MAX 64
 #define NUMBER_MAX 0x1fffffffu
 
-/* The header's fields, as they are meant. */
+/* The decoded header fields. */
 struct block {
     const uint8_t *bytes;
     uint32_t index_bits, vertices, triangles;
@@ -23,8 +24,9 @@ struct block {
     uint32_t exponent, offset_bits[3];
     int32_t anchor[3];
     uint32_t descriptors, base;
-    uint32_t front;          /* where vertices begin */
-    uint32_t palette, reuse; /* of geometry indices; of vertices that are used again */
+    uint32_t front; /* start of the vertices */
+    /* Start of the palette of geometry indices; start of the reused vertices. */
+    uint32_t palette, reuse;
 };
 
 static uint32_t read_bits(const struct block *block, uint32_t at, uint32_t count)
@@ -40,7 +42,7 @@ static uint32_t whole_bytes(uint32_t bits)
     return (bits + 7) / 8 * 8;
 }
 
-/* Of a number below `count`. */
+/* Returns the number of bits that a number below `count` needs. */
 static uint32_t bits_below(uint32_t count)
 {
     return count > 1 ? 32 - (uint32_t)__builtin_clz(count - 1) : 0;
@@ -56,7 +58,7 @@ static void read_header(struct block *block)
     block->offset_bits[0] = read_bits(block, 64, 4) + 1;
     block->offset_bits[1] = read_bits(block, 68, 4) + 1;
     block->offset_bits[2] = read_bits(block, 96, 4) + 1;
-    for (uint32_t i = 0; i < 3; i++) /* 24 bits with a sign */
+    for (uint32_t i = 0; i < 3; i++) /* signed 24 bits */
         block->anchor[i] = (int32_t)(read_bits(block, 40 + 32 * i, 24) ^ 0x800000) - 0x800000;
     block->descriptors = read_bits(block, 100, 3);
     block->has_palette = read_bits(block, 103, 1);
@@ -64,7 +66,8 @@ static void read_header(struct block *block)
     block->front = HEADER_BITS + 32 * read_bits(block, 157, 1);
 }
 
-/* Of the geometry palette: the prefix's bits, and how many payloads there are. */
+/* prefix_bits() and payloads(): the number of prefix bits and of payloads in the geometry
+ * palette. */
 static uint32_t prefix_bits(const struct block *block)
 {
     return block->identity & 0x1f;
@@ -89,7 +92,7 @@ static uint32_t opacity_bits(const struct block *block)
     return count == 0 ? 0 : 64 + 32 * count + whole_bytes(block->triangles * bits_below(count));
 }
 
-/* Where the parts lie; false where they can't. */
+/* Computes the position of each part. Returns false if the layout is invalid. */
 static bool lay_out(struct block *block)
 {
     uint32_t vertex = block->offset_bits[0] + block->offset_bits[1] + block->offset_bits[2];
@@ -108,11 +111,12 @@ enum control {
     BACKTRACK,
 };
 
-/* Reads vertices' numbers one by one: the first use of each is a bit, and counted; others are
- * stored. From the end of the block back come the controls, then those bits. */
+/* Reads vertex numbers one at a time. A bit marks the first use of a vertex, whose number is
+ * counted; the numbers of reused vertices are stored. The controls run backwards from the end of
+ * the block, followed by these bits. */
 struct strip {
     const struct block *block;
-    uint32_t first_bit; /* the next one's position plus 1 */
+    uint32_t first_bit; /* position of the next bit plus 1 */
     uint32_t reused, fresh, count;
     bool is_well_formed;
 };
@@ -133,14 +137,14 @@ static uint32_t next_vertex(struct strip *strip)
     return vertex;
 }
 
-/* Edges of a triangle that go on are passed in reverse, so that the winding stays. */
-static void take_edge(uint8_t triangle[3], const uint8_t from[3], bool is_second)
+/* Copies an edge that the next triangle shares, in reverse, so that the winding is kept. */
+static void copy_edge(uint8_t triangle[3], const uint8_t from[3], bool is_second)
 {
     triangle[0] = is_second ? from[2] : from[0];
     triangle[1] = is_second ? from[1] : from[2];
 }
 
-/* Vertices of each triangle; false where the strip isn't sound. */
+/* Reads the vertices of each triangle. Returns false if the strip is malformed. */
 static bool read_strip(const struct block *block, uint8_t triangles[TRIANGLES_MAX][3])
 {
     struct strip strip = {.block = block,
@@ -155,12 +159,12 @@ static bool read_strip(const struct block *block, uint8_t triangles[TRIANGLES_MA
         if (control == BACKTRACK) {
             if (before != EDGE1 && before != EDGE2)
                 return false;
-            take_edge(triangle, triangles[i - 2], before == EDGE2);
+            copy_edge(triangle, triangles[i - 2], before == EDGE2);
         } else if (control == RESTART) {
             triangle[0] = (uint8_t)next_vertex(&strip);
             triangle[1] = (uint8_t)next_vertex(&strip);
         } else {
-            take_edge(triangle, triangles[i - 1], control == EDGE1);
+            copy_edge(triangle, triangles[i - 1], control == EDGE1);
         }
         triangle[2] = (uint8_t)next_vertex(&strip);
         before = control;
@@ -168,7 +172,8 @@ static bool read_strip(const struct block *block, uint8_t triangles[TRIANGLES_MA
     return strip.is_well_formed;
 }
 
-/* Geometry index and opaque bit, 25 bits; false: a payload that there isn't. */
+/* Reads the geometry index and the opaque bit, 25 bits. Returns false if the payload does not
+ * exist. */
 static bool read_identity(const struct block *block, uint32_t triangle, uint32_t *identity)
 {
     uint32_t prefix = prefix_bits(block), count = payloads(block), bits = bits_below(count);
@@ -184,7 +189,7 @@ static bool read_identity(const struct block *block, uint32_t triangle, uint32_t
     return true;
 }
 
-/* An exact integer times a power of two. */
+/* Computes an exact integer times a power of two. */
 static void read_position(const struct block *block, uint32_t vertex, float position[3])
 {
     const uint32_t *bits = block->offset_bits;
@@ -211,7 +216,7 @@ static void decode_triangle(const struct block *block, uint32_t number, const ui
     to->geometry = identity >> 1;
     to->is_opaque = identity & 1;
     to->primitive = block->base + number;
-    float sum = 0; /* finite unless a component isn't */
+    float sum = 0; /* 0 unless a component is not finite */
     for (int i = 0; i < 3; i++)
         sum += to->a[i] * 0 + to->b[i] * 0 + to->c[i] * 0;
     if (block->exponent < 1 || block->exponent > 232 || to->primitive > NUMBER_MAX || sum != 0)

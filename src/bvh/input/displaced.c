@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cutting displaced triangles, and reading their parts. */
+/* Subdivides displaced triangles and reads their parts. */
 #include "src/bvh/input/displaced.h"
 
 #include <math.h>
@@ -30,7 +30,7 @@ enum builder_result displaced_count(const struct builder_displacement *displacem
     return counts->parts > BUILDER_MAX_PRIMITIVES ? BUILDER_TOO_MANY_PRIMITIVES : BUILDER_OK;
 }
 
-/* An array with an element a vertex. */
+/* An array with one element per vertex. */
 struct vertex_array {
     const struct vertex_format *format;
     const uint8_t *data;
@@ -54,33 +54,33 @@ static bool read_element(const struct vertex_array *array, uint64_t index, float
     return true;
 }
 
-/* What the triangles of a geometry are cut by. */
-struct cutting {
+/* The inputs that subdivide the triangles of a geometry. */
+struct subdivision {
     const struct builder_displacement *displacement;
-    struct source still; /* the source without transform, at time 0 */
+    struct source untransformed; /* the source without its transform, at time 0 */
     struct vertex_array vectors, biases;
     struct micromap_indices indices;
-    uint64_t flags;       /* how many can be read */
-    const void *micromap; /* NULL: it isn't known */
+    uint64_t flags;       /* number of readable flags */
+    const void *micromap; /* NULL if unresolved */
     uint32_t first_vertex;
 };
 
-/* A displaced triangle: at times 0 and 1 its vertices, and what they move by. */
-struct displacing {
+/* A base triangle: its vertices at times 0 and 1, and their displacement vectors. */
+struct displaced_triangle {
     double position[2][3][3], vector[3][3];
     uint32_t format, level, edges;
     const uint8_t *blocks;
 };
 
-static bool read_vectors(const struct cutting *cutting, const uint64_t index[3],
-                         struct displacing *to)
+static bool read_vectors(const struct subdivision *subdivision, const uint64_t index[3],
+                         struct displaced_triangle *to)
 {
     for (int i = 0; i < 3; i++) {
         float vector[3], bias[3] = {0, 1, 0};
-        uint64_t vertex = index[i] + cutting->first_vertex;
-        if (!read_element(&cutting->vectors, vertex, vector) ||
-            (cutting->displacement->biases_and_scales &&
-             !read_element(&cutting->biases, vertex, bias)))
+        uint64_t vertex = index[i] + subdivision->first_vertex;
+        if (!read_element(&subdivision->vectors, vertex, vector) ||
+            (subdivision->displacement->biases_and_scales &&
+             !read_element(&subdivision->biases, vertex, bias)))
             return false;
         for (int axis = 0; axis < 3; axis++) {
             double along = vector[axis];
@@ -92,56 +92,58 @@ static bool read_vectors(const struct cutting *cutting, const uint64_t index[3],
     return true;
 }
 
-static bool read_edges(const struct cutting *cutting, uint32_t triangle, struct displacing *to)
+static bool read_edges(const struct subdivision *subdivision, uint32_t triangle,
+                       struct displaced_triangle *to)
 {
-    const struct builder_displacement *from = cutting->displacement;
+    const struct builder_displacement *from = subdivision->displacement;
     to->edges = 0;
     if (!from->flags)
         return true;
-    if (triangle >= cutting->flags)
+    if (triangle >= subdivision->flags)
         return false;
     to->edges = ((const uint8_t *)from->flags)[from->flags_stride * triangle] & 7;
     return true;
 }
 
-static enum source_state read_positions(const struct source *still, uint32_t triangle,
+static enum source_state read_positions(const struct source *untransformed, uint32_t triangle,
                                         double to[3][3])
 {
     struct triangle_record record;
-    enum source_state found = source_triangle(still, triangle, &record);
+    enum source_state found = source_triangle(untransformed, triangle, &record);
     const float *corners[3] = {record.a, record.b, record.c};
     for (int i = 0; found == SOURCE_ACTIVE && i < 9; i++)
         to[i / 3][i % 3] = corners[i / 3][i % 3];
     return found;
 }
 
-static enum source_state read_displacing(const struct cutting *cutting, uint32_t triangle,
-                                         struct displacing *to)
+static enum source_state read_displaced_triangle(const struct subdivision *subdivision,
+                                                 uint32_t triangle, struct displaced_triangle *to)
 {
     uint64_t index[3];
-    enum source_state found = read_positions(&cutting->still, triangle, to->position[0]);
+    enum source_state found =
+        read_positions(&subdivision->untransformed, triangle, to->position[0]);
     if (found != SOURCE_ACTIVE)
         return found;
     memcpy(to->position[1], to->position[0], sizeof(to->position[0]));
-    if (cutting->still.motion_vertices) {
-        struct source then = cutting->still;
+    if (subdivision->untransformed.motion_vertices) {
+        struct source then = subdivision->untransformed;
         then.vertices = then.motion_vertices;
         found = read_positions(&then, triangle, to->position[1]);
     }
     if (found != SOURCE_ACTIVE)
         return found;
-    uint64_t number =
-        source_micromap_index(&cutting->indices, triangle) + cutting->displacement->base_triangle;
-    to->blocks = cutting->micromap
-                     ? micromap_displacement(cutting->micromap, number, &to->format, &to->level)
+    uint64_t number = source_micromap_index(&subdivision->indices, triangle) +
+                      subdivision->displacement->base_triangle;
+    to->blocks = subdivision->micromap
+                     ? micromap_displacement(subdivision->micromap, number, &to->format, &to->level)
                      : NULL;
-    return to->blocks && source_corners(&cutting->still, triangle, index) &&
-                   read_vectors(cutting, index, to) && read_edges(cutting, triangle, to)
+    return to->blocks && source_corners(&subdivision->untransformed, triangle, index) &&
+                   read_vectors(subdivision, index, to) && read_edges(subdivision, triangle, to)
                ? SOURCE_ACTIVE
                : SOURCE_OUT_OF_RANGE;
 }
 
-/* Vertices of no weight don't count, whatever they are. */
+/* Skips vertices of weight 0, which may hold any value. */
 static double weighted(const double of[3][3], int axis, const double weights[3])
 {
     double sum = 0;
@@ -151,19 +153,20 @@ static double weighted(const double of[3][3], int axis, const double weights[3])
     return sum;
 }
 
-/* False where one is NaN. */
-static bool place_points(const struct source *source, const struct displacing *displacing, int time,
+/* Computes the vertices of all microtriangles. Returns false if one is NaN. */
+static bool place_points(const struct source *source,
+                         const struct displaced_triangle *displaced_triangle, int time,
                          const uint16_t *values, struct displaced_point *to)
 {
-    uint32_t edge = 1u << displacing->level;
+    uint32_t edge = 1u << displaced_triangle->level;
     for (uint32_t v = 0; v <= edge; v++)
         for (uint32_t u = 0; u + v <= edge; u++, to++) {
             const double weights[3] = {(double)(edge - u - v) / edge, (double)u / edge,
                                        (double)v / edge};
             double value = *values++ / (double)DISPLACEMENT_ONE, point[3];
             for (int axis = 0; axis < 3; axis++)
-                point[axis] = weighted(displacing->position[time], axis, weights) +
-                              weighted(displacing->vector, axis, weights) * value;
+                point[axis] = weighted(displaced_triangle->position[time], axis, weights) +
+                              weighted(displaced_triangle->vector, axis, weights) * value;
             if (isnan(point[0]) || isnan(point[1]) || isnan(point[2]))
                 return false;
             for (int axis = 0; axis < 3; axis++)
@@ -176,22 +179,24 @@ static bool place_points(const struct source *source, const struct displacing *d
     return true;
 }
 
-/* A triangle that is displaced, to `room`, which is as large as any needs. */
-static enum source_state displace(const struct source *source, const struct displacing *displacing,
+/* Subdivides a displaced triangle into `room`, which is large enough for any triangle. */
+static enum source_state displace(const struct source *source,
+                                  const struct displaced_triangle *displaced_triangle,
                                   const struct displaced_room *room)
 {
     uint16_t values[DISPLACEMENT_MAX_VERTICES];
-    displacement_decode(displacing->format, displacing->level, displacing->blocks, values);
-    return place_points(source, displacing, 0, values, room->points) &&
+    displacement_decode(displaced_triangle->format, displaced_triangle->level,
+                        displaced_triangle->blocks, values);
+    return place_points(source, displaced_triangle, 0, values, room->points) &&
                    (!room->motion_points ||
-                    place_points(source, displacing, 1, values, room->motion_points))
+                    place_points(source, displaced_triangle, 1, values, room->motion_points))
                ? SOURCE_ACTIVE
                : SOURCE_UNDEFINED;
 }
 
-/* One that isn't. */
-static enum source_state keep(const struct source *source, uint32_t triangle,
-                              const struct displaced_room *room)
+/* Copies an undisplaced triangle. */
+static enum source_state copy_undisplaced(const struct source *source, uint32_t triangle,
+                                          const struct displaced_room *room)
 {
     struct motion_triangle_record record;
     enum source_state found = room->motion_points
@@ -206,10 +211,10 @@ static enum source_state keep(const struct source *source, uint32_t triangle,
     return found;
 }
 
-static bool is_displaced(const struct cutting *cutting, uint32_t triangle)
+static bool is_displaced(const struct subdivision *subdivision, uint32_t triangle)
 {
-    return cutting->displacement && cutting->displacement->micromap &&
-           source_micromap_index(&cutting->indices, triangle) < SOURCE_SPECIAL;
+    return subdivision->displacement && subdivision->displacement->micromap &&
+           source_micromap_index(&subdivision->indices, triangle) < SOURCE_SPECIAL;
 }
 
 static bool has_room(const struct displaced_room *room, uint32_t level)
@@ -218,44 +223,45 @@ static bool has_room(const struct displaced_room *room, uint32_t level)
            room->left.points >= displacement_vertex_count(level);
 }
 
-/* False where there is no room. */
-static bool cut(const struct source *source, const struct cutting *cutting, uint32_t triangle,
-                struct displaced_room *room, struct displaced_base *base)
+/* Subdivides a triangle. Returns false if the room does not suffice. */
+static bool subdivide(const struct source *source, const struct subdivision *subdivision,
+                      uint32_t triangle, struct displaced_room *room, struct displaced_base *base)
 {
-    struct displacing displacing;
+    struct displaced_triangle displaced_triangle;
     enum source_state found = SOURCE_ACTIVE;
-    bool moves = is_displaced(cutting, triangle);
-    if (moves)
-        found = read_displacing(cutting, triangle, &displacing);
-    uint32_t level = moves && found == SOURCE_ACTIVE ? displacing.level : 0;
+    bool has_displacement = is_displaced(subdivision, triangle);
+    if (has_displacement)
+        found = read_displaced_triangle(subdivision, triangle, &displaced_triangle);
+    uint32_t level = has_displacement && found == SOURCE_ACTIVE ? displaced_triangle.level : 0;
     if (!has_room(room, level))
         return false;
-    if (!moves)
-        found = keep(source, triangle, room);
+    if (!has_displacement)
+        found = copy_undisplaced(source, triangle, room);
     else if (found == SOURCE_ACTIVE)
-        found = displace(source, &displacing, room);
+        found = displace(source, &displaced_triangle, room);
     base->found = (uint8_t)found;
     base->level = found == SOURCE_ACTIVE ? (uint8_t)level : 0;
-    base->edges = moves && found == SOURCE_ACTIVE ? (uint8_t)displacing.edges : 0;
+    base->edges =
+        has_displacement && found == SOURCE_ACTIVE ? (uint8_t)displaced_triangle.edges : 0;
     return true;
 }
 
-static bool open_cutting(struct cutting *cutting, const struct source *source,
-                         const struct builder_resolver *micromaps)
+static bool open_subdivision(struct subdivision *subdivision, const struct source *source,
+                             const struct builder_resolver *micromaps)
 {
-    const struct builder_displacement *from = cutting->displacement;
-    cutting->still = *source;
-    cutting->still.has_transform = cutting->still.is_plain = false;
-    cutting->vectors =
+    const struct builder_displacement *from = subdivision->displacement;
+    subdivision->untransformed = *source;
+    subdivision->untransformed.has_transform = subdivision->untransformed.is_plain = false;
+    subdivision->vectors =
         open_array(from->vector_format, from->vectors, from->vectors_size, from->vector_stride);
-    cutting->biases = open_array(from->bias_and_scale_format, from->biases_and_scales,
-                                 from->biases_and_scales_size, from->bias_and_scale_stride);
-    cutting->flags = source_elements_in(from->flags_size, 1, from->flags_stride);
+    subdivision->biases = open_array(from->bias_and_scale_format, from->biases_and_scales,
+                                     from->biases_and_scales_size, from->bias_and_scale_stride);
+    subdivision->flags = source_elements_in(from->flags_size, 1, from->flags_stride);
     if (!from->micromap)
         return true;
     if (micromaps->find)
-        cutting->micromap = micromaps->find(micromaps->context, from->micromap);
-    return source_open_indices(&cutting->indices, from->index_type, from->base_triangle,
+        subdivision->micromap = micromaps->find(micromaps->context, from->micromap);
+    return source_open_indices(&subdivision->indices, from->index_type, from->base_triangle,
                                from->indices, from->indices_size, from->index_stride,
                                source->count);
 }
@@ -264,18 +270,18 @@ bool displaced_cut(struct source *source, const struct builder_displacement *dis
                    uint32_t first_vertex, const struct builder_resolver *micromaps,
                    struct displaced_room *room, uint32_t *base)
 {
-    struct cutting cutting = {.displacement = displacement, .first_vertex = first_vertex};
+    struct subdivision subdivision = {.displacement = displacement, .first_vertex = first_vertex};
     uint32_t parts = 0, points = 0;
     *base = 0;
     source->bases = room->bases;
     source->points = room->points;
     source->motion_points = room->motion_points;
     source->base_count = source->count;
-    if (displacement && !open_cutting(&cutting, source, micromaps))
+    if (displacement && !open_subdivision(&subdivision, source, micromaps))
         return false;
     for (; *base < source->base_count; (*base)++, room->bases++) {
         *room->bases = (struct displaced_base){.first = parts, .point = points};
-        if (!cut(source, &cutting, *base, room, room->bases))
+        if (!subdivide(source, &subdivision, *base, room, room->bases))
             return false;
         uint32_t level = room->bases->level, count = displacement_vertex_count(level);
         parts += 1u << 2 * level;
@@ -313,7 +319,7 @@ static void fill(const struct displaced_point *points, const struct displaced_ba
                sizeof(triangle->a));
 }
 
-/* Positions at times 0 and, unless it is NULL, 1. */
+/* Reads the positions of a part at time 0 and, if `then` is not NULL, at time 1. */
 static enum source_state read_part(const struct source *source, uint32_t number,
                                    struct displaced_part *part, struct triangle_record *now,
                                    struct triangle_record *then)
@@ -368,7 +374,7 @@ enum source_state displaced_read_motion(const struct source *source, uint32_t nu
     return displaced_read_motion_part(source, base, part_of(source, base, number), record);
 }
 
-bool displaced_is_alike(const struct source *source, uint32_t base, struct displaced_part part)
+bool displaced_level_matches(const struct source *source, uint32_t base, struct displaced_part part)
 {
     return source->bases[base].found != SOURCE_ACTIVE || source->bases[base].level == part.level;
 }

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Blocks of displacement micromaps, decoded; positions are in bits. */
+/* Decodes the blocks of displacement micromaps. Positions are in bits. */
 #include "src/bvh/input/displacement.h"
 
 #include <stdbool.h>
 
 #define VALUE_BITS 11
-#define FIELDS 4 /* of shifts: interior, edges 0-1, 1-2, 2-0 */
+#define FIELDS 4 /* shifts for the interior and the edges 0-1, 1-2, 2-0 */
 
-/* Of a format: corrections of all levels follow the anchors without gaps. */
+/* The layout of a format: the corrections of all levels follow the anchors without gaps. */
 struct block_format {
     uint32_t level, bytes;
-    bool is_plain; /* values as they are: nothing is predicted */
+    bool is_plain; /* values are stored without prediction */
     uint8_t bits[DISPLACEMENT_MAX_LEVEL + 1];
-    uint8_t shift_bits[DISPLACEMENT_MAX_LEVEL + 1]; /* 0: none */
+    uint8_t shift_bits[DISPLACEMENT_MAX_LEVEL + 1]; /* 0 if there are no shifts */
     uint16_t shifts[DISPLACEMENT_MAX_LEVEL + 1];
 };
 
@@ -68,8 +68,8 @@ void displacement_part(uint32_t cuts, uint32_t index, uint32_t size,
     corners[2] = c;
 }
 
-/* Every second place on an edge goes to the next towards the nearer end; the middle of an edge of
- * two, to its first. */
+/* Moves every second position on an edge to its neighbour towards the nearer end. The middle of an
+ * edge with two segments moves to the first end. */
 static uint32_t decimated(uint32_t place, uint32_t length)
 {
     return (place + (place > length / 2)) & ~1u;
@@ -106,7 +106,7 @@ void displacement_microtriangle(uint32_t level, uint32_t index, uint32_t edges,
         corners[i] = decimate(level, edges, corners[i]);
 }
 
-/* At most 16 bits; none lie in the block's last two bytes alone. */
+/* Reads at most 16 bits. No field lies only in the last two bytes of a block. */
 static uint32_t read_bits(const uint8_t *block, uint32_t at, uint32_t count)
 {
     uint32_t bits = block[at / 8];
@@ -118,9 +118,9 @@ static uint32_t read_bits(const uint8_t *block, uint32_t at, uint32_t count)
 struct decoding {
     const struct block_format *format;
     const uint8_t *block;
-    uint32_t level; /* of the block's part that is decoded */
-    uint32_t now;   /* the level that is read */
-    uint32_t at;    /* where the next field is */
+    uint32_t level; /* level at which the block is decoded */
+    uint32_t now;   /* level that is being read */
+    uint32_t at;    /* position of the next field */
     uint16_t *values;
 };
 
@@ -138,7 +138,8 @@ static uint32_t read_shift(const struct decoding *decoding, uint32_t u, uint32_t
     return read_bits(decoding->block, decoding->format->shifts[decoding->now] + field * bits, bits);
 }
 
-/* The vertex at (u, v), between those du, dv before and behind it. */
+/* Reads the vertex at (u, v), which is predicted from the vertices at (u - du, v - dv) and
+ * (u + du, v + dv). */
 static void read_vertex(struct decoding *decoding, uint32_t u, uint32_t v, int du, int dv)
 {
     uint32_t bits = decoding->format->bits[decoding->now], level = decoding->level;
@@ -184,7 +185,7 @@ static void decode_block(const struct block_format *format, uint32_t level, cons
         read_level(&decoding);
 }
 
-/* A block's values to where they are in the whole triangle, by its vertices there. */
+/* Copies the values of a block to the positions of its vertices in the whole triangle. */
 static void place_block(uint32_t cuts, uint32_t index, uint32_t level, const uint16_t *from,
                         uint16_t *to)
 {

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Vertex formats: those that every implementation has, and all others of 8, 16 and 32 bits a
- * component that the specification allows. A missing Z is 0, a fourth component isn't read
- * (VkAccelerationStructureGeometryTrianglesDataKHR). */
+/* Vertex formats: the formats that every implementation supports, and all other formats of 8, 16
+ * and 32 bits per component that the specification allows. A missing Z is 0, and a fourth component
+ * is ignored (VkAccelerationStructureGeometryTrianglesDataKHR). */
 #include "src/bvh/input/formats.h"
 
 #include <stddef.h>
 #include <string.h>
 
-/* A half's 10 bits of fraction fit a float's 23, and all its exponents are normal floats. */
+/* The 10 fraction bits of a half fit the 23 bits of a float, and all exponents of a half are normal
+ * in a float. */
 float float_from_half(uint16_t half)
 {
     uint32_t sign = (uint32_t)(half & 0x8000) << 16, exponent = half >> 10 & 0x1f;
@@ -26,7 +27,8 @@ float float_from_half(uint16_t half)
     return value;
 }
 
-/* "Conversion From Normalized Fixed-Point to Floating-Point": the lowest SNORM value is -1, too. */
+/* "Conversion From Normalized Fixed-Point to Floating-Point": the lowest SNORM value also
+ * represents -1. */
 static float from_snorm(int32_t value, int32_t largest)
 {
     return value < -largest ? -1.0f : (float)value / (float)largest;
@@ -76,7 +78,7 @@ static void read_unorm8(const uint8_t *from, float *to, int count)
         to[i] = (float)from[i] / (float)UINT8_MAX;
 }
 
-/* A2B10G10R10: X in the lowest bits */
+/* A2B10G10R10: X is in the lowest bits. */
 static void read_unorm10(const uint8_t *from, float *to, int count)
 {
     uint32_t bits;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Vertex formats: from their bytes to three floats. */
+/* Vertex formats: convert bytes to three floats. */
 #ifndef ASSAY_BVH_INPUT_FORMATS_H
 #define ASSAY_BVH_INPUT_FORMATS_H
 
@@ -9,16 +9,17 @@
 
 struct vertex_format {
     VkFormat format;
-    uint32_t size; /* bytes that are read; components beyond the third are not */
-    bool has_nan;  /* others are always active */
+    uint32_t size; /* bytes read, without components beyond the third */
+    bool has_nan;  /* formats without NaN are always active */
     void (*read)(const uint8_t *from, float position[3]);
 };
 
-/* NULL for a format that the builder doesn't take. */
+/* Returns NULL if the builder does not support the format. */
 const struct vertex_format *vertex_format_find(VkFormat format);
 
-uint32_t radius_format_size(VkFormat format); /* 0: none that the builder takes */
+/* Returns the size of a radius in bytes, or 0 if the builder does not support the format. */
+uint32_t radius_format_size(VkFormat format);
 
-float float_from_half(uint16_t half); /* every half is a float; NaN stays NaN */
+float float_from_half(uint16_t half); /* exact; NaN stays NaN */
 
 #endif

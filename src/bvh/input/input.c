@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A build's input as a whole. */
+/* The input of a build as a whole. */
 #include "src/bvh/input/input.h"
 
 #include "src/bvh/input/dense.h"
@@ -47,7 +47,7 @@ static bool geometry_is_known(const struct builder_geometry *geometry, VkGeometr
     }
 }
 
-/* A bottom level without geometries is one of triangles without triangles. */
+/* A BLAS without geometries has kind STRUCTURE_TRIANGLES. */
 enum builder_result input_kind(const struct builder_input *input, enum structure_kind *kind)
 {
     VkGeometryTypeKHR type =

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Counting what reading primitives found. */
+/* Counts the findings of reading primitives. */
 #include "src/bvh/input/report.h"
 
 static void add_count(uint64_t *count, struct builder_place *first, uint64_t more,

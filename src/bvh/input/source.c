@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where a geometry's primitives are read from, and which of them are active
- * ("Inactive Primitives and Instances" of the specification). */
+/* Reads the primitives of a geometry and determines which are active ("Inactive Primitives and
+ * Instances" of the specification). */
 #include "src/bvh/input/source.h"
 
 #include <math.h>
@@ -91,7 +91,7 @@ static bool open_triangles(struct source *source, const struct builder_triangles
         return false;
     uint64_t readable =
         source_elements_in(size - vertex_offset, source->format->size, source->stride);
-    /* The product is within vertices_size where any vertex from the first on is readable. */
+    /* If any vertex from the first on is readable, the product is within vertices_size. */
     uint64_t first = range->firstVertex;
     uint64_t limit = readable > first ? readable - first : 0;
     if (limit > (uint64_t)triangles->max_vertex + 1)
@@ -175,7 +175,7 @@ static uint32_t read_index(const struct source *source, uint64_t position)
     return source_read_number(source->indices + position * source->index_size, source->index_size);
 }
 
-/* Those of a type are its greatest numbers: -1 to -4. */
+/* The special indices of a type are its four greatest values: -1 to -4. */
 uint64_t source_micromap_index(const struct micromap_indices *indices, uint32_t primitive)
 {
     if (!indices->indices)
@@ -203,8 +203,8 @@ void source_transform(const VkTransformMatrixKHR *transform, const double from[3
     }
 }
 
-/* Tells before the transform whether a vertex is NaN, and takes the sign from zeros, so that bounds
- * don't depend on the order in which they are merged. */
+/* Tests for NaN before the transform. Removes the sign of zeros, so that bounds do not depend on
+ * the order in which they are merged. */
 static enum source_state read_vertex(const struct source *source, uint64_t index, float position[3])
 {
     source->format->read(source->vertices + source->stride * index, position);
@@ -224,7 +224,7 @@ static enum source_state read_vertex(const struct source *source, uint64_t index
     return state;
 }
 
-/* The common case without calls: returns false where anything is out of the ordinary. */
+/* Reads the common case without calls. Returns false for everything else. */
 static bool read_plain(const struct source *source, uint32_t primitive,
                        struct triangle_record *record)
 {
@@ -307,7 +307,7 @@ enum source_state source_dense(const struct source *source, uint32_t primitive,
     return from->found;
 }
 
-/* Only what read_plain() reads; an index out of range asks for nothing. */
+/* Prefetches only for read_plain(). Ignores an index that is out of range. */
 void source_prefetch_vertices(const struct source *source, uint32_t primitive)
 {
     if (!source->is_plain)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where a geometry's primitives are read from: Vulkan's ranges resolved to pointers and limits. */
+/* The source of a geometry's primitives: Vulkan's ranges resolved to pointers and limits. */
 #ifndef ASSAY_BVH_INPUT_SOURCE_H
 #define ASSAY_BVH_INPUT_SOURCE_H
 
@@ -7,16 +7,16 @@
 #include "src/bvh/input/formats.h"
 #include "src/bvh/structure.h"
 
-/* What reading a primitive found. */
+/* The result of reading a primitive. */
 enum source_state {
     SOURCE_ACTIVE,
     SOURCE_INACTIVE,
-    SOURCE_UNDEFINED,    /* NaN in Y or Z alone; not used */
+    SOURCE_UNDEFINED,    /* NaN in Y or Z but not X; not used */
     SOURCE_OUT_OF_RANGE, /* not read */
-    SOURCE_UNRESOLVED,   /* an instance of nothing that the resolver knows */
+    SOURCE_UNRESOLVED,   /* the resolver does not find the instance's reference */
 };
 
-/* A triangle of dense geometry, decoded. */
+/* A decoded triangle of dense geometry. */
 struct dense_triangle {
     float a[3], b[3], c[3];
     uint32_t geometry, primitive;
@@ -28,54 +28,55 @@ struct displaced_point {
     float at[3];
 };
 
-/* A triangle of which others are parts, and what it is made of. */
+/* A triangle that is subdivided into parts. */
 struct displaced_base {
-    uint32_t first; /* of its parts, counted in its geometry; one where it isn't active */
-    uint32_t point; /* the first of its vertices (displacement.h has their order) */
-    uint8_t level, edges, found; /* the latter: enum source_state */
+    uint32_t first; /* first part, counted within the geometry; an inactive triangle has one part */
+    uint32_t point; /* first vertex (displacement.h defines the order) */
+    uint8_t level, edges, found; /* `found`: enum source_state */
 };
 
-/* Where each triangle's number in a micromap is. */
+/* The array that maps each triangle to a triangle of a micromap. */
 struct micromap_indices {
-    const uint8_t *indices; /* NULL: none */
+    const uint8_t *indices; /* NULL if there are no indices */
     uint64_t stride;
     uint32_t index_size, base;
     bool is_present;
 };
 
 struct source {
-    uint32_t first; /* of the structure's primitives, all geometries counted on */
-    uint32_t count; /* parts of triangles, where these are displaced */
-    /* triangles */
+    uint32_t first; /* first primitive in the structure, counted over all geometries */
+    uint32_t count; /* number of parts if triangles are displaced */
+    /* For triangles. */
     const struct vertex_format *format;
-    const uint8_t *vertices; /* of index 0, offset and first vertex included */
-    const uint8_t *indices;  /* NULL: none */
-    uint64_t stride;         /* of vertices, AABBs or instances */
-    uint64_t index_limit;    /* indices below it may be read */
+    const uint8_t *vertices; /* vertex of index 0, with offset and firstVertex applied */
+    const uint8_t *indices;  /* NULL if there are no indices */
+    uint64_t stride;         /* stride of vertices, AABBs or instances */
+    uint64_t index_limit;    /* lower indices are readable */
     uint32_t index_size;
     struct micromap_indices opacity;
-    const uint8_t
-        *motion_vertices;         /* at time 1, of index 0 and as readable as `vertices`; or NULL */
-    bool has_transform, is_plain; /* plain: float positions as they are, 32-bit indices */
+    /* Positions at time 1, from index 0 on, as many as `vertices`; NULL if static. */
+    const uint8_t *motion_vertices;
+    bool has_transform, is_plain; /* plain: untransformed float positions with 32-bit indices */
     VkTransformMatrixKHR transform;
-    struct sphere_source { /* spheres, swept or not: beside format, vertices, indices and limit */
+    /* For spheres and linear swept spheres, in addition to format, vertices, indices and limit. */
+    struct sphere_source {
         const uint8_t *radii;
         uint64_t radius_stride, index_stride;
         bool is_half, is_successive, has_caps;
     } spheres;
     const struct dense_triangle *dense;
-    uint32_t max_primitive; /* of dense geometry */
-    /* of structures with displaced triangles */
+    uint32_t max_primitive; /* for dense geometry */
+    /* For structures with displaced triangles. */
     const struct displaced_base *bases;
     const struct displaced_point *points, *motion_points; /* at times 0 and 1 */
     uint32_t base_count;
-    /* AABBs and instances */
+    /* For AABBs and instances. */
     const uint8_t *data;
     bool is_pointer_array, has_motion;
 };
 
-/* False where the range itself leads out of the data. `geometry` is of the structure's kind and of
- * a known format. */
+/* Opens a geometry. Its type must match the structure and its format must be supported. Returns
+ * false if the range exceeds the data. */
 bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,
                  const VkAccelerationStructureBuildRangeInfoKHR *range);
 
@@ -84,36 +85,37 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
 
 bool source_open_instances(struct source *source, const struct builder_instances *instances,
                            const VkAccelerationStructureBuildRangeInfoKHR *range);
-/* False where the range's elements don't lie in the data. */
+/* Returns false if the elements of the range exceed the data. */
 bool source_open_array(struct source *source, const void *data, uint64_t size, uint64_t element,
                        uint64_t stride, const VkAccelerationStructureBuildRangeInfoKHR *range);
 
-/* How many elements of `size` bytes at `stride` lie in `room` bytes. */
+/* Returns the number of elements of `size` bytes at `stride` that fit in `room` bytes. */
 uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride);
-uint32_t source_index_bytes(VkIndexType type); /* 0: no such type, or none */
+uint32_t source_index_bytes(VkIndexType type); /* 0 for VK_INDEX_TYPE_NONE_KHR and invalid types */
 bool source_index_is_known(VkIndexType type);
 uint32_t source_read_number(const uint8_t *from, uint32_t size);
 
-/* The numbers of a triangle's vertices; false where one is out of range. */
+/* Reads the vertex numbers of a triangle. Returns false if one is out of range. */
 bool source_corners(const struct source *source, uint32_t primitive, uint64_t index[3]);
-/* In double, so that each component is rounded twice only, and overflows only where the result
- * does. Same vertex, same result: what shared a vertex still does. */
+/* Computes in double, so that each component is rounded only twice and overflows only if the result
+ * does. The same vertex gives the same result, so shared vertices stay shared. */
 void source_transform(const VkTransformMatrixKHR *transform, const double from[3], float to[3]);
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record);
-/* Inactive where it is so at either time. */
+/* Returns SOURCE_INACTIVE if the triangle is inactive at either time. */
 enum source_state source_motion_triangle(const struct source *source, uint32_t primitive,
                                          struct motion_triangle_record *record);
-/* False where the indices of `count` triangles can't be read. */
+/* Returns false if the indices of `count` triangles are not readable. */
 bool source_open_indices(struct micromap_indices *indices, VkIndexType type, uint32_t base,
                          const void *data, uint64_t size, uint64_t stride, uint64_t count);
-/* Of a triangle, without the base; special indices as the greatest numbers. */
-#define SOURCE_SPECIAL UINT64_C(0xfffffffffffffffc) /* the least of them */
+/* Returns the micromap index of a triangle without the base. Special indices are the greatest
+ * values. */
+#define SOURCE_SPECIAL UINT64_C(0xfffffffffffffffc) /* the lowest special index */
 uint64_t source_micromap_index(const struct micromap_indices *indices, uint32_t primitive);
-/* What its record says of opacity, where the source has any. */
+/* Returns the `opacity` of a triangle's record. The source must have opacities. */
 uint32_t source_opacity(const struct source *source, uint32_t primitive);
-/* Asks for the memory of a triangle that is read soon: its indices, later its vertices. Records
- * come in the tree's order, in which caches find neither. */
+/* Prefetches a triangle that is read soon: first its indices, later its vertices. Records are read
+ * in the order of the tree, in which neither is cached. */
 static inline void source_prefetch_indices(const struct source *source, uint32_t primitive)
 {
     if (source->indices)
@@ -123,10 +125,11 @@ void source_prefetch_vertices(const struct source *source, uint32_t primitive);
 enum source_state source_dense(const struct source *source, uint32_t primitive,
                                struct dense_record *record);
 bool sphere_formats_are_known(const struct builder_spheres *spheres);
-/* How many indices that many primitives consume, or, without indices, vertices and radii. */
+/* Returns the number of indices that `count` primitives consume or, without indices, the number of
+ * vertices and radii. */
 uint64_t sphere_element_count(const struct builder_spheres *spheres, bool is_swept, uint32_t count);
-/* How many vertices and radii those of a range reach, from its firstVertex on; 0 where indices
- * can't be read. */
+/* Returns the number of vertices and radii that a range reaches from its firstVertex on, or 0 if
+ * the indices are not readable. */
 uint64_t sphere_vertex_count(const struct builder_spheres *spheres, bool is_swept,
                              const VkAccelerationStructureBuildRangeInfoKHR *range);
 enum source_state source_sphere(const struct source *source, uint32_t primitive,
@@ -135,11 +138,11 @@ enum source_state source_swept(const struct source *source, uint32_t primitive,
                                struct swept_record *record);
 enum source_state source_aabb(const struct source *source, uint32_t primitive,
                               struct aabb_record *record);
-/* Fills the instance, not its inverse; SOURCE_INACTIVE where the reference is 0. */
+/* Fills the instance but not its inverse. Returns SOURCE_INACTIVE if the reference is 0. */
 enum source_state source_instance(const struct source *source, uint32_t primitive,
                                   const struct builder_memory *memory,
                                   struct instance_record *record);
-/* Bytes of the data of a motion instance of a type; 0 for what is no type. */
+/* Returns the data size of a motion instance in bytes, or 0 if the type is invalid. */
 uint64_t source_motion_size(uint32_t type);
 enum source_state source_motion_instance(const struct source *source, uint32_t primitive,
                                          const struct builder_memory *memory,

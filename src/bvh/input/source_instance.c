@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where instances are read from: an array, or addresses in an array. */
+/* Reads instances from an array, or through an array of addresses. */
 #include <string.h>
 
 #include "src/bvh/input/source.h"
 
-/* "VkAccelerationStructureGeometryInstancesDataKHR": those that may move are 160 bytes apart. */
+/* "VkAccelerationStructureGeometryInstancesDataKHR": motion instances have a stride of 160
+ * bytes. */
 #define MOTION_INSTANCE_STRIDE 160
 
 bool source_open_instances(struct source *source, const struct builder_instances *instances,
@@ -21,7 +22,7 @@ bool source_open_instances(struct source *source, const struct builder_instances
     return source_open_array(source, instances->data, instances->size, element, stride, range);
 }
 
-/* From an address in the data; where nobody translates, those are host pointers. */
+/* Resolves an address in the data. Without a `read` function, addresses are host pointers. */
 static const void *find_instance(const struct builder_memory *memory, uint64_t address,
                                  uint64_t size)
 {
@@ -45,7 +46,7 @@ enum source_state source_instance(const struct source *source, uint32_t primitiv
     return record->instance.accelerationStructureReference == 0 ? SOURCE_INACTIVE : SOURCE_ACTIVE;
 }
 
-/* What all types of instances have after their transforms: 16 bytes. */
+/* All instance types have the same 16 bytes after their transforms. */
 #define AFTER_TRANSFORM (sizeof(VkAccelerationStructureInstanceKHR) - sizeof(VkTransformMatrixKHR))
 
 uint64_t source_motion_size(uint32_t type)
@@ -62,7 +63,8 @@ uint64_t source_motion_size(uint32_t type)
     }
 }
 
-/* An address's low 4 bits are the type of what lies there; in an array it comes before. */
+/* In an array of pointers, the low 4 bits of an address are the type of the instance. In an array,
+ * the type precedes the instance. */
 enum source_state source_motion_instance(const struct source *source, uint32_t primitive,
                                          const struct builder_memory *memory,
                                          struct motion_instance_record *record)

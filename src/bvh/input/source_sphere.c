@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where spheres and linear swept spheres are read from (VK_NV_ray_tracing_linear_swept_spheres). */
+/* Reads spheres and linear swept spheres (VK_NV_ray_tracing_linear_swept_spheres). */
 #include <math.h>
 #include <string.h>
 
@@ -11,7 +11,8 @@ bool sphere_formats_are_known(const struct builder_spheres *spheres)
            radius_format_size(spheres->radius_format) && source_index_is_known(spheres->index_type);
 }
 
-/* How many of `size` bytes each may be read, from an offset and a first element on. */
+/* Returns the number of readable elements of `size` bytes, from an offset and a first element
+ * on. */
 static uint64_t readable(uint64_t room, uint64_t offset, uint64_t size, uint64_t stride,
                          uint64_t first)
 {
@@ -76,7 +77,7 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
                  own->radius_stride, first);
     source->index_limit = vertices < radii ? vertices : radii;
     if (source->index_limit == 0)
-        return true; /* nothing is read, and products may wrap */
+        return true; /* nothing will be read, and the products below could wrap */
     source->vertices = (const uint8_t *)spheres->vertices + offset + source->stride * first;
     own->radii = (const uint8_t *)spheres->radii + offset + own->radius_stride * first;
     return true;
@@ -88,7 +89,8 @@ static uint32_t sphere_index(const struct source *source, uint64_t position)
                               source->index_size);
 }
 
-/* NaN anywhere makes it inactive; a negative radius isn't defined. */
+/* A NaN in any component makes the sphere inactive. The behaviour of a negative radius is
+ * undefined. */
 static enum source_state read_sphere(const struct source *source, uint64_t index, float center[3],
                                      float *radius)
 {
@@ -134,8 +136,9 @@ static void swept_ends(const struct source *source, uint32_t primitive, uint64_t
     }
 }
 
-/* "VkRayTracingLssPrimitiveEndCapsModeNV": the first of a chain has both caps, others the trailing
- * one. A primitive goes on with the chain where the one before it ended. */
+/* "VkRayTracingLssPrimitiveEndCapsModeNV": the first primitive of a chain has both caps, the others
+ * only the trailing cap. A primitive continues the chain if it begins at the end of its
+ * predecessor. */
 static uint32_t swept_caps(const struct source *source, uint32_t primitive, const uint64_t ends[2])
 {
     uint64_t before[2];

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* AABBs as primitives: both ends of every interval count. */
+/* AABBs as primitives: all intervals include their ends. */
 #include "src/bvh/trace/ray.h"
 
-/* Difference, division and the comparison's two sides: less than 4 * 2^-53 of the value. The
- * specification allows candidates beyond the box; within the pad there may be some. */
+/* The relative error of the difference, the division and both sides of the comparison is below 4 *
+ * 2^-53. The specification allows candidates outside the box; the pad can produce some. */
 #define AABB_PAD (8 * 0x1p-53)
 
 bool aabb_hit(const struct local_ray *ray, const struct aabb_record *box, double t_max, double *t)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What becomes of something that a ray meets. */
+/* Processes a candidate: opacity, culling, visitor. */
 #include "src/bvh/trace/candidate.h"
 
 static bool is_opaque(uint32_t ray_flags, const struct instance_record *instance, bool opaque)
@@ -28,8 +28,9 @@ static bool is_culled(uint32_t ray_flags, const struct instance_record *instance
     return ray_flags & (hit->front_face ? TRACE_CULL_FRONT_FACING : TRACE_CULL_BACK_FACING);
 }
 
-/* Facing is that of object space: an instance's transform leaves it alone, its flag turns it. */
-static void name_instance(const struct instance_record *instance, struct trace_hit *hit)
+/* Facing is defined in object space. The transform of an instance does not change it; the
+ * instance's flip flag does. */
+static void set_instance(const struct instance_record *instance, struct trace_hit *hit)
 {
     if (!instance)
         return;
@@ -40,10 +41,10 @@ static void name_instance(const struct instance_record *instance, struct trace_h
         hit->front_face = !hit->front_face;
 }
 
-/* MICROMAP_NONE where none says anything. */
-static enum micromap_state look_up(struct walk *walk, const struct view *view,
-                                   const struct triangle_record *triangle,
-                                   const struct local_hit *local)
+/* Returns MICROMAP_NONE if no micromap defines the opacity. */
+static enum micromap_state find_state(struct walk *walk, const struct view *view,
+                                      const struct triangle_record *triangle,
+                                      const struct local_hit *local)
 {
     const struct builder_resolver *micromaps = &walk->scene->micromaps;
     uint32_t flags = view->instance ? view->instance->instance.flags : 0;
@@ -65,7 +66,7 @@ bool candidate_opacity(struct walk *walk, const struct view *view,
                        const struct triangle_record *triangle, const struct local_hit *local,
                        bool *opaque)
 {
-    enum micromap_state state = look_up(walk, view, triangle, local);
+    enum micromap_state state = find_state(walk, view, triangle, local);
     bool has_two_states =
         walk->ray->flags & TRACE_FORCE_2_STATE ||
         (view->instance && view->instance->instance.flags &
@@ -88,10 +89,10 @@ bool candidate_opacity(struct walk *walk, const struct view *view,
     return true;
 }
 
-void candidate_offer(struct walk *walk, struct view *view, struct trace_hit *hit, double t)
+void candidate_visit(struct walk *walk, struct view *view, struct trace_hit *hit, double t)
 {
     uint32_t flags = walk->ray->flags;
-    name_instance(view->instance, hit);
+    set_instance(view->instance, hit);
     hit->opaque = is_opaque(flags, view->instance, hit->opaque);
     if (is_culled(flags, view->instance, hit))
         return;

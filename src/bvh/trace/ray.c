@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rays, prepared; and taken into the space of an instance. */
+/* Prepares rays, and transforms them into the space of an instance. */
 #include "src/bvh/trace/ray.h"
 
-/* A box's rounding, per plane: the difference, the scale and the product each err by 2^-24 of their
- * value (subtraction is exact where it would be subnormal), together less than 3.1 * 2^-24. */
+/* The rounding error per plane of a box: the difference, the scale and the product each err by
+ * 2^-24 of their value (subtraction is exact if the result is subnormal), together less than 3.1 *
+ * 2^-24. */
 #define SLAB_PAD (5 * 0x1p-24)
 
-/* Of the origin: more than what rounding a ray into float (2^-24) moves it, seen from the world. */
+/* Relative to the origin: more than the world-space error of rounding a ray to float (2^-24). */
 #define WORLD_PAD 0x1p-20
 
-/* Ize, "Robust BVH Ray Traversal", 2013: padding the reciprocals is enough, and costs nothing. A
- * component so small that its reciprocal overflows gets the largest float for near planes and
- * infinity for far ones, both on the safe side; one of exactly 0 gets infinity for both, which
- * leaves rays outside the slab out and is NaN on its planes. */
+/* Ize, "Robust BVH Ray Traversal", 2013: padding the reciprocals suffices and costs nothing. If the
+ * reciprocal of a small component overflows, near planes use the largest float and far planes
+ * infinity; both are conservative. If a component is exactly 0, both use infinity, which excludes
+ * rays outside the slab and gives NaN for rays on its planes. */
 static void make_scales(double direction, double pad, float *near, float *far)
 {
     double reciprocal = SLAB_UNITS / fabs(direction);
@@ -68,7 +69,7 @@ static void make_shear(struct local_ray *ray)
     ray->shear[2] = 1 / z;
 }
 
-/* Scales the direction; false where it is zero or not finite. */
+/* Scales the direction. Returns false if it is zero or not finite. */
 static bool make_unit(struct local_ray *ray)
 {
     double largest = 0;
@@ -118,17 +119,18 @@ bool ray_make(struct local_ray *local, const struct trace_ray *ray, enum trace_a
     return true;
 }
 
-/* Rounds to a multiple of the grid, so that products of the ray's numbers stay within the range in
- * which expansions are exact (expansion.h). Adding 1.5 * 2^52 grids leaves no bits below one. */
+/* Rounds to a multiple of the grid, so that products of the ray's components stay within the range
+ * in which expansions are exact (expansion.h). Adding 1.5 * 2^52 times the grid removes all bits
+ * below the grid. */
 static double rounded_to(double x, double grid)
 {
     double large = 0x1.8p52 * grid;
     return fabs(x) < 0x1p51 * grid ? (x + large) - large : x;
 }
 
-/* The ray in an instance's space is what rounding makes of it, once in double; within an instance
- * every triangle sees the same ray, so edges stay tight. The grids are far below a subnormal float
- * (2^-149), which vertices are multiples of. */
+/* A ray in an instance's space is rounded once, in double. All triangles of an instance are tested
+ * with the same ray, so edges stay watertight. The grids are far below the smallest subnormal float
+ * (2^-149); vertices are multiples of that float. */
 bool ray_enter(struct local_ray *local, const struct trace_ray *ray, enum trace_accuracy accuracy,
                const struct instance_record *instance)
 {

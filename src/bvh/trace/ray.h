@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A ray in one structure's space, prepared for slabs and for each accuracy's triangle test. */
+/* A ray in the space of one structure, prepared for slab tests and for the triangle test of each
+ * accuracy. */
 #ifndef ASSAY_BVH_TRACE_RAY_H
 #define ASSAY_BVH_TRACE_RAY_H
 
@@ -7,61 +8,65 @@
 #include "src/bvh/trace.h"
 #include "src/bvh/vector.h"
 
-/* Each plane's distance is (plane - origin) * scale. Near and far planes have origins and scales of
- * their own, which are padded so that no box is missed. Distances are 2^24 unit distances: so small
- * ones don't become subnormal, where rounding is no longer relative. */
+/* The distance of a plane is (plane - origin) * scale. Near and far planes have separate origins
+ * and scales, padded so that no box is missed. Distances are scaled by 2^24, so that small ones do
+ * not become subnormal, where rounding is no longer relative. */
 #define SLAB_UNITS 0x1p24
 struct slab {
     float4 near_origin[3], far_origin[3], near_scale[3], far_scale[3];
-    uint32_t near_plane[3], far_plane[3]; /* where in a node: floats from its start on */
+    uint32_t near_plane[3], far_plane[3]; /* offsets within a node, in floats */
     float t_min, t_max;
 };
 
-/* The direction is scaled by a power of two so that its largest component is in [1, 2); distances
- * in this "unit" are the caller's times `unit`, exactly. */
+/* The direction is scaled by a power of two so that its largest component is in [1, 2). A distance
+ * in this "unit" is exactly the caller's distance times `unit`. */
 struct local_ray {
     double origin[3], direction[3];
-    double unit, t_min; /* t_min in units */
-    /* axes: [2] is the direction's largest component; [0] and [1] keep the winding */
+    double unit, t_min; /* t_min is in units */
+    /* axis[2] is the direction's largest component; axis[0] and axis[1] preserve the winding. */
     uint32_t axis[3];
-    float near_origin[3]; /* origin and direction in float, for accuracies fast and robust */
+    /* near_origin and near_direction: origin and direction in float, for accuracies fast and
+     * robust. */
+    float near_origin[3];
     float near_direction[3], shear[3];
     struct slab slab;
 };
 
-/* A triangle as hit: distance in units. */
+/* A hit with a triangle; `t` is in units. */
 struct local_hit {
     double t;
     float u, v;
     bool front_face;
 };
 
-/* False for a ray that can hit nothing. `is_world` pads for the rounding of rays that go on into
+/* Returns false if the ray cannot hit anything. `is_world` pads for the rounding of rays that enter
  * instances. */
 bool ray_make(struct local_ray *local, const struct trace_ray *ray, enum trace_accuracy accuracy,
               bool is_world);
-/* False where the instance's matrix is singular. */
+/* Returns false if the matrix of the instance is singular. */
 bool ray_enter(struct local_ray *local, const struct trace_ray *ray, enum trace_accuracy accuracy,
                const struct instance_record *instance);
-void ray_limit(struct local_ray *local, double t_max); /* in the caller's distances */
+void ray_limit(struct local_ray *local, double t_max); /* t_max is in the caller's distances */
 
-/* Whether the line meets the triangle at all at t_min < t < t_max (in units). */
+/* Return whether the ray hits the triangle at t_min < t < t_max, in units. */
 bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
                    double t_max, struct local_hit *hit);
 bool triangle_robust(const struct local_ray *ray, const struct triangle_record *triangle,
                      double t_max, struct local_hit *hit);
 bool triangle_exact(const struct local_ray *ray, const struct triangle_record *triangle,
                     double t_max, struct local_hit *hit, uint64_t *exact_calls);
-/* Where the ray enters from outside, at t_min <= t <= t_max; u is the place along a swept one. */
+/* Return whether the ray enters the shape from outside at t_min <= t <= t_max. For swept spheres u
+ * is the position along the axis. */
 bool sphere_hit(const struct local_ray *ray, const struct sphere_record *sphere, bool is_exact,
                 double t_max, struct local_hit *hit, uint64_t *exact_calls);
 bool swept_hit(const struct local_ray *ray, const struct swept_record *swept, bool is_exact,
                double t_max, struct local_hit *hit, uint64_t *exact_calls);
-/* Where [t_min, t_max] and the ray's interval within the box meet; t is where that begins. */
+/* Returns whether [t_min, t_max] intersects the ray's interval within the box. t is the start of
+ * the intersection. */
 bool aabb_hit(const struct local_ray *ray, const struct aabb_record *box, double t_max, double *t);
 
-/* A bit for each child whose box the ray may meet, and where it enters. NaN, which is 0 times
- * infinity where a ray runs in a plane, leaves the interval as it was. */
+/* Returns one bit for each child whose box the ray may hit, and the entry distances. If a ray lies
+ * in a plane, 0 times infinity gives NaN, which leaves the interval unchanged. */
 static inline unsigned slab_test(const struct slab *slab, const struct wide_node *node,
                                  float4 *enter)
 {
@@ -73,7 +78,7 @@ static inline unsigned slab_test(const struct slab *slab, const struct wide_node
         near = float4_max(low * slab->near_scale[axis], near);
         far = float4_min(high * slab->far_scale[axis], far);
     }
-    /* What overflowed was still finite, and far is then infinite. */
+    /* A distance that overflowed to infinity was finite; `far` is then infinite, too. */
     near = float4_min(near, float4_all(FLT_MAX));
     *enter = near;
     return int4_mask(near <= far);

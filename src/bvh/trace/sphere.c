@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Spheres and linear swept spheres: where a ray enters them. From within nothing is met.
+/* Spheres and linear swept spheres: finds where a ray enters them. A ray that starts inside a shape
+ * does not hit it.
  *
- * Whether the line meets a sphere, and whether the origin lies within it, are decided exactly at
- * accuracy exact; all else is double. The spheres of a swept one have centers P + s A, radii r - s
- * e for s from 0 to 1. A point M (relative to P) is nearest to the sphere at s = w / D where w = M
- * . A - e r and D = A . A - e e, so the midsection is where D (M . M - r r) - w w = 0 with s from 0
- * to 1, and what is beyond belongs to the caps. */
+ * At accuracy exact, whether the line hits a sphere, and whether the origin lies inside it, are
+ * decided exactly; everything else is computed in double. The spheres of a swept sphere have
+ * centers P + s A and radii r - s e for s from 0 to 1. The sphere nearest to a point M (relative to
+ * P) has s = w / D with w = M . A - e r and D = A . A - e e. The surface of the midsection is
+ * therefore D (M . M - r r) - w w = 0 with s from 0 to 1; the rest belongs to the caps. */
 #include "src/bvh/expansion.h"
 #include "src/bvh/trace/ray.h"
 
-/* Of terms whose magnitudes add up to 1: some ten roundings of 2^-53 each. */
+/* Error bound for terms whose magnitudes sum to 1: about ten roundings of 2^-53 each. */
 #define SPHERE_BOUND (32 * 0x1p-53)
 
 static double dot(const double a[3], const double b[3])
@@ -22,7 +23,7 @@ struct exact_vector {
     int count[3];
 };
 
-/* The sum of three squares' expansions of at most `room` terms each. */
+/* Computes the sum of the squares of three expansions. */
 static int sum_of_squares(double *const terms[3], const int count[3], double *to, double *spare)
 {
     double square[3][128];
@@ -40,7 +41,7 @@ static void exact_offset(const struct local_ray *ray, const float center[3],
         offset->count[i] = expansion_difference(center[i], ray->origin[i], offset->terms[i]);
 }
 
-/* |center - origin|^2 - radius^2: an estimate with the right sign. */
+/* Returns an estimate of |center - origin|^2 - radius^2 with the exact sign. */
 static double exact_outside(const struct local_ray *ray, const float center[3], float radius)
 {
     struct exact_vector offset;
@@ -52,7 +53,7 @@ static double exact_outside(const struct local_ray *ray, const float center[3], 
     return expansion_estimate(m, difference);
 }
 
-/* |direction|^2 radius^2 - |offset x direction|^2: its sign. */
+/* Returns the sign of |direction|^2 radius^2 - |offset x direction|^2. */
 static int exact_meets(const struct local_ray *ray, const float center[3], float radius)
 {
     struct exact_vector offset;
@@ -80,7 +81,8 @@ static int exact_meets(const struct local_ray *ray, const float center[3], float
     return expansion_sign(m, difference);
 }
 
-/* Where the ray enters the sphere from outside; false where it doesn't, or behind its origin. */
+/* Finds where the ray enters the sphere from outside. Returns false if it does not, or if the entry
+ * is behind the origin. */
 static bool enter_sphere(const struct local_ray *ray, const float center[3], float radius,
                          bool is_exact, double *t, uint64_t *exact_calls)
 {
@@ -123,14 +125,15 @@ bool sphere_hit(const struct local_ray *ray, const struct sphere_record *sphere,
            is_within(ray, hit->t, t_max);
 }
 
-/* The midsection, seen from the point of the ray that is nearest to the first center. */
+/* The midsection, relative to the point of the ray that is nearest to the first center. */
 struct section {
-    double start;          /* of that point, as a distance */
+    double start;          /* distance of that point */
     double axis[3];        /* A */
-    double shrink, stable; /* e, D; without a midsection D isn't positive */
-    double w, w_rate;      /* there, and a distance's worth */
+    double shrink, stable; /* e and D; without a midsection D is not positive */
+    double w, w_rate;      /* w at that point, and its change per unit of distance */
     double length, along, outside;
-    double slack; /* of s: what keeps rays from passing between the midsection and its caps */
+    /* Tolerance of s, which prevents rays from passing between the midsection and its caps. */
+    double slack;
 };
 
 static void make_section(const struct local_ray *ray, const struct swept_record *swept,
@@ -153,11 +156,12 @@ static void make_section(const struct local_ray *ray, const struct swept_record 
     section->w_rate = dot(ray->direction, section->axis);
     section->slack =
         0x1p-40 + 0x1p-46 * distance * sqrt(dot(section->axis, section->axis)) / section->stable;
-    section->along = dot(to, ray->direction); /* 0 but for rounding */
+    section->along = dot(to, ray->direction); /* 0 except for rounding */
     section->outside = dot(to, to) - radius * radius;
 }
 
-/* A t^2 + 2 B t + C = 0, where it goes from outside (positive) to inside. */
+/* Solves A t^2 + 2 B t + C = 0 for the root at which the value changes from positive (outside) to
+ * negative (inside). */
 static bool enter_section(const struct section *section, double *t)
 {
     double d = section->stable;
@@ -172,7 +176,7 @@ static bool enter_section(const struct section *section, double *t)
     return isfinite(*t);
 }
 
-/* What of a cap's sphere isn't on its side of the seam lies within. */
+/* The part of a cap's sphere beyond the seam lies inside the midsection. */
 static bool enter_cap(const struct local_ray *ray, const struct swept_record *swept, int end,
                       const struct section *section, bool is_exact, double *t,
                       uint64_t *exact_calls)
@@ -185,7 +189,7 @@ static bool enter_cap(const struct local_ray *ray, const struct swept_record *sw
     return end == 0 ? s <= section->slack : s >= 1 - section->slack;
 }
 
-/* One end holds the other: the outer one is all there is. */
+/* If one end contains the other, the shape is the larger sphere. */
 static bool enter_only_cap(const struct local_ray *ray, const struct swept_record *swept,
                            bool is_exact, struct local_hit *hit, uint64_t *exact_calls)
 {

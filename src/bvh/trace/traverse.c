@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walks trees without recursion: a stack of fixed size for a BLAS, another for the TLAS above it,
- * both as deep as trees may be (structure.h).
- * "Ray Intersection Candidate Determination" and "Ray Intersection Culling" say what counts. */
+/* Traverses trees without recursion: one stack of fixed size for a BLAS, another for the TLAS above
+ * it, both sized for the maximum depth (structure.h). "Ray Intersection Candidate Determination"
+ * and "Ray Intersection Culling" define the candidates. */
 #include "src/bvh/input/displaced.h"
 #include "src/bvh/motion.h"
 #include "src/bvh/trace/candidate.h"
@@ -16,8 +16,8 @@ static bool geometry_is_opaque(const struct view *view, uint32_t geometry)
     return structure_geometries(view->blas)[geometry].flags & VK_GEOMETRY_OPAQUE_BIT_KHR;
 }
 
-static bool meets_triangle(struct walk *walk, const struct view *view,
-                           const struct triangle_record *triangle, struct local_hit *local)
+static bool hits_triangle(struct walk *walk, const struct view *view,
+                          const struct triangle_record *triangle, struct local_hit *local)
 {
     double t_max = walk->t_max * view->ray.unit;
     switch (walk->scene->accuracy) {
@@ -31,8 +31,8 @@ static bool meets_triangle(struct walk *walk, const struct view *view,
     return false;
 }
 
-/* `hit` has the numbers, and what is opaque but for micromaps. */
-static ALWAYS_INLINE void offer_met(struct walk *walk, struct view *view,
+/* `hit` has the numbers and the opacity before micromaps. */
+static ALWAYS_INLINE void visit_hit(struct walk *walk, struct view *view,
                                     const struct triangle_record *triangle,
                                     const struct local_hit *local, struct trace_hit *hit)
 {
@@ -40,15 +40,15 @@ static ALWAYS_INLINE void offer_met(struct walk *walk, struct view *view,
     hit->v = local->v;
     hit->front_face = local->front_face;
     if (triangle->opacity == 0 || candidate_opacity(walk, view, triangle, local, &hit->opaque))
-        candidate_offer(walk, view, hit, local->t / view->ray.unit);
+        candidate_visit(walk, view, hit, local->t / view->ray.unit);
 }
 
-static void offer_triangle(struct walk *walk, struct view *view,
+static void visit_triangle(struct walk *walk, struct view *view,
                            const struct triangle_record *triangle, struct trace_hit *hit)
 {
     struct local_hit local;
-    if (meets_triangle(walk, view, triangle, &local))
-        offer_met(walk, view, triangle, &local, hit);
+    if (hits_triangle(walk, view, triangle, &local))
+        visit_hit(walk, view, triangle, &local, hit);
 }
 
 static void test_triangle(struct walk *walk, struct view *view,
@@ -57,7 +57,7 @@ static void test_triangle(struct walk *walk, struct view *view,
     struct trace_hit hit = {.geometry = triangle->geometry,
                             .primitive = triangle->primitive,
                             .opaque = geometry_is_opaque(view, triangle->geometry)};
-    offer_triangle(walk, view, triangle, &hit);
+    visit_triangle(walk, view, triangle, &hit);
 }
 
 static void test_dense(struct walk *walk, struct view *view, const struct dense_record *record)
@@ -65,7 +65,7 @@ static void test_dense(struct walk *walk, struct view *view, const struct dense_
     struct trace_hit hit = {.geometry = record->geometry,
                             .primitive = record->primitive,
                             .opaque = record->is_opaque != 0};
-    offer_triangle(walk, view, &record->triangle, &hit);
+    visit_triangle(walk, view, &record->triangle, &hit);
 }
 
 static void test_aabb(struct walk *walk, struct view *view, const struct aabb_record *box)
@@ -79,7 +79,7 @@ static void test_aabb(struct walk *walk, struct view *view, const struct aabb_re
         .is_aabb = true,
         .opaque = geometry_is_opaque(view, box->geometry),
     };
-    candidate_offer(walk, view, &hit, t / view->ray.unit);
+    candidate_visit(walk, view, &hit, t / view->ray.unit);
 }
 
 static void test_sphere(struct walk *walk, struct view *view, const void *record)
@@ -87,7 +87,8 @@ static void test_sphere(struct walk *walk, struct view *view, const void *record
     bool is_swept = view->blas->kind == STRUCTURE_SWEPT_SPHERES;
     bool is_exact = walk->scene->accuracy == TRACE_EXACT;
     double t_max = walk->t_max * view->ray.unit;
-    const struct sphere_record *sphere = record; /* swept ones have their numbers there, too */
+    /* A swept_record stores its numbers at the same offset. */
+    const struct sphere_record *sphere = record;
     struct local_hit local;
     if (!(is_swept
               ? swept_hit(&view->ray, record, is_exact, t_max, &local, &walk->counters.exact_calls)
@@ -102,7 +103,7 @@ static void test_sphere(struct walk *walk, struct view *view, const void *record
         .is_swept = is_swept,
         .opaque = geometry_is_opaque(view, sphere->geometry),
     };
-    candidate_offer(walk, view, &hit, local.t / view->ray.unit);
+    candidate_visit(walk, view, &hit, local.t / view->ray.unit);
 }
 
 static void test_motion_triangle(struct walk *walk, struct view *view,
@@ -113,18 +114,18 @@ static void test_motion_triangle(struct walk *walk, struct view *view,
     test_triangle(walk, view, &now);
 }
 
-/* Everything but where it is, is the base's. */
+/* All properties but the position are those of the base triangle. */
 static void test_displaced(struct walk *walk, struct view *view,
                            const struct triangle_record *triangle, struct displaced_part part)
 {
     struct local_hit local;
-    if (!meets_triangle(walk, view, triangle, &local))
+    if (!hits_triangle(walk, view, triangle, &local))
         return;
     struct trace_hit hit = {.geometry = triangle->geometry,
                             .primitive = triangle->primitive,
                             .opaque = geometry_is_opaque(view, triangle->geometry)};
     displaced_barycentrics(part, &local.u, &local.v);
-    offer_met(walk, view, triangle, &local, &hit);
+    visit_hit(walk, view, triangle, &local, &hit);
 }
 
 static void test_motion_displaced(struct walk *walk, struct view *view,
@@ -176,7 +177,7 @@ static void test_leaf(struct walk *walk, struct view *view, uint32_t child)
         test_record(walk, view, record);
 }
 
-/* Puts the children that the ray may meet on the stack, the nearest on top. */
+/* Pushes the children that the ray may hit onto the stack, the nearest on top. */
 static uint32_t push_children(const struct wide_node *node, const struct slab *slab,
                               struct waiting_child *stack, uint32_t count)
 {
@@ -195,8 +196,8 @@ static uint32_t push_children(const struct wide_node *node, const struct slab *s
     return count;
 }
 
-/* Whether the BLAS has any primitive that the flags let through. */
-static bool kind_is_wanted(const struct structure_header *blas, uint32_t flags)
+/* Returns whether the BLAS has any primitive that the flags do not skip. */
+static bool kind_is_visible(const struct structure_header *blas, uint32_t flags)
 {
     if (blas->record_count == 0 || structure_is_top(blas->kind))
         return false;
@@ -205,7 +206,7 @@ static bool kind_is_wanted(const struct structure_header *blas, uint32_t flags)
 
 static void walk_blas(struct walk *walk, struct view *view)
 {
-    if (!kind_is_wanted(view->blas, walk->ray->flags))
+    if (!kind_is_visible(view->blas, walk->ray->flags))
         return;
     const struct wide_node *nodes = structure_nodes(view->blas);
     struct waiting_child stack[TRACE_STACK];
@@ -232,7 +233,7 @@ static void enter_instance(struct walk *walk, const struct instance_record *inst
         return;
     view.blas =
         resolver->find(resolver->context, instance->instance.accelerationStructureReference);
-    if (!view.blas || !kind_is_wanted(view.blas, walk->ray->flags) ||
+    if (!view.blas || !kind_is_visible(view.blas, walk->ray->flags) ||
         !ray_enter(&view.ray, walk->ray, walk->scene->accuracy, instance))
         return;
     walk->counters.instances++;
@@ -240,7 +241,7 @@ static void enter_instance(struct walk *walk, const struct instance_record *inst
     walk_blas(walk, &view);
 }
 
-/* As it is at the ray's time. */
+/* Enters a moving instance at the ray's time. */
 static void enter_moving(struct walk *walk, const struct motion_instance_record *record)
 {
     struct instance_record now;

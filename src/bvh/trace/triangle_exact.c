@@ -1,23 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Accuracy exact: which side of each edge the ray passes, decided without error.
+/* Accuracy exact: decides without error on which side of each edge the ray passes.
  *
- * With A, B, C relative to the origin and direction d, the ray's line meets the triangle where
- * d . (A x B), d . (B x C), d . (C x A) have one sign. They are computed in double with an error
- * bound; a sign that the bound leaves open is computed by expansions. A zero is broken by moving
- * the direction by infinitesimals: d + e f + e^2 g, where f and g are the two axes across the
- * direction's largest (simulation of simplicity, Edelsbrunner and Muecke 1990). The move depends on
- * the ray alone and the functions of an edge are exact opposites in its two triangles, so what
- * holds for a generic ray, one hit for each shared edge and closed fan, holds for every ray. A
- * zero after that means that edge and origin are in line; the triangle is then seen edge-on. */
+ * With A, B, C relative to the origin and direction d, the ray's line hits the triangle if d . (A x
+ * B), d . (B x C), d . (C x A) have the same sign. They are computed in double with an error bound;
+ * a sign within the bound is computed with expansions. A zero is resolved by an infinitesimal
+ * perturbation of the direction: d + e f + e^2 g, where f and g are the two axes other than the
+ * direction's largest (simulation of simplicity, Edelsbrunner and Muecke 1990). The perturbation
+ * depends only on the ray, and the functions of an edge are exact opposites in its two triangles.
+ * Therefore every ray, like a generic ray, hits each shared edge and closed fan exactly once. If
+ * the result is still zero, the edge and the origin are collinear, and the ray sees the triangle
+ * edge-on. */
 #include "src/bvh/expansion.h"
 #include "src/bvh/trace/ray.h"
 
 /* Differences, two products, their difference, the product by d and two sums: at most 7 roundings
  * of 2^-53 for each term of the sum of magnitudes, and as many in that sum itself. */
 #define EDGE_BOUND (16 * 0x1p-53)
-/* t is taken from doubles where numerator and denominator are this certain, ... */
+/* If numerator and denominator are this accurate, t is computed in double. */
 #define CERTAIN 0x1p-40
-/* ... so t errs by less than this, and comparisons that are closer are exact. */
+/* The resulting error of t is smaller than this; closer comparisons are exact. */
 #define T_BOUND 0x1p-38
 
 struct corner {
@@ -25,9 +26,10 @@ struct corner {
 };
 
 struct edge {
-    double normal[3], size[3]; /* of the cross product; sums of the magnitudes of its terms */
-    double value, bound;       /* d . normal */
-    int sign;                  /* 0: unknown */
+    /* The cross product; for each component the sum of the magnitudes of its terms. */
+    double normal[3], size[3];
+    double value, bound; /* value: d . normal */
+    int sign;            /* 0 if undecided */
 };
 
 static void make_edge(const struct local_ray *ray, const struct corner *p, const struct corner *q,
@@ -74,7 +76,7 @@ static void exact_cross(const struct exact_corner *p, const struct exact_corner 
     }
 }
 
-/* direction . normal, in at most 96 terms */
+/* Computes direction . normal, in at most 96 terms. */
 static int exact_along(const double direction[3], const struct exact_normal *normal, double to[96])
 {
     double part[3][32], sum[64];
@@ -99,7 +101,7 @@ static int exact_edge_sign(const struct local_ray *ray, const float p[3], const 
     return sign;
 }
 
-/* t as a quotient of expansions: A . (B x C) / d . ((B - A) x (C - A)) */
+/* t as a quotient of expansions: A . (B x C) / d . ((B - A) x (C - A)). */
 struct exact_t {
     double numerator[192], denominator[96];
     int numerator_count, denominator_count;
@@ -128,7 +130,7 @@ static void make_exact_t(const struct local_ray *ray, const struct triangle_reco
     t->denominator_count = exact_along(ray->direction, &normal, t->denominator);
 }
 
-/* The sign of t - limit. */
+/* Returns the sign of t - limit. */
 static int compare_exact_t(const struct exact_t *t, double limit)
 {
     int sign = expansion_sign(t->denominator_count, t->denominator);
@@ -145,10 +147,10 @@ static bool is_close(double t, double limit)
     return fabs(t - limit) <= T_BOUND * fabs(t);
 }
 
-/* Whether t is within the limits, and its best double. */
-static bool take_t(const struct local_ray *ray, const struct triangle_record *triangle,
-                   double t_max, double numerator, double numerator_bound,
-                   const struct edge edges[3], double *t, uint64_t *exact_calls)
+/* Returns whether t is within the limits, and the best double approximation of t. */
+static bool compute_t(const struct local_ray *ray, const struct triangle_record *triangle,
+                      double t_max, double numerator, double numerator_bound,
+                      const struct edge edges[3], double *t, uint64_t *exact_calls)
 {
     double denominator = edges[0].value + edges[1].value + edges[2].value;
     double bound = edges[0].bound + edges[1].bound + edges[2].bound;
@@ -160,7 +162,7 @@ static bool take_t(const struct local_ray *ray, const struct triangle_record *tr
     struct exact_t exact;
     ++*exact_calls;
     make_exact_t(ray, triangle, &exact);
-    if (exact.denominator_count == 0) /* in the triangle's plane, and so is the origin */
+    if (exact.denominator_count == 0) /* the ray lies in the triangle's plane */
         return false;
     *t = expansion_estimate(exact.numerator_count, exact.numerator) /
          expansion_estimate(exact.denominator_count, exact.denominator);
@@ -172,11 +174,11 @@ bool triangle_exact(const struct local_ray *ray, const struct triangle_record *t
 {
     const float *vertices[3] = {triangle->a, triangle->b, triangle->c};
     struct corner corners[3];
-    struct edge edges[3]; /* [i] is opposite vertex i */
+    struct edge edges[3]; /* edges[i] is opposite vertex i */
     for (int i = 0; i < 3; i++)
         for (int axis = 0; axis < 3; axis++)
             corners[i].at[axis] = vertices[i][axis] - ray->origin[axis];
-    int signs = 0; /* which have been seen: 1 negative, 2 positive */
+    int signs = 0; /* signs found: 1 negative, 2 positive */
     for (int i = 0; i < 3; i++) {
         make_edge(ray, &corners[(i + 1) % 3], &corners[(i + 2) % 3], &edges[i]);
         signs |= edges[i].sign > 0 ? 2 : edges[i].sign < 0 ? 1 : 0;
@@ -197,7 +199,8 @@ bool triangle_exact(const struct local_ray *ray, const struct triangle_record *t
         numerator += corners[0].at[i] * edges[0].normal[i];
         bound += fabs(corners[0].at[i]) * edges[0].size[i];
     }
-    if (!take_t(ray, triangle, t_max, numerator, bound * EDGE_BOUND, edges, &hit->t, exact_calls))
+    if (!compute_t(ray, triangle, t_max, numerator, bound * EDGE_BOUND, edges, &hit->t,
+                   exact_calls))
         return false;
     double sum = edges[0].value + edges[1].value + edges[2].value;
     hit->u = (float)(edges[1].value / sum);

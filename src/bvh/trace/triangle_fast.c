@@ -14,7 +14,7 @@ static void cross(const float a[3], const float b[3], float to[3])
     to[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* Every comparison is false for NaN, so what overflows is no hit. */
+/* Comparisons with NaN are false, so an overflow is never a hit. */
 bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
                    double t_max, struct local_hit *hit)
 {

@@ -2,7 +2,8 @@
 /* Accuracy robust: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", 2013. */
 #include "src/bvh/trace/ray.h"
 
-/* Below this a product may have lost bits to underflow, above its reciprocal sums may overflow. */
+/* Below this value a product may have lost bits to underflow; above its reciprocal sums may
+ * overflow. */
 #define FLOAT_RANGE 0x1p-100f
 
 /* Vertices relative to the origin, sheared so that the ray runs along the third axis. */
@@ -23,8 +24,8 @@ static void shear(const struct local_ray *ray, const struct triangle_record *tri
     }
 }
 
-/* Edge functions are computed from the same rounded coordinates by both triangles of an edge; in
- * double their products are exact, so that zero means zero. */
+/* Both triangles of an edge compute its function from the same rounded coordinates. In double the
+ * products are exact, so a zero is exact. */
 static bool hit_in_double(const struct sheared *s, double t_min, double t_max,
                           struct local_hit *hit)
 {

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From binary to four wide at least cost, by dynamic programming from the leaves up.
- * After Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
- * BVHs", 2017, section 3.1; with a price for each node, which trades cost for memory. */
+/* Collapses a binary tree into nodes of four children at least cost, by dynamic programming from
+ * the leaves up. After Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through
+ * Compressed Wide BVHs", 2017, section 3.1, with an additional price per node, which trades cost
+ * for memory. */
 #include "src/bvh/tree/tree.h"
 
 static float least(float a, float b)
@@ -9,9 +10,11 @@ static float least(float a, float b)
     return a < b ? a : b;
 }
 
-/* Slots from the last to the first: children come after their parents. Unused slots are leaves of
- * nothing, and cost it. Areas are of clamped bounds (4e37) and may be infinite, never NaN. */
-void collapse_weigh(struct build_state *state, uint32_t begin, uint32_t end, float node_price)
+/* Visits slots from last to first, since children follow their parents. Unused slots are leaves
+ * without primitives, of cost 0. Areas come from clamped bounds (4e37); they may be infinite but
+ * never NaN. */
+void collapse_compute_costs(struct build_state *state, uint32_t begin, uint32_t end,
+                            float node_price)
 {
     uint32_t limit = structure_leaf_limit(state->kind);
     for (uint32_t slot = end; slot-- > begin;) {
@@ -45,7 +48,8 @@ bool collapse_is_leaf(const struct build_state *state, uint32_t slot)
             state->costs[slot].roots[0] == box_half_area(node->bounds) * (float)count);
 }
 
-/* How many of `roots` the left child gets where a node's part is split among both children. */
+/* Returns how many of `roots` the left child gets if the subtree of a node is split among both
+ * children. */
 static uint32_t roots_on_left(const struct build_state *state, uint32_t slot, uint32_t roots)
 {
     const float *l = state->costs[slot + 1].roots;
@@ -57,7 +61,7 @@ static uint32_t roots_on_left(const struct build_state *state, uint32_t slot, ui
     return best;
 }
 
-static uint32_t children_wanted(const struct build_state *state, uint32_t slot)
+static uint32_t best_child_count(const struct build_state *state, uint32_t slot)
 {
     const float *l = state->costs[slot + 1].roots;
     const float *r = state->costs[tree_right(&state->tree[slot])].roots;
@@ -74,7 +78,7 @@ uint32_t collapse_open(const struct build_state *state, uint32_t slot, uint32_t 
 {
     struct forest waiting[NODE_WIDTH + 1];
     uint32_t count = 0, found = 0;
-    waiting[count++] = (struct forest){slot, children_wanted(state, slot)};
+    waiting[count++] = (struct forest){slot, best_child_count(state, slot)};
     while (count > 0) {
         struct forest now = waiting[--count];
         const float *cost = state->costs[now.slot].roots;

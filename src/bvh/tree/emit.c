@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From the binary tree to nodes of four, parents first.
+/* Converts the binary tree to nodes of four children, parents first.
  *
- * Several threads weigh parts of the tree and count their nodes; one goes through what is above,
- * and so numbers them all; then parts are written in any order.
+ * Several threads compute the costs of parts of the tree and count the nodes of each part. One
+ * thread visits the nodes above the parts, which determines the number of every node. Then the
+ * parts are written in any order.
  *
- * Where that takes more nodes than the structure has room for, nodes are given a price, which
- * grows; and where that isn't enough, which only contrived inputs reach, parts of at most `packed`
- * primitives become full trees by position, and `packed` grows until all fits. */
+ * If the nodes exceed the capacity of the structure, each node is given a price, which grows with
+ * each attempt. If that does not suffice, which happens only for contrived inputs, parts of at most
+ * `packed` primitives become full trees by position, and `packed` grows until the nodes fit. */
 #include "src/bvh/bounds.h"
 #include "src/bvh/tree/tree.h"
 
-#define NO_SLOT 0xffffffffu /* a part without tree nodes: packed */
-#define PRICES 4            /* that are tried before parts are packed */
+#define NO_SLOT 0xffffffffu /* a packed part, which has no tree nodes */
+#define PRICES 4            /* number of prices to try before parts are packed */
 
 /* A part of the tree: primitives [first, first + count). */
 struct part {
@@ -20,23 +21,23 @@ struct part {
 
 struct waiting_part {
     struct part part;
-    uint32_t node, lane; /* where its index goes */
+    uint32_t node, lane; /* the child slot that receives the index of the part */
 };
 
-/* What one thread weighs or emits. */
-#define SHARED_PART 4096u /* primitives at most */
+/* The part that one thread costs or emits. */
+#define SHARED_PART 4096u /* maximum primitives */
 struct shared_part {
     struct part part;
-    uint32_t node, nodes; /* the first one's number; how many */
+    uint32_t node, nodes; /* number of the first node; node count */
 };
 
 struct emission {
     struct build_state *state;
-    struct wide_node *nodes; /* NULL: they are only counted */
+    struct wide_node *nodes; /* NULL: count the nodes only */
     uint32_t capacity, leaf_limit, packed;
     float price;
     bool is_shared;
-    struct shared_part *parts; /* in order */
+    struct shared_part *parts; /* in the order of the tree */
     uint32_t part_count;
 };
 
@@ -55,7 +56,7 @@ static struct part make_part(const struct emission *emission, uint32_t slot, uin
     return (struct part){count <= emission->packed ? NO_SLOT : slot, first, count};
 }
 
-/* Without areas, the largest by count is opened, again and again. */
+/* Without areas: opens the root with the most primitives until there are four. */
 static uint32_t open_by_count(const struct build_state *state, uint32_t slot, uint32_t packed,
                               uint32_t roots[NODE_WIDTH])
 {
@@ -77,7 +78,8 @@ static uint32_t open_by_count(const struct build_state *state, uint32_t slot, ui
     return count;
 }
 
-/* Children of full trees, the last of what is left: n records take n/6 nodes and a few. */
+/* The children of a packed part are full trees; the last child takes the rest. n records need n/6
+ * nodes and a few more. */
 static uint32_t open_packed(const struct emission *emission, const struct part *part,
                             struct part children[NODE_WIDTH])
 {
@@ -91,13 +93,13 @@ static uint32_t open_packed(const struct emission *emission, const struct part *
     return count;
 }
 
-/* Children in the order of their primitives. */
+/* Returns the children in the order of their primitives. */
 static uint32_t open_part(const struct emission *emission, const struct part *part,
                           struct part children[NODE_WIDTH])
 {
     if (part->slot == NO_SLOT)
         return open_packed(emission, part, children);
-    if (part_is_leaf(emission, part)) { /* the root alone */
+    if (part_is_leaf(emission, part)) { /* only the root can be a leaf here */
         children[0] = *part;
         return 1;
     }
@@ -129,7 +131,8 @@ static void write_bounds(struct wide_node *node, uint32_t lane, const struct box
     }
 }
 
-/* One node, but for the numbers of its children that are nodes; those are put on the stack. */
+/* Writes one node except the indices of its inner children; pushes those children onto the
+ * stack. */
 static uint32_t emit_node(const struct emission *emission, const struct part *part, uint32_t index,
                           struct waiting_part *waiting, uint32_t waiting_count)
 {
@@ -152,9 +155,9 @@ static uint32_t emit_node(const struct emission *emission, const struct part *pa
 
 #define NO_ROOM 0xffffffffu
 
-/* Nodes from number `index` on for a part of the tree; returns the number after them. Where it is
- * shared, shared parts are left out; those are listed while nodes are counted, and numbered while
- * nodes are written. */
+/* Emits the nodes of a part from number `index` on. Returns the number after the last node, or
+ * NO_ROOM. If the emission is shared, this function skips shared parts: counting lists them, and
+ * writing numbers them. */
 static uint32_t emit_nodes(struct emission *emission, struct part root, uint32_t index)
 {
     struct waiting_part waiting[TRACE_STACK];
@@ -200,8 +203,8 @@ static void write_parts(void *context, uint32_t begin, uint32_t end)
         emit_nodes(&emission, whole->parts[i].part, whole->parts[i].node);
 }
 
-/* False: no room. Refs aren't needed any more where nodes are emitted: their memory, of more bytes
- * each, has room for the parts. */
+/* Returns false if the nodes do not fit. The refs are no longer needed when nodes are emitted;
+ * their memory, which is larger, holds the parts. */
 static bool emit_all(struct emission *emission)
 {
     struct workers *workers = &emission->state->workers;
@@ -222,18 +225,18 @@ static bool emit_all(struct emission *emission)
     return true;
 }
 
-static void weigh_parts(void *context, uint32_t begin, uint32_t end)
+static void cost_parts(void *context, uint32_t begin, uint32_t end)
 {
     const struct emission *emission = context;
     for (uint32_t i = begin; i < end; i++) {
         const struct part *part = &emission->parts[i].part;
-        collapse_weigh(emission->state, part->slot, part->slot + 2 * part->count - 1,
-                       emission->price);
+        collapse_compute_costs(emission->state, part->slot, part->slot + 2 * part->count - 1,
+                               emission->price);
     }
 }
 
-/* In order. */
-static void list_weighed(struct emission *emission)
+/* Lists the parts to be costed, in the order of the tree. */
+static void list_cost_parts(struct emission *emission)
 {
     const struct tree_node *tree = emission->state->tree;
     uint32_t waiting[TREE_DEPTH_LIMIT + 1], count = 0;
@@ -250,32 +253,32 @@ static void list_weighed(struct emission *emission)
     }
 }
 
-/* Parts, then the slots above them. */
-static void weigh_all(struct emission *emission)
+/* Costs the parts, then the slots above them. */
+static void cost_all(struct emission *emission)
 {
     struct build_state *state = emission->state;
     uint32_t end = 2 * state->ref_count - 1;
     if (emission->is_shared) {
-        list_weighed(emission);
-        workers_each(&state->workers, emission->part_count, 1, weigh_parts, emission);
+        list_cost_parts(emission);
+        workers_each(&state->workers, emission->part_count, 1, cost_parts, emission);
         for (uint32_t i = emission->part_count; i-- > 0;) {
             const struct part *part = &emission->parts[i].part;
-            collapse_weigh(state, part->slot + 2 * part->count - 1, end, emission->price);
+            collapse_compute_costs(state, part->slot + 2 * part->count - 1, end, emission->price);
             end = part->slot;
         }
     }
-    collapse_weigh(state, 0, end, emission->price);
+    collapse_compute_costs(state, 0, end, emission->price);
 }
 
-/* Prices are multiples of a primitive's share of the root's area. The first costs meshes less than
- * 1% of SAH cost and saves a tenth of the nodes; separate triangles, which leaves of two suit
- * badly, need the second. */
+/* Prices are multiples of the root's area per primitive. The first price costs meshes less than 1%
+ * of SAH cost and saves a tenth of the nodes. Separate triangles, for which leaves of two are a
+ * poor fit, need the second price. */
 static bool emit_by_cost(struct emission *emission)
 {
     struct build_state *state = emission->state;
     emission->price = 8 * box_half_area(state->bounds) / (float)state->ref_count;
     for (int i = 0; i < PRICES; i++) {
-        weigh_all(emission);
+        cost_all(emission);
         if (emit_all(emission))
             return true;
         emission->price *= 12;

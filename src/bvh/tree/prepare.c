@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reads every primitive once: which are active, and their bounds. */
+/* Reads every primitive once; determines the active ones and their bounds. */
 #include "src/bvh/bounds.h"
 #include "src/bvh/input/report.h"
 #include "src/bvh/records.h"
@@ -18,8 +18,8 @@ uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive)
     return low;
 }
 
-/* Finite bounds in lanes 0 to 2, the primitive's number in lane 3. Bounds without a number (of a
- * triangle that is NaN after its transform) become the origin: nothing can hit it. */
+/* A ref holds finite bounds in lanes 0 to 2 and the primitive's number in lane 3. NaN bounds (of a
+ * triangle that is NaN after its transform) become the origin: no ray can hit such a primitive. */
 static struct primitive_ref make_ref(struct box box, uint32_t primitive, bool *has_clamped)
 {
     float4 limit = float4_all(TREE_COORDINATE_LIMIT);
@@ -32,14 +32,14 @@ static struct primitive_ref make_ref(struct box box, uint32_t primitive, bool *h
     return ref;
 }
 
-/* What a chunk adds to the whole, in any order. */
+/* The contribution of a chunk to the whole. Chunks may be merged in any order. */
 struct findings {
     struct box bounds, centers;
     struct builder_report report;
     bool has_clamped;
 };
 
-/* Refs of [begin, end) to the place of the first, without gaps; returns their count. */
+/* Writes the refs of [begin, end) without gaps from position `begin` on. Returns their count. */
 static ALWAYS_INLINE uint32_t prepare_kind(const struct build_state *state,
                                            enum structure_kind kind, uint32_t begin, uint32_t end,
                                            struct findings *findings)
@@ -78,7 +78,7 @@ static ALWAYS_INLINE uint32_t prepare_kind(const struct build_state *state,
 static uint32_t prepare_refs(const struct build_state *state, uint32_t begin, uint32_t end,
                              struct findings *findings)
 {
-    if (state->kind == STRUCTURE_TRIANGLES) /* much the most frequent */
+    if (state->kind == STRUCTURE_TRIANGLES) /* by far the most frequent kind */
         return prepare_kind(state, STRUCTURE_TRIANGLES, begin, end, findings);
     return prepare_kind(state, state->kind, begin, end, findings);
 }

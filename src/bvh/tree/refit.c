@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Updates: new positions and instances in the tree that a build made, bounds from the leaves up.
- * Equal input gives bounds bit-equal to any other pass, so refits don't drift. */
+/* Updates: writes new positions and instances into the tree of a build, and recomputes the bounds
+ * from the leaves up. Equal input gives bit-identical bounds in every pass, so repeated refits do
+ * not drift. */
 #include "src/bvh/bounds.h"
 #include "src/bvh/input/input.h"
 #include "src/bvh/input/report.h"
@@ -22,8 +23,8 @@ static bool shape_is_same(const struct builder_input *input, const struct struct
     return true;
 }
 
-/* How many records ahead indices and vertices are asked for; never beyond `end`, where another
- * thread may write. */
+/* The number of records by which index and vertex prefetches run ahead. They never reach beyond
+ * `end`, where another thread may write. */
 #define AHEAD_INDICES 32
 #define AHEAD_VERTICES 16
 
@@ -31,15 +32,16 @@ struct refit {
     const struct builder_input *input;
     struct structure_header *header;
     const struct source *sources;
-    struct builder_report *report; /* under `lock` */
+    struct builder_report *report; /* guarded by `lock` */
     pthread_mutex_t lock;
 };
 
-/* Where a record was built from. */
+/* Returns the primitive that a record was built from. */
 static struct builder_place place_of(enum structure_kind kind, const void *record)
 {
     const struct instance_record *instance = record;
-    const struct triangle_record *other = record; /* all others have numbers where triangles do */
+    /* All other records store the numbers where triangles do. */
+    const struct triangle_record *other = record;
     return structure_is_top(kind) ? (struct builder_place){0, instance->primitive}
                                   : (struct builder_place){other->geometry, other->primitive};
 }
@@ -75,7 +77,7 @@ static ALWAYS_INLINE enum source_state read_again(const struct refit *refit,
     return record_resolve(refit->input, kind, source, place.primitive, fresh, blas);
 }
 
-/* A primitive that isn't active any more, or can't be read, keeps what it had. */
+/* A primitive that has become inactive or unreadable keeps its old record. */
 static ALWAYS_INLINE void refit_kind(const struct refit *refit, enum structure_kind kind,
                                      uint32_t begin, uint32_t end, struct builder_report *report)
 {
@@ -104,7 +106,7 @@ static void refit_records(void *context, uint32_t begin, uint32_t end)
     struct refit *refit = context;
     struct builder_report report = {0};
     enum structure_kind kind = refit->header->kind;
-    if (kind == STRUCTURE_TRIANGLES) /* much the most frequent */
+    if (kind == STRUCTURE_TRIANGLES) /* by far the most frequent kind */
         refit_kind(refit, STRUCTURE_TRIANGLES, begin, end, &report);
     else
         refit_kind(refit, kind, begin, end, &report);
@@ -113,8 +115,8 @@ static void refit_records(void *context, uint32_t begin, uint32_t end)
     pthread_mutex_unlock(&refit->lock);
 }
 
-/* Whether displaced triangles are cut as before. */
-static bool parts_are_alike(const struct structure_header *before, const struct source *sources)
+/* Returns whether displaced triangles have the same subdivision as before. */
+static bool levels_match(const struct structure_header *before, const struct source *sources)
 {
     uint64_t size = structure_record_size(before->kind);
     const uint8_t *record = structure_records(before);
@@ -122,8 +124,8 @@ static bool parts_are_alike(const struct structure_header *before, const struct 
         return true;
     for (uint32_t i = 0; i < before->record_count; i++, record += size) {
         struct builder_place place = place_of(before->kind, record);
-        if (!displaced_is_alike(&sources[place.geometry], place.primitive,
-                                *structure_part(before->kind, record)))
+        if (!displaced_level_matches(&sources[place.geometry], place.primitive,
+                                     *structure_part(before->kind, record)))
             return false;
     }
     return true;
@@ -142,15 +144,15 @@ static void run_refit(struct refit *refit)
     workers_stop(&workers);
 }
 
-/* Does nothing where the tree must be another. */
+/* Changes nothing if the tree has to change. */
 static enum builder_result open_and_run(struct refit *refit, const struct structure_header *before,
-                                        const struct input_tables *tables, bool *is_alike)
+                                        const struct input_tables *tables, bool *same_levels)
 {
     enum builder_result result = input_open(refit->input, before->kind, tables, refit->report);
     if (result != BUILDER_OK)
         return result;
-    *is_alike = parts_are_alike(before, tables->sources);
-    if (!*is_alike)
+    *same_levels = levels_match(before, tables->sources);
+    if (!*same_levels)
         return BUILDER_OK;
     if (refit->header != before)
         memcpy(refit->header, before, before->size);
@@ -163,15 +165,15 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
                                   void *structure, uint64_t structure_size, void *scratch,
                                   uint64_t scratch_size, struct builder_report *report)
 {
-    struct builder_report unread;
-    report = report ? report : &unread;
+    struct builder_report discarded;
+    report = report ? report : &discarded;
     *report = (struct builder_report){0};
     const struct structure_header *before = source;
     if (!shape_is_same(input, before))
         return BUILDER_INCOMPATIBLE;
     struct input_counts counts;
     struct input_tables tables;
-    bool is_alike = true;
+    bool same_levels = true;
     enum builder_result result = input_count(input, before->kind, NULL, &counts);
     if (result != BUILDER_OK)
         return result;
@@ -183,9 +185,9 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
     fesetenv(FE_DFL_ENV);
     struct refit refit = {
         .input = input, .header = structure, .sources = tables.sources, .report = report};
-    result = open_and_run(&refit, before, &tables, &is_alike);
+    result = open_and_run(&refit, before, &tables, &same_levels);
     fesetenv(&environment);
-    return is_alike
+    return same_levels
                ? result
                : builder_build(input, structure, structure_size, scratch, scratch_size, report);
 }

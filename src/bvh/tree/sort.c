@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sorting by 32-bit keys, stable: radix for many, insertion for few. */
+/* Stable sorting by 32-bit keys: radix sort for long arrays, insertion sort for short ones. */
 #include "src/bvh/tree/tree.h"
 
 #define DIGIT_BITS 8 /* log2 of SORT_DIGITS */
@@ -16,8 +16,8 @@ static void insertion_sort(struct sort_pair *pairs, uint32_t count)
     }
 }
 
-/* From the lowest digit up, between the two arrays; an even number of digits ends where it began.
- * Digits that all keys share are skipped. */
+/* Sorts from the lowest digit up, alternating between the two arrays; copies the result back if it
+ * ends in `spare`. Skips digits that all keys share. */
 static void radix_sort(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count)
 {
     uint32_t tallies[32 / DIGIT_BITS][SORT_DIGITS] = {{0}};
@@ -53,12 +53,13 @@ void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count
         radix_sort(pairs, spare, count);
 }
 
-/* One digit's pass. Each piece of the input tallies its values; what comes before a value of a
- * piece are the lesser values of all pieces and the same value of those before it. */
+/* One pass over a digit. Each piece of the input counts its values. A value of a piece goes after
+ * all smaller values of all pieces, and after the same value of the preceding pieces. */
 struct digit_pass {
     const struct sort_pair *from;
     struct sort_pair *to;
-    uint32_t *tallies; /* SORT_DIGITS a piece; in the end, where its next pair of a value goes */
+    /* SORT_DIGITS per piece: first counts, then the position of the next pair with that value. */
+    uint32_t *tallies;
     uint32_t count, piece;
     int shift;
 };

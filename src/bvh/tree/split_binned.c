@@ -1,24 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Quality balanced: splits where the surface area heuristic over a few bins is least.
+/* Quality balanced: splits at the bin boundary with the least cost by the surface area heuristic.
  * Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007. */
 #include "src/bvh/tree/tree.h"
 
 #define BINS_MAX 16u
 
 struct bins {
-    struct box box[BINS_MAX][3]; /* of each axis */
-    int4 count[BINS_MAX];        /* a lane for each axis */
+    struct box box[BINS_MAX][3]; /* per axis */
+    int4 count[BINS_MAX];        /* one lane per axis */
 };
 
-/* From a center to its bin: 0 to count - 1, since the scale is a bit less than count / extent. */
+/* Maps a center to its bin, 0 to count - 1: the scale is slightly less than count / extent. */
 struct binning {
     float4 base, scale;
     uint32_t count;
 };
 
 struct split {
-    float cost; /* area times primitives, both sides, in the units of `area` */
-    float area; /* of the node itself */
+    float cost; /* sum over both sides of area times primitives, in the units of `area` */
+    float area; /* area of the node */
     uint32_t axis, bin;
 };
 
@@ -29,7 +29,8 @@ static struct binning make_binning(const struct tree_task *task)
     binning.count = wanted < BINS_MAX ? wanted : BINS_MAX;
     float4 extent = task->centers.upper - task->centers.lower;
     float4 scale = float4_all((float)binning.count * (1 - 0x1p-16f)) / extent;
-    /* A subnormal extent: all in bin 0, or nearly, rather than infinity times 0. */
+    /* A subnormal extent puts (nearly) all centers in bin 0; without the limit it would give
+     * infinity times 0. */
     binning.scale = float4_min(scale, float4_all(FLT_MAX));
     binning.base[3] = binning.scale[3] = 0;
     return binning;
@@ -65,7 +66,7 @@ static ALWAYS_INLINE void fill_bins(struct bins *bins, const struct binning *bin
     }
 }
 
-/* Half the areas of three boxes, one a lane. */
+/* Returns half the areas of three boxes, one per lane. */
 static inline float4 half_areas(const struct box box[3], float4 unit)
 {
     float4 a = (box[0].upper - box[0].lower) * unit;
@@ -85,8 +86,8 @@ static inline void merge_boxes(struct box to[3], const struct box from[3])
         box_add(&to[axis], from[axis].lower, from[axis].upper);
 }
 
-/* The best plane of all axes. An empty side has infinite area and no primitives: its cost is NaN,
- * which is less than nothing. */
+/* Finds the best plane of all axes. An empty side has infinite area and no primitives: its cost is
+ * NaN, which never compares as less. */
 static struct split find_split(const struct bins *bins, uint32_t count, struct box bounds)
 {
     float4 unit = box_unit(bounds), right_cost[BINS_MAX];
@@ -119,7 +120,7 @@ static struct split find_split(const struct bins *bins, uint32_t count, struct b
     return split;
 }
 
-/* Exchanges what lies on the wrong sides, from both ends (Hoare 1962); returns the middle. */
+/* Exchanges the refs on the wrong sides from both ends (Hoare 1962). Returns the middle. */
 static ALWAYS_INLINE uint32_t partition(struct primitive_ref *refs, uint32_t begin, uint32_t end,
                                         const struct binning *binning, const struct split *split,
                                         struct box centers[2])
@@ -163,8 +164,8 @@ static void take_bounds(const struct bins *bins, uint32_t count, const struct sp
     }
 }
 
-/* Ranges from this size on are binned and partitioned in pieces, by all threads at once. The sides
- * are the same as one thread makes them; the order of their refs is not. */
+/* Ranges of at least this size are binned and partitioned in pieces by all threads. Each side has
+ * the same refs as with one thread, but in another order. */
 #define SHARED_SPLIT 65536u
 #define PIECES 64u
 
@@ -175,7 +176,8 @@ struct shared_split {
     const struct split *split;
     struct bins *bins;
     struct tree_halves *halves;
-    uint32_t lefts[PIECES]; /* how many of each piece, its first ones, are on the left */
+    /* lefts: the number of refs at the beginning of each piece that belong on the left. */
+    uint32_t lefts[PIECES];
 };
 
 struct span {
@@ -227,8 +229,8 @@ static void partition_piece(void *context, uint32_t begin, uint32_t end)
     }
 }
 
-/* What of a piece lies on the wrong side of the middle: its right refs that are before, or its left
- * ones that are after. */
+/* wrong_right() returns the refs of a piece that lie before the middle and belong on the right;
+ * wrong_left() those that lie after the middle and belong on the left. */
 static struct span wrong_right(const struct shared_split *shared, uint32_t piece)
 {
     struct span span = span_of(shared, piece);
@@ -247,7 +249,8 @@ static struct span wrong_left(const struct shared_split *shared, uint32_t piece)
     return span.begin < span.end ? span : (struct span){0, 0};
 }
 
-/* The wrong ones before the middle, counted through all pieces, with those after it. */
+/* Exchanges the n-th misplaced ref before the middle, counted through all pieces, with the n-th
+ * after the middle. */
 static void exchange_piece(void *context, uint32_t begin, uint32_t end)
 {
     const struct shared_split *shared = context;
@@ -285,7 +288,7 @@ static void partition_shared(struct build_state *state, const struct tree_task *
     workers_each(&state->workers, PIECES, 1, exchange_piece, &shared);
 }
 
-/* False: a leaf. */
+/* Returns false if the range becomes a leaf. */
 static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {

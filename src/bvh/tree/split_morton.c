@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Quality fast: primitives in Morton order, split where the highest differing bit changes.
- * Lauterbach et al., "Fast BVH Construction on GPUs", 2009; ranges of one code are halved. */
+/* Quality fast: sorts primitives in Morton order and splits ranges at the highest differing bit.
+ * Lauterbach et al., "Fast BVH Construction on GPUs", 2009. Ranges with one code are halved. */
 #include "src/bvh/tree/tree.h"
 
 #define AXIS_BITS 10
 
-/* Two zero bits before each of ten. */
+/* Inserts two zero bits before each of ten bits. */
 static uint32_t spread_bits(uint32_t x)
 {
     x = (x | x << 16) & 0x030000ff;
@@ -14,7 +14,7 @@ static uint32_t spread_bits(uint32_t x)
     return (x | x << 2) & 0x09249249;
 }
 
-/* An axis without extent has scale 0, not 1/0; one of subnormal extent has what float can hold. */
+/* The scale is 0 for an axis without extent, and at most FLT_MAX for a subnormal extent. */
 static float4 cell_scale(struct box centers)
 {
     float4 extent = centers.upper - centers.lower, scale = {0, 0, 0, 0};
@@ -38,7 +38,8 @@ static void make_codes(void *context, uint32_t begin, uint32_t end)
     }
 }
 
-/* The first position whose code has the highest bit in which the range's ends differ. */
+/* Returns the first position whose code has the highest bit in which the ends of the range
+ * differ. */
 static uint32_t find_middle(const struct sort_pair *pairs, uint32_t begin, uint32_t end)
 {
     uint32_t first = pairs[begin].key, differing = first ^ pairs[end - 1].key;
@@ -56,7 +57,7 @@ static uint32_t find_middle(const struct sort_pair *pairs, uint32_t begin, uint3
     return high;
 }
 
-/* Codes have 30 bits and equal ones are halved: no path is longer than 30 + 29. */
+/* Codes have 30 bits, and ranges of equal codes are halved: no path is longer than 30 + 29. */
 static void split_part(struct build_state *state, struct tree_task task)
 {
     struct {
@@ -95,7 +96,7 @@ void tree_build_morton(struct build_state *state)
     workers_each(workers, count, MORTON_CHUNK, make_codes, state);
     if (workers_are_alone(workers) || count < SORT_TALLIES)
         sort_pairs(state->pairs, state->pairs_spare, count);
-    else /* the tree, 64 bytes a primitive, isn't written yet */
+    else /* the tree, 64 bytes per primitive, is not yet written */
         sort_pairs_shared(workers, state->pairs, state->pairs_spare, count, (void *)state->tree);
     split_part(state, (struct tree_task){.end = count});
     tree_run_tasks(state, split_part);

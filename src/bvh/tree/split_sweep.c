@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Quality high: the surface area heuristic over every plane between two centers.
- * MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990. */
+/* Quality high: the surface area heuristic over every plane between two centers. MacDonald and
+ * Booth, "Heuristics for ray tracing using space subdivision", 1990. */
 #include "src/bvh/tree/tree.h"
 
 struct sweep_split {
     float cost;
-    uint32_t axis, left; /* primitives on the left; 0: no plane */
+    uint32_t axis, left; /* number of primitives on the left; 0 if no plane was found */
 };
 
-/* Unsigned numbers in the order of the floats. */
+/* Maps a float to an unsigned number of the same order. */
 static uint32_t sortable(float x)
 {
     uint32_t bits = float_bits(x);
@@ -29,7 +29,7 @@ static void sweep_axis(struct build_state *state, const struct tree_task *task, 
                        float4 unit, struct sweep_split *best)
 {
     const struct sort_pair *pairs = state->pairs;
-    if (pairs[task->begin].key == pairs[task->end - 1].key) /* no plane tells them apart */
+    if (pairs[task->begin].key == pairs[task->end - 1].key) /* no plane separates the centers */
         return;
     struct box side = box_empty();
     for (uint32_t i = task->end - 1; i > task->begin; i--) {
@@ -48,11 +48,11 @@ static void sweep_axis(struct build_state *state, const struct tree_task *task, 
     }
 }
 
-/* Puts refs in the order of the axis and gathers both sides' bounds. */
+/* Sorts the refs along the axis of the split and computes the bounds of both sides. */
 static void apply_split(struct build_state *state, const struct tree_task *task,
                         const struct sweep_split *split, struct tree_halves *halves)
 {
-    if (split->axis != 2) /* the axis that was sorted last */
+    if (split->axis != 2) /* axis 2 was sorted last */
         sort_axis(state, task, split->axis);
     for (uint32_t i = task->begin; i < task->end; i++)
         state->refs_spare[i] = state->refs[state->pairs[i].index];

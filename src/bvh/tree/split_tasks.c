@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds a tree from the root down, handing parts of it to whichever thread is free. */
+/* Builds a tree from the root down, and shares parts of it with free threads. */
 #include "src/bvh/tree/tree.h"
 
-/* Where no plane tells the centers apart or the tree has become too deep. Numbers have 29 bits and
- * differ, so no more than 29 of these splits follow each other. */
+/* Used if no plane separates the centers or the tree has become too deep. Primitive numbers have 29
+ * bits and are unique, so at most 29 of these splits follow each other. */
 void tree_split_numbers(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {
@@ -30,7 +30,8 @@ void tree_split_numbers(struct build_state *state, const struct tree_task *task,
     halves->middle = (uint32_t)(low - refs);
 }
 
-/* Two refs of a leaf's size, which is half of all ranges, without bins or sorting. */
+/* Splits two refs, which a leaf could hold, without bins or sorting. Half of all ranges have this
+ * size. */
 bool tree_split_pair(struct build_state *state, const struct tree_task *task,
                      struct tree_halves *halves)
 {
@@ -112,7 +113,8 @@ void tree_run_tasks(struct build_state *state, tree_task_runner *run)
     workers_run(&state->workers, run_tasks, &job);
 }
 
-/* Which refs a leaf has is the same however many threads have moved them; here their order, too. */
+/* The set of refs in a leaf does not depend on the number of threads. Sorting them makes their
+ * order independent, too. */
 static void order_leaf(struct build_state *state, const struct tree_task *task)
 {
     struct primitive_ref *refs = state->refs + task->begin;
@@ -123,7 +125,7 @@ static void order_leaf(struct build_state *state, const struct tree_task *task)
     }
 }
 
-/* Left sides first; the right sides that wait are at most as many as the tree is deep. */
+/* Processes left sides first. The pending right sides number at most the depth of the tree. */
 static void split_part(struct build_state *state, struct tree_task task)
 {
     struct tree_task waiting[TREE_DEPTH_LIMIT];
@@ -146,7 +148,7 @@ static void split_part(struct build_state *state, struct tree_task task)
     }
 }
 
-/* The top of the tree, down to ranges below `shared`, which are always split further. */
+/* Splits the top of the tree down to ranges below `shared`. Larger ranges are always split. */
 static void split_top(struct build_state *state, struct tree_task task, uint32_t shared)
 {
     struct tree_task waiting[TREE_DEPTH_LIMIT];

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a build holds in its scratch: sources, references to primitives, and a binary tree over
- * them.
+/* The data that a build keeps in its scratch: sources, references to primitives, and a binary tree
+ * over them.
  *
- * The tree's nodes have fixed places: that of range [begin, end) at slot s has its left child at
- * s + 1 and its right child at s + 2 * (primitives on the left). So threads can build parts of it
- * in any order and get the same bytes, and a node's range follows from its place. */
+ * The slots of tree nodes are fixed: the node of range [begin, end) at slot s has its left child at
+ * s + 1 and its right child at s + 2 * (primitives on the left). Threads can therefore build parts
+ * of the tree in any order and get the same bytes, and the slot of a node determines its range. */
 #ifndef ASSAY_BVH_TREE_TREE_H
 #define ASSAY_BVH_TREE_TREE_H
 
@@ -13,12 +13,13 @@
 #include "src/bvh/vector.h"
 #include "src/bvh/workers.h"
 
-/* Bounds are clamped to this size, so that sums and differences of two stay finite; where that
- * changed any, the tree's bounds are computed anew from the records (`has_clamped`). */
+/* Bounds are clamped to this magnitude, so that sums and differences of two coordinates stay
+ * finite. If clamping changed any bounds, the bounds of the tree are recomputed from the records
+ * (`has_clamped`). */
 #define TREE_COORDINATE_LIMIT 4e37f
 
-/* Lane 3 of `lower` holds the primitive's number, marked so that it is no subnormal float, with
- * which arithmetic is slow; lane 3 of `upper` is 0. */
+/* Lane 3 of `lower` holds the primitive's number; the mark keeps the lane from being a subnormal
+ * float, which slows down arithmetic. Lane 3 of `upper` is 0. */
 #define REF_MARK 0x40000000u
 struct primitive_ref {
     float4 lower, upper;
@@ -29,8 +30,9 @@ static inline uint32_t ref_primitive(const struct primitive_ref *ref)
     return float_bits(ref->lower[3]) & ~REF_MARK;
 }
 
-/* Lane 3 of lower: the slot of the right child, as bits; 0: a leaf. Lane 3 of upper: the count of
- * primitives, as bits. A leaf of several leaves slots unused; those are marked as leaves, too. */
+/* Lane 3 of `lower` holds the slot of the right child as bits, or 0 for a leaf. Lane 3 of `upper`
+ * holds the count of primitives as bits. A leaf with several primitives leaves slots unused; these
+ * are marked as leaves, too. */
 struct tree_node {
     struct box bounds;
 };
@@ -62,12 +64,12 @@ struct sort_pair {
     uint32_t key, index;
 };
 
-/* A part of the tree that waits to be split; its node's bounds are known. */
+/* A part of the tree that is yet to be split. The bounds of its node are valid. */
 struct tree_task {
-    struct box centers; /* of lower + upper: twice the centers */
+    struct box centers; /* bounds of lower + upper, which is twice the center */
     uint32_t slot, begin, end, depth;
 };
-#define TREE_TASK_SIZE 4096u /* primitives that are worth handing to another thread */
+#define TREE_TASK_SIZE 4096u /* minimum primitives of a task for another thread */
 
 #define PREPARE_CHUNK 4096u
 
@@ -77,92 +79,101 @@ struct tree_halves {
     uint32_t middle;
 };
 
-/* Splits a task's range and puts its refs on their sides; false: a leaf. */
+/* Splits the range of a task and moves its refs to their sides. Returns false if the range becomes
+ * a leaf. */
 typedef bool tree_splitter(struct build_state *state, const struct tree_task *task,
                            struct tree_halves *halves);
 
 struct build_state {
     const struct builder_input *input;
     enum structure_kind kind;
-    struct structure_header *header; /* of the structure being built */
+    struct structure_header *header; /* header of the structure being built */
     struct workers workers;
-    pthread_mutex_t lock; /* of what several threads add to */
+    pthread_mutex_t lock; /* guards the members that several threads change */
     struct source *sources;
-    uint32_t *chunk_counts; /* refs of each PREPARE_CHUNK primitives */
+    uint32_t *chunk_counts; /* number of refs of each PREPARE_CHUNK primitives */
     struct primitive_ref *refs;
     uint32_t primitive_count, ref_count;
-    uint32_t record_capacity; /* of the structure: at least as many */
+    uint32_t record_capacity; /* capacity of the structure, at least primitive_count */
     struct box bounds, centers;
     bool has_clamped;
     struct tree_node *tree;
-    bool has_bounds; /* of the tree's nodes: Morton order leaves them to a later pass */
+    /* The tree's nodes have bounds; in Morton order a later pass computes them. */
+    bool has_bounds;
     struct collapse_cost *costs;
-    /* Morton order and sweeps */
+    /* For Morton order and sweeps. */
     struct sort_pair *pairs, *pairs_spare;
     struct primitive_ref *refs_spare;
     float *areas;
-    tree_splitter *split_range; /* of the quality */
-    /* tasks of several threads, the latest first */
+    tree_splitter *split_range; /* the splitter of the quality */
+    /* Tasks for any thread; the latest is taken first. */
     struct tree_task *tasks;
     uint32_t task_count, tasks_running;
-    pthread_cond_t task_wakeup; /* with `lock` */
+    pthread_cond_t task_wakeup; /* used with `lock` */
 };
 
-/* prepare.c: reads every primitive and fills refs, bounds and the report */
+/* prepare.c: reads every primitive; fills the refs, the bounds and the report. */
 enum builder_result tree_prepare(struct build_state *state, struct builder_report *report);
 uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive);
 
-/* split_tasks.c: the whole tree from the root down. Splits must not depend on the order of refs,
- * unless only the calls before them do. Ranges of at least `shared` primitives are
- * split one by one, by a splitter that uses all threads; those below by one thread each. */
+/* split_tasks.c: builds the whole tree from the root down. A split must not depend on the order
+ * of refs, unless only preceding splits determine that order. Ranges of at least `shared`
+ * primitives are split one at a time by a splitter that uses all threads; smaller ranges by one
+ * thread each. */
 void tree_split_all(struct build_state *state, tree_splitter *split_range, uint32_t shared);
 
-/* Leaves a task to whichever thread is free, if that is worth it. Tasks have no primitives in
- * common: the scratch has room for all there can be. */
+/* Leaves a task to a free thread if the task is large enough; returns false otherwise. Tasks have
+ * no primitives in common, so the scratch has room for every possible task. */
 bool tree_share_task(struct build_state *state, const struct tree_task *task);
-/* Runs the tasks that have been handed on, and those that they hand on, on all threads. */
+/* Runs the shared tasks, and the tasks that they share in turn, on all threads. */
 typedef void tree_task_runner(struct build_state *state, struct tree_task task);
 void tree_run_tasks(struct build_state *state, tree_task_runner *run);
 
-/* One for each quality; refs, or pairs in Morton order, end in the tree's order. */
+/* One function per quality. Afterwards the refs, or the pairs in Morton order, are in the order of
+ * the tree. */
 void tree_build_morton(struct build_state *state);
 void tree_build_binned(struct build_state *state);
 void tree_build_sweep(struct build_state *state);
 
-/* sort.c: stable, by key */
+/* sort.c: sorts by key, stable. */
 void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count);
-/* The same on all threads; `tallies` has SORT_TALLIES elements. */
+/* As sort_pairs(), on all threads. `tallies` has SORT_TALLIES elements. */
 #define SORT_PIECES 64u
 #define SORT_DIGITS 256u
 #define SORT_TALLIES (SORT_PIECES * SORT_DIGITS)
 void sort_pairs_shared(struct workers *workers, struct sort_pair *pairs, struct sort_pair *spare,
                        uint32_t count, uint32_t *tallies);
 
-/* split_tasks.c: what splits by cost have in common; false: a leaf */
-/* Of a split, in units of testing a primitive: half of what a node of four costs, since such a node
- * takes the place of up to three splits. */
+/* split_tasks.c: shared by the splitters that use costs. Returns false if the range becomes a
+ * leaf. */
+/* The cost of a split in units of testing a primitive. It is half the cost of a node of four, since
+ * such a node replaces up to three splits. */
 #define NODE_COST 0.5f
 bool tree_split_pair(struct build_state *state, const struct tree_task *task,
                      struct tree_halves *halves);
-/* By the highest bit in which primitives' numbers differ */
+/* Splits by the highest bit in which the primitives' numbers differ. */
 void tree_split_numbers(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves);
-/* records.c: writes the structure's records and its geometries */
+/* records.c: writes the records of the structure. */
 void tree_write_records(struct build_state *state);
 
-/* collapse.c: which nodes of the binary tree become nodes of four, and which become leaves: the
- * choice of least SAH cost where each node costs `node_price` (an area) on top of its own area. */
+/* collapse.c: chooses which nodes of the binary tree become nodes of four and which become leaves.
+ * The choice minimizes the SAH cost if each node costs `node_price` (an area) in addition to its
+ * own area. */
 struct collapse_cost {
-    float roots[3]; /* of a node's part with 1, 2, 3 roots at most */
+    float roots[3]; /* least cost of a node's subtree with at most 1, 2 or 3 roots */
 };
 
-/* For slots [begin, end); the parts below them are among them or have been weighed. */
-void collapse_weigh(struct build_state *state, uint32_t begin, uint32_t end, float node_price);
+/* Computes the costs of slots [begin, end). Their subtrees must lie within the range or have costs
+ * already. */
+void collapse_compute_costs(struct build_state *state, uint32_t begin, uint32_t end,
+                            float node_price);
 bool collapse_is_leaf(const struct build_state *state, uint32_t slot);
-/* The roots of the part below a node that becomes a node of four; returns their count. */
+/* Returns the number of roots, and the roots, of the subtree below a node that becomes a node of
+ * four. */
 uint32_t collapse_open(const struct build_state *state, uint32_t slot, uint32_t roots[NODE_WIDTH]);
 
-/* emit.c: writes nodes; their bounds, too, where the tree has them */
+/* emit.c: writes the nodes, with their bounds if the tree has them. */
 void tree_emit(struct build_state *state);
 
 #endif
