@@ -128,7 +128,7 @@ void reporter_report_unsupported(struct reporter *reporter, const char *line)
 
 /* ---- creation */
 
-/* Warnings about the settings, kept until the settings say where to send them. */
+/* Warnings about the settings, kept until all settings are read and the log is open. */
 struct kept_lines {
     char **lines;
     size_t count;

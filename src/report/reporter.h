@@ -39,7 +39,7 @@ void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCal
 /* Returns false if a message of this id would not be sent: it is filtered, or over its limit. */
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 
-/* Sends one finding. Returns true if a callback asked to skip the call. */
+/* Sends one finding. Returns true if a callback returned VK_TRUE, which means to skip the call. */
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding);
 

@@ -50,7 +50,7 @@ struct accel_facts {
     uint64_t id;       /* never reused, unlike handles; 0 unless alive */
     VkDeviceSize size; /* bytes, VkAccelerationStructureCreateInfoKHR::size */
     VkBuffer buffer;
-    uint64_t buffer_id;    /* if is_sparse */
+    uint64_t buffer_id;    /* of `buffer`; never reused */
     VkDeviceMemory memory; /* the structure's memory; null if it is in several pieces */
     VkDeviceSize begin;    /* offset of its bytes in the memory, or in a sparse buffer */
     VkAccelerationStructureTypeKHR type;

@@ -5,8 +5,8 @@
  * submission_add_*), prepared before the call goes down, and finished after it. Semaphores, fences
  * and the completions that the host has observed give each batch a timestamp, and a clock of all
  * work that certainly executes before the batch. A batch is held if it waits for a timeline value
- * whose signal has not been submitted. Later batches of its queue that must follow it are held,
- * too.
+ * whose signal has not been submitted. Later batches of its queue that must follow it are also
+ * held.
  *
  * The hooks (execution_hooks) get a batch after all batches that certainly precede it. A batch that
  * is not held enters the run list when it is prepared, so batches run in the order in which their
@@ -24,10 +24,9 @@
  * that submitted it, and the submission may have completed by then. Therefore `capture` takes at
  * submission all that a batch needs of its command buffers.
  *
- * The order becomes unknown for the rest of the device's life if memory runs out, the device is
- * lost, the device has more queues than EXECUTION_QUEUES allows, or an observed completion
- * contradicts the order. From then on no batch runs. All functions accept NULL as an unknown or
- * missing order. */
+ * The order can become unknown (enum order_unknown_reason), and stays unknown for the rest of the
+ * device's life: no batch runs any more. All functions accept NULL as an unknown or missing order.
+ */
 #ifndef ASSAY_STATE_ORDER_ORDER_H
 #define ASSAY_STATE_ORDER_ORDER_H
 
@@ -75,8 +74,7 @@ enum order_unknown_reason {
     ORDER_UNKNOWN_RACING_THREADS,   /* two threads submit to one queue at the same time */
     ORDER_UNKNOWN_TOO_MANY_WAITS,   /* too many batches, or a sparse binding, wait for signals that
                                        were not submitted */
-    ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* a held batch completed, though no tracked signal released it
-                                     */
+    ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* a held batch completed without a tracked signal */
 };
 
 /* Callbacks of the order's user. Each may be NULL. */
