@@ -8,7 +8,8 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-/* Bytes that scratch sizes returned to applications exceed the builder's, so that it can align. */
+/* Scratch sizes that the backend returns are this much larger than the builder needs, so that the
+ * backend can align the scratch. In bytes. */
 #define CPU_SCRATCH_SLACK 63u
 
 /* The scratch memory that is in use. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Composes messages: the text, and the data that a debug callback gets with it.
  *
- * A message holds all of its text and allocates nothing; text that does not fit is cut. Only its
- * labels point to the label stack of the origin. */
+ * A message holds all of its text and allocates nothing; text that does not fit is cut. Only the
+ * names of labels stay in the label stack of the origin. */
 #ifndef ASSAY_REPORT_MESSAGE_H
 #define ASSAY_REPORT_MESSAGE_H
 

@@ -20,7 +20,7 @@ struct cpu_tree_work {
     VkResult (*make)(void *context, struct cpu_tree *tree);
     void (*release)(void *context);
     void *context;
-    struct cpu_tree *start; /* of an update: the tree with the same shape; the work holds it */
+    struct cpu_tree *start; /* of an update: the tree that it starts from; the work holds it */
     bool is_top_level;      /* false if the level is unknown until the tree is made */
 };
 

@@ -2,10 +2,10 @@
 /* The events (VkEvent) of one device, and whether a wait for an event may have to wait for the
  * host.
  *
- * The host may set an event after the submission that waits for it. Then all that the host did
- * before executes before the commands after the wait. That is excluded if the event is certainly
- * set when the wait executes: by the host before the submission, or by an earlier command of the
- * same queue. The table has its own lock. */
+ * The host may set an event after the submission that waits for the event. Then all that the host
+ * did before that executes before the commands after the wait. This is impossible if the event is
+ * certainly set when the wait executes: by the host before the submission, or by an earlier command
+ * of the same queue. The table has its own lock. */
 #ifndef ASSAY_STATE_COMMANDS_EVENTS_H
 #define ASSAY_STATE_COMMANDS_EVENTS_H
 

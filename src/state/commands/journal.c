@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Journals. */
+/* Creates, fills, walks and releases journals. */
 #include "src/state/commands/journal.h"
 #include "src/base/recording_path.h"
 

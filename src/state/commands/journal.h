@@ -50,11 +50,11 @@ struct journal_micromap {
 };
 
 struct journal_entry {
-    unsigned char kind;          /* enum journal_kind */
-    unsigned char command;       /* enum build_command; a copy only distinguishes COMMAND_NV */
-    bool judged;                 /* the update was validated completely when it was recorded */
-    bool dst_backed, src_backed; /* known at recording to lie in live memory */
-    bool geometry_by_pointer;    /* the geometry is in ppGeometries */
+    unsigned char kind;    /* enum journal_kind */
+    unsigned char command; /* enum build_command; a copy only distinguishes COMMAND_NV */
+    bool judged;           /* an update, or use of a micromap, that was validated at recording */
+    bool dst_backed, src_backed;       /* known at recording to lie in live memory */
+    bool geometry_by_pointer;          /* the geometry is in ppGeometries */
     bool dst_is_sparse, src_is_sparse; /* lies in a sparse buffer */
     uint32_t info;                     /* builds and updates: index in pInfos */
     uint32_t labels;                   /* see journal_note_labels */
