@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Journals. */
+/* Creates, fills, walks and releases journals. */
 #include "src/state/commands/journal.h"
 #include "src/base/recording_path.h"
 
@@ -172,7 +172,7 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
     journal->work = NULL;
 }
 
-/* Every recording begins with this, and most have nothing to release. */
+/* Every recording begins with this call, and most recordings have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
     if (journal->has_references || journal->label_count || journal->work)

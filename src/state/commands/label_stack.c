@@ -14,7 +14,7 @@ static void drop_innermost(struct label_stack *stack)
         free(name);
 }
 
-/* Each change begins with this. */
+/* Call at the start of each change. */
 static void drop_inserted(struct label_stack *stack)
 {
     stack->changes++;
@@ -51,7 +51,7 @@ static void append(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 {
     drop_inserted(stack);
-    /* Above a lost label all are lost, so that each pop finds its own. */
+    /* All labels above a lost label are lost, too, so that each pop matches its push. */
     if (stack->lost || !has_room(stack)) {
         stack->lost++;
         return;

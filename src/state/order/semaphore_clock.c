@@ -6,7 +6,7 @@
 
 enum { FIRST_SIGNALS = 4 };
 
-/* Index of the first signal of at least that value. */
+/* Returns the index of the first signal of at least `value`. */
 static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value)
 {
     uint32_t i = 0;
@@ -15,8 +15,9 @@ static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value
     return i;
 }
 
-enum semaphore_answer semaphore_clock_wait(const struct semaphore_clock *semaphore, uint64_t value,
-                                           const void *owner, const struct execution_clock **clock)
+enum semaphore_wait_status semaphore_clock_wait(const struct semaphore_clock *semaphore,
+                                                uint64_t value, const void *owner,
+                                                const struct execution_clock **clock)
 {
     *clock = NULL;
     if (value <= semaphore->reached)
@@ -44,7 +45,7 @@ static void drop_first(struct semaphore_clock *semaphore, uint32_t count)
             semaphore->count * sizeof(semaphore->signals[0]));
 }
 
-/* An unpublished signal may yet be retracted, so it and what comes after it stay. */
+/* An unpublished signal may still be retracted, so it and all later signals stay. */
 static void drop_old(struct semaphore_clock *semaphore)
 {
     uint32_t i = 0;
@@ -75,7 +76,7 @@ bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value,
         return true;
     if (!reserve(semaphore))
         return false;
-    uint32_t at = semaphore->count; /* nearly always the last */
+    uint32_t at = semaphore->count; /* signals nearly always come in order of their values */
     while (at && semaphore->signals[at - 1].value > value)
         at--;
     struct semaphore_signal *signal = &semaphore->signals[at];

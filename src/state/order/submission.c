@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Collecting what one call submits. A submission keeps its arrays when it is used again, so nothing
- * is allocated once the application has submitted the like before. */
+/* Collects the batches of one submitting call. Submissions are reused and keep their arrays, so a
+ * call allocates nothing if an earlier one was as large. */
 #include <stdlib.h>
 
 #include "src/state/order/records.h"
@@ -14,7 +14,7 @@ static void start_over(struct submission *submission)
     submission->fence = VK_NULL_HANDLE;
     submission->queue_record = NULL;
     submission->references = 1;
-    submission->out_of_memory = submission->checked = submission->uncertain = false;
+    submission->out_of_memory = submission->checked = submission->may_follow_held = false;
     submission->skip = false;
     submission->ready_count = 0;
     submission->batch_count = submission->operation_count = submission->command_count = 0;
@@ -54,7 +54,7 @@ void submission_free(struct submission *submission)
     free(submission);
 }
 
-/* Room for one more element. */
+/* Makes room for one more element. */
 static bool reserve(struct submission *submission, void **elements, uint32_t count,
                     uint32_t *capacity, size_t size)
 {
@@ -85,7 +85,7 @@ void submission_add_batch(struct submission *submission)
     batch->is_open = false;
 }
 
-/* NULL where something was lost for lack of memory before. */
+/* Returns NULL if the submission is incomplete because memory ran out. */
 static struct order_batch *last_batch(struct submission *submission)
 {
     return submission && !submission->out_of_memory && submission->batch_count
