@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "src/check/replay/judge.h"
+#include "src/check/replay/updates.h"
 
 void input_notes_release(struct input_notes *notes)
 {
@@ -132,16 +132,16 @@ void replay_judge_inputs(struct replay *replay, const struct input_note *note)
         return;
     struct built now = note->entry->built;
     now.inputs = note->inputs;
-    struct update_judgement judgement;
-    update_judgement_begin(&judgement, replay, note->journal, note->entry);
+    struct judge judge;
+    judge_begin_entry(&judge, replay, note->journal, note->entry);
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule == RULE_primitive_count_matches_source
                 ? counts_are_known(asked) && counts_are_known(source)
                 : rule_infos[rule].level != LEVEL_CONTENT)
-            walk_stop_rule(&judgement.walk, (enum rule)rule);
-    const struct update_view update = {.command = judgement.location.command,
+            walk_stop_rule(&judge.walk, (enum rule)rule);
+    const struct update_view update = {.command = judge.location.command,
                                        .src = note->entry->src,
                                        .asked = &now,
                                        .source = &note->source};
-    judge_geometries(&judgement.walk, &update, &judgement.location);
+    judge_updated_geometries(&judge, &update);
 }
