@@ -23,9 +23,7 @@ struct structure_state {
 static struct structure_state state_of_nv(struct resources *resources, uint64_t handle)
 {
     struct nv_accel_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
-    resources_end_reading(resources, token);
+    resources_ask_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
     nv_shape_release(facts.created);
     return (struct structure_state){.alive = facts.alive,
                                     .backed = facts.binding == NV_MEMORY_FREED ? NO : UNKNOWN,
@@ -35,9 +33,7 @@ static struct structure_state state_of_nv(struct resources *resources, uint64_t 
 static struct structure_state state_of(struct resources *resources, uint64_t handle)
 {
     struct accel_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    resources_end_reading(resources, token);
+    resources_look_up_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
     return (struct structure_state){.alive = facts.alive, .backed = facts.backed, .id = facts.id};
 }
 
@@ -115,9 +111,7 @@ static void check_input(struct replay *replay, const struct journal *journal,
                         const struct journal_input *input)
 {
     struct address_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_address(replay->resources, input->address, &facts);
-    resources_end_reading(replay->resources, token);
+    resources_look_up_address(replay->resources, input->address, &facts);
     if (facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND)
         return;
     struct location location = {.command = (enum build_command)input->command,
@@ -159,9 +153,7 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
                            const struct journal_input *input)
 {
     struct buffer_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_buffer(replay->resources, input->buffer, &facts);
-    resources_end_reading(replay->resources, token);
+    resources_ask_buffer(replay->resources, input->buffer, &facts);
     bool is_destroyed = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
     if (!is_destroyed)
         return;

@@ -33,9 +33,8 @@ static void check_structure(struct replay *replay, const struct journal *journal
                             enum rule rule)
 {
     struct accel_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    resources_end_reading(replay->resources, token);
+    resources_look_up_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
+                            &facts);
     if (facts.id != id || !facts.is_sparse)
         return;
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
