@@ -4,26 +4,6 @@
 
 #include "src/check/replay/judge.h"
 #include "src/rules/input.h"
-#include "src/rules/predicates.h"
-
-#define RULE(subject, name, level, ids)                                                            \
-    if (walk->wants[RULE_##name] && !name(subject, &finding))                                      \
-        walk_report(walk, RULE_##name, location, &finding);
-
-static void walk_used_micromap(struct walk *walk, const struct used_micromap_view *used_micromap,
-                               const struct location *location)
-{
-    struct finding finding;
-#include "vuid-tables/rows/micromap_use.def"
-}
-
-static void walk_updated_micromap(struct walk *walk,
-                                  const struct updated_micromap_view *updated_micromap,
-                                  const struct location *location)
-{
-    struct finding finding;
-#include "vuid-tables/rows/micromap_update.def"
-}
 
 void judge_updated_micromap(struct walk *walk, const struct updated_geometry_view *geometry,
                             const struct location *location)

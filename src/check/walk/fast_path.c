@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The rows as chains of comparisons: rules.def is included once a subject. */
+/* The rows as chains of comparisons. */
 #include "src/check/walk/fast_path.h"
 
 #include "rows_by_subject.h"
@@ -15,37 +15,25 @@
         return false;
 #define ROWS_PASS static inline __attribute__((always_inline)) bool
 
-#define PASS_CALL(name, level) PASS(name, level, call, false)
-
 ROWS_PASS call_rows_pass(const struct call_view *call, enum level level)
 {
-    ROWS_OF_call(PASS_CALL);
-    return true;
+    ROWS_OF_call(PASS, call, false) return true;
 }
-
-#define PASS_BUILD(name, level) PASS(name, level, build, same_shape)
 
 ROWS_PASS build_rows_pass(const struct build_view *build, enum level level, bool same_shape)
 {
-    ROWS_OF_build(PASS_BUILD);
-    return true;
+    ROWS_OF_build(PASS, build, same_shape) return true;
 }
-
-#define PASS_GEOMETRY(name, level) PASS(name, level, geometry, same_shape)
 
 ROWS_PASS geometry_rows_pass(const struct geometry_view *geometry, enum level level,
                              bool same_shape)
 {
-    ROWS_OF_geometry(PASS_GEOMETRY);
-    return true;
+    ROWS_OF_geometry(PASS, geometry, same_shape) return true;
 }
-
-#define PASS_RANGE(name, level) PASS(name, level, range, false)
 
 ROWS_PASS range_rows_pass(const struct range_view *range, enum level level)
 {
-    ROWS_OF_range(PASS_RANGE);
-    return true;
+    ROWS_OF_range(PASS, range, false) return true;
 }
 
 static bool is_device_build(const struct call_view *call)
