@@ -42,6 +42,13 @@ instances_in(const VkAccelerationStructureGeometryKHR *geometry)
                : NULL;
 }
 
+/* What the address in `data` of struct geometry_view is to its build. */
+static inline enum input_role data_role(const struct geometry_view *geometry)
+{
+    return geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS
+                                                                          : INPUT_INSTANCES;
+}
+
 /* The size of an index in bytes; 0 for no indices and for values that are no index type. */
 static inline uint32_t index_type_size(VkIndexType type)
 {

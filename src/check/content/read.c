@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/recording_path.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"
@@ -219,7 +220,7 @@ static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t si
     return size < EXTENT_MAX ? readable_extent(context, *bytes, (size_t)size) : 0;
 }
 
-void check_host_inputs(struct walk *walk, const struct range_view *range)
+OFF_RECORDING_PATH void check_host_inputs(struct walk *walk, const struct range_view *range)
 {
     const struct input_memory memory = {.find = find_in_host_memory,
                                         .context = walk->context->readable};
