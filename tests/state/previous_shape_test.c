@@ -218,7 +218,8 @@ struct verdicts {
 static void ask_all(const struct build_view *build, const struct geometry_view *geometry,
                     struct verdicts *verdicts)
 {
-    ROWS_OF_build(ASK, build) ROWS_OF_geometry(ASK, geometry)
+    ROWS_OF_build(ASK, build);
+    ROWS_OF_geometry(ASK, geometry);
 }
 
 static void judge(struct sample *sample, struct verdicts *verdicts)

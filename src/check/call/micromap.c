@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The order in which the rows about micromaps are walked. */
-#include <stdlib.h>
-
+#include "src/base/array.h"
 #include "src/check/assemble/micromap_views.h"
 #include "src/check/call/extensions.h"
 #include "src/rules/micromap/usages.h"
@@ -17,16 +16,13 @@ const struct micromap_uses *found_micromaps(const struct walk *walk)
 static void note_use(struct walk *walk, const struct micromap_use *use)
 {
     struct micromap_uses *uses = &walk->micromaps;
-    if (uses->count == uses->capacity) {
-        uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
-        struct micromap_use *items = realloc(uses->items, capacity * sizeof(*items));
-        if (!items) {
-            uses->incomplete = true;
-            return;
-        }
-        uses->items = items;
-        uses->capacity = capacity;
+    struct micromap_use *items =
+        array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
+    if (!items) {
+        uses->incomplete = true;
+        return;
     }
+    uses->items = items;
     uses->items[uses->count++] = *use;
 }
 

@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 
+#include "src/base/array.h"
 #include "src/check/assemble/views.h"
 #include "src/check/content/micromap.h"
 #include "src/check/overlap/pairs.h"
@@ -114,7 +115,7 @@ static WALK_ALL(indirect_range)
         opacity->sType != VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR ||
         opacity->indexType != VK_INDEX_TYPE_NONE_KHR)
         return;
-    ASK(opacity_triangles_are_within_micromap, EXECUTION, &view, location)
+    ASK(opacity_triangles_are_within_micromap, EXECUTION, &view, location);
 }
 
 /* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
@@ -154,8 +155,8 @@ static void check_sums(struct walk *walk, const struct build_view *build)
     const struct location location = {
         .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
     struct finding finding;
-    ASK(blas_triangle_count_is_within_limit, STATE, build, location)
-    ASK(blas_aabb_count_is_within_limit, STATE, build, location)
+    ASK(blas_triangle_count_is_within_limit, STATE, build, location);
+    ASK(blas_aabb_count_is_within_limit, STATE, build, location);
 }
 
 static void read_indirect(struct executed_call *call, const struct executed_build *executed)
@@ -171,14 +172,11 @@ static void read_indirect(struct executed_call *call, const struct executed_buil
 
 static void keep_build(struct executed_call *call, const struct executed_build *executed)
 {
-    if (call->count == call->capacity) {
-        uint32_t capacity = call->capacity ? call->capacity * 2 : 8;
-        struct retained_build *builds = realloc(call->builds, capacity * sizeof(*builds));
-        if (!builds)
-            return;
-        call->builds = builds;
-        call->capacity = capacity;
-    }
+    struct retained_build *builds =
+        array_make_room(call->builds, call->count, &call->capacity, sizeof(*builds));
+    if (!builds)
+        return;
+    call->builds = builds;
     call->builds[call->count++] = (struct retained_build){executed->build, executed->dst_id};
 }
 
