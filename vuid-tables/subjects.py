@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Generates rows_by_subject.h. It defines a macro ROWS_OF_subject(ROW) for each subject, which
-expands to ROW(name, LEVEL) for each rule of the subject, in the order of rules.def."""
+"""Generates rows_by_subject.h. It defines a macro ROWS_OF_subject(ROW, ...) for each subject, which
+expands to ROW(name, LEVEL, ...) for each rule of the subject, in the order of rules.def."""
 
 import argparse
 import pathlib
@@ -34,8 +34,8 @@ def read_rows(rules):
 def header(subjects):
     out = [HEAD]
     for subject, rows in subjects.items():
-        out.append(f"\n#define ROWS_OF_{subject}(ROW)")
-        out += [f" \\\n    ROW({name}, {level})" for name, level in rows]
+        out.append(f"\n#define ROWS_OF_{subject}(ROW, ...)")
+        out += [f" \\\n    ROW({name}, {level}, __VA_ARGS__)" for name, level in rows]
         out.append("\n")
     out.append("\n#endif\n")
     return "".join(out)

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/array.h"
+
 static char no_name[] = "";
 
 static void drop_innermost(struct label_stack *stack)
@@ -25,15 +27,11 @@ static void drop_inserted(struct label_stack *stack)
 
 static bool has_room(struct label_stack *stack)
 {
-    if (stack->count < stack->capacity)
-        return true;
-    uint32_t capacity = stack->capacity ? stack->capacity * 2 : 4;
-    VkDebugUtilsLabelEXT *labels = realloc(stack->labels, capacity * sizeof(*labels));
-    if (!labels)
-        return false;
-    stack->labels = labels;
-    stack->capacity = capacity;
-    return true;
+    VkDebugUtilsLabelEXT *labels =
+        array_make_room(stack->labels, stack->count, &stack->capacity, sizeof(*labels));
+    if (labels)
+        stack->labels = labels;
+    return labels != NULL;
 }
 
 static void append(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)

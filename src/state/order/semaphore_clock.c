@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-enum { FIRST_SIGNALS = 4 };
+#include "src/base/array.h"
 
 /* Returns the index of the first signal of at least `value`. */
 static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value)
@@ -58,16 +58,11 @@ static bool reserve(struct semaphore_clock *semaphore)
 {
     if (semaphore->count >= SEMAPHORE_SIGNALS)
         drop_old(semaphore);
-    if (semaphore->count < semaphore->capacity)
-        return true;
-    uint32_t capacity = semaphore->capacity ? semaphore->capacity * 2 : FIRST_SIGNALS;
-    struct semaphore_signal *signals =
-        realloc(semaphore->signals, capacity * sizeof(semaphore->signals[0]));
-    if (!signals)
-        return false;
-    semaphore->signals = signals;
-    semaphore->capacity = capacity;
-    return true;
+    struct semaphore_signal *signals = array_make_room(semaphore->signals, semaphore->count,
+                                                       &semaphore->capacity, sizeof(*signals));
+    if (signals)
+        semaphore->signals = signals;
+    return signals != NULL;
 }
 
 bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, const void *owner)

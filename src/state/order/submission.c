@@ -3,9 +3,8 @@
  * call allocates nothing if an earlier one was as large. */
 #include <stdlib.h>
 
+#include "src/base/array.h"
 #include "src/state/order/records.h"
-
-enum { FIRST_ELEMENTS = 4 };
 
 static void start_over(struct submission *submission)
 {
@@ -58,16 +57,12 @@ void submission_free(struct submission *submission)
 static bool reserve(struct submission *submission, void **elements, uint32_t count,
                     uint32_t *capacity, size_t size)
 {
-    if (count < *capacity)
-        return true;
-    uint32_t larger = *capacity ? *capacity * 2 : FIRST_ELEMENTS;
-    void *moved = realloc(*elements, larger * size);
+    void *moved = array_make_room(*elements, count, capacity, size);
     if (!moved) {
         submission->out_of_memory = true;
         return false;
     }
     *elements = moved;
-    *capacity = larger;
     return true;
 }
 
