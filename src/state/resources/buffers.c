@@ -36,7 +36,6 @@ static void remove_address(struct resources *resources, struct buffer_record *bu
 {
     address_map_remove(&resources->addresses, &buffer->where);
     buffer->where.address = 0;
-    resources_bump_generation(resources);
 }
 
 static void remove_buffer(struct resources *resources, VkBuffer handle)
@@ -113,25 +112,14 @@ struct memory_record *resources_memory(const struct resources *resources, VkDevi
     return handle_table_find(&resources->memories, (uint64_t)(uintptr_t)handle);
 }
 
-static void find_shared(const struct address_facts *place, void *is_shared)
-{
-    *(bool *)is_shared |= place->is_shared;
-}
-
-/* Gives a buffer an address; where others share it more is known of that than before. */
 static void add_address(struct resources *resources, struct buffer_record *buffer,
                         VkDeviceAddress address)
 {
-    bool is_shared = false;
     buffer->where.address = address;
     if (!address_map_add(&resources->addresses, &buffer->where)) {
         buffer->where.address = 0;
         resources_become_incomplete(resources);
-        return;
     }
-    address_map_find(&resources->addresses, address, find_shared, &is_shared);
-    if (is_shared)
-        resources_bump_generation(resources);
 }
 
 /* Applications ask for the same address often, so look before taking the write lock. */

@@ -116,7 +116,6 @@ struct resources {
     struct address_map addresses;        /* copies of the places of buffers that have one */
     struct memory_record *mapped;        /* all that the host has mapped */
     atomic_uint_fast64_t destroy_count;  /* of records of any kind */
-    atomic_uint_fast64_t changes;        /* see resources_generation */
     bool incomplete;
     uint32_t unknown_references; /* structures whose address isn't known, where they are set */
     /* A buffer may have been given an address that the application never retrieves: what is in no
@@ -129,7 +128,6 @@ struct resources {
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
 void resources_count_destroyed(struct resources *resources);
-void resources_bump_generation(struct resources *resources);
 /* From now on what isn't found counts as unknown. */
 void resources_become_incomplete(struct resources *resources);
 void resources_release_nv(struct resources *resources);

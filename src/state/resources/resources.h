@@ -189,13 +189,6 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
 /* How many records have died so far; while it stays, all that was found alive still is. */
 uint64_t resources_destroy_count(struct resources *resources);
 
-/* A number that stays while all that was found of structures that are backed by memory, and of
- * addresses that are in one buffer, not a sparse one, is as it was. */
-uint64_t resources_generation(struct resources *resources);
-
-/* How many acceleration structures are alive; takes the lock itself. */
-size_t resources_accel_count(struct resources *resources);
-
 /* The id of a thing that the device has by that handle, or 0; takes the lock itself. */
 enum resource_kind { RESOURCE_ACCEL, RESOURCE_ACCEL_NV, RESOURCE_BUFFER, RESOURCE_MICROMAP };
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
