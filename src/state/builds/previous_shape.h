@@ -25,7 +25,10 @@ static inline bool previous_shape_is_same(const struct previous_shape *recent,
                                           VkAccelerationStructureBuildTypeKHR build_type)
 {
     struct small_shape shape;
-    return recent->sizes.known && small_shape_of(info, &primitive_count, build_type, &shape) &&
+    /* Builds of different shapes differ in this first. */
+    if (!recent->sizes.known || recent->shape.first.primitive_count != primitive_count)
+        return false;
+    return small_shape_of(info, &primitive_count, build_type, &shape) &&
            small_shapes_are_equal(&recent->shape, &shape);
 }
 
