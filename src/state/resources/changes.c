@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What each change of the tables comes with. */
+/* Helpers for every change of the tables: publishing, releasing, and the counters of destroyed
+ * records and changes. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
@@ -13,17 +14,17 @@ void memory_record_release(struct memory_record *memory)
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record)
 {
-    bool kept = record && handle_table_set(table, handle, record);
-    if (!kept) {
+    bool published = record && handle_table_set(table, handle, record);
+    if (!published) {
         resources_become_incomplete(resources);
         free(record);
     }
-    return kept;
+    return published;
 }
 
 void resources_bump_generation(struct resources *resources)
 {
-    atomic_fetch_add_explicit(&resources->changes, 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&resources->generation, 1, memory_order_relaxed);
 }
 
 void resources_count_destroyed(struct resources *resources)
