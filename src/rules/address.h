@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Addresses of which no rule says anything, for those who need not ask all rows. */
+/* Fast checks that no address rule is violated, so that the caller can skip the rules. */
 #ifndef ASSAY_RULES_ADDRESS_H
 #define ASSAY_RULES_ADDRESS_H
 
 #include "src/view/view.h"
 
-/* Whether no rule is broken by a plain input; false if that has to be asked. */
+/* Returns true if the address of an input violates no rule; false if the rules must be
+ * evaluated. */
 static inline bool address_is_plain(const struct address_facts *facts)
 {
     return facts->status == ADDRESS_IN_BUFFER

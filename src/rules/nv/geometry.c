@@ -48,7 +48,7 @@ bool nv_geometry_type_is_valid(const struct nv_geometry_view *nv_geometry, struc
                     "{} is not a VkGeometryTypeKHR of the extensions enabled", geometry_type(type));
 }
 
-/* What is no type at all has a rule of its own. */
+/* Values outside the enumeration have their own rule. */
 bool nv_geometry_type_is_triangles_or_aabbs(const struct nv_geometry_view *nv_geometry,
                                             struct finding *finding)
 {
@@ -69,9 +69,10 @@ bool nv_geometry_flags_are_valid(const struct nv_geometry_view *nv_geometry,
                     hex(nv_geometry->geometry->flags), hex(unknown));
 }
 
-/* ---- the members of VkGeometryDataNV, both of which have to be valid. Where neither has its sType
- * the whole isn't filled; where one has not, the id tells whether it is the one that geometryType
- * selects. */
+/* ---- the members of VkGeometryDataNV
+ *
+ * Both members must be valid. If both have a wrong sType, the application filled neither. If one
+ * has a wrong sType, the id depends on whether geometryType selects it. */
 
 static VkStructureType triangles_stype(const struct nv_geometry_view *geometry)
 {
@@ -167,7 +168,7 @@ bool nv_aabbs_have_no_chain(const struct nv_geometry_view *nv_geometry, struct f
            has_no_chain(nv_geometry, finding, BOXES "pNext", nv_geometry->aabbs->pNext);
 }
 
-/* ---- triangles, by themselves */
+/* ---- triangles */
 
 bool nv_vertex_format_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
@@ -185,7 +186,7 @@ static bool is_allowed(VkFormat format)
            format == VK_FORMAT_R16G16_SNORM || format == VK_FORMAT_R16G16B16_SNORM;
 }
 
-/* What is no format at all has a rule of its own. */
+/* Values outside the enumeration have their own rule. */
 bool nv_vertex_format_is_allowed(const struct nv_geometry_view *nv_geometry,
                                  struct finding *finding)
 {
@@ -226,7 +227,7 @@ static bool is_unindexed(const VkGeometryTrianglesNV *triangles)
     return triangles->indexType == VK_INDEX_TYPE_NONE_NV;
 }
 
-/* VK_INDEX_TYPE_UINT8 has a rule of its own. */
+/* VK_INDEX_TYPE_UINT8 has its own rule. */
 bool nv_index_type_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
@@ -252,7 +253,7 @@ bool nv_index_offset_is_aligned(const struct nv_geometry_view *nv_geometry, stru
                                      index_type_size(triangles->indexType));
 }
 
-/* Of a handle that is given and dead indexData's own rule speaks. */
+/* The rule about indexData covers a destroyed buffer. */
 bool nv_indexed_triangles_have_index_data(const struct nv_geometry_view *nv_geometry,
                                           struct finding *finding)
 {
@@ -291,7 +292,7 @@ bool nv_transform_offset_is_aligned(const struct nv_geometry_view *nv_geometry,
            is_multiple(finding, TRIANGLES "transformOffset", triangles->transformOffset, 16);
 }
 
-/* ---- AABBs, by themselves */
+/* ---- AABBs */
 
 bool nv_aabb_offset_is_aligned(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
