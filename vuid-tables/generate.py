@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the tables that come from the installed registry: what it says of each id in scope
-(vuid_texts.c), the extensions that it knows (registry_extensions.c), and the structures of pNext
-chains (registry_structures.c)."""
+"""Generates tables from the installed registry: the text of each id in scope (vuid_texts.c), all
+extensions (registry_extensions.c), and the structures of pNext chains (registry_structures.c)."""
 
 import argparse
 import json
@@ -21,7 +20,7 @@ def fail(message):
 
 
 def read_ids(path):
-    """(scope, tail) of each VUID line; anything but such lines and comments is an error."""
+    """Returns (scope, tail) of each VUID line. Lines other than these and comments are errors."""
     text = re.sub(r"/\*.*?\*/", lambda m: "\n" * m[0].count("\n"), path.read_text(), flags=re.S)
     ids = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -31,12 +30,12 @@ def read_ids(path):
         elif line.strip():
             fail(f"{path}:{number}: not VUID(scope, tail): {line.strip()}")
     if len(set(ids)) != len(ids):
-        fail(f"{path}: an id stands there twice")
+        fail(f"{path}: duplicate id")
     return ids
 
 
 def read_usage(path):
-    """Version of the registry, and its entry for each id."""
+    """Returns the registry's version, and its entry for each id."""
     usage = json.loads(path.read_text(encoding="utf-8"))
     entries = {}
     for scope in usage["validation"].values():
@@ -49,7 +48,7 @@ def read_extensions(tree):
     return sorted({extension.get("name") for extension in tree.iterfind("extensions/extension")})
 
 
-# These, and every extension that needs one of them, are ray tracing.
+# These extensions, and all that depend on one of them, count as ray tracing.
 RAY_TRACING = {"VK_KHR_acceleration_structure", "VK_KHR_deferred_host_operations",
                "VK_NV_ray_tracing"}
 
@@ -65,7 +64,7 @@ def ray_tracing_extensions(tree):
 
 
 def types_of_vulkan(tree):
-    """Which core versions and extensions have a type, save those of one platform."""
+    """Maps each type to the core versions and extensions that have it. Leaves out platforms."""
     owners = {}
     for block in [*tree.iterfind("feature"), *tree.iterfind("extensions/extension")]:
         apis = block.get("api" if block.tag == "feature" else "supported").split(",")
@@ -79,21 +78,21 @@ def types_of_vulkan(tree):
 
 
 def chained_structures(tree, ray_tracing):
-    """(sType, name, whether it tells features or properties of ray tracing, how many features) of
-    each structure that may stand in a pNext chain."""
+    """Returns for each structure that extends another: its sType, its name, whether it returns
+    features or properties of ray tracing, and its number of features."""
     owners = types_of_vulkan(tree)
     structures = []
     for structure in tree.iterfind("types/type[@category='struct'][@structextends]"):
         name, kind = structure.get("name"), structure.find("member[@values]")
         if name not in owners or kind is None:
             continue
-        told = {"VkPhysicalDeviceFeatures2", "VkPhysicalDeviceProperties2"} & set(
+        queries = {"VkPhysicalDeviceFeatures2", "VkPhysicalDeviceProperties2"} & set(
             structure.get("structextends").split(","))
         features = [member for member in structure.iterfind("member")
                     if member.findtext("type") == "VkBool32"]
         structures.append((kind.get("values"), name,
-                           bool(told) and not owners[name].isdisjoint(ray_tracing),
-                           len(features) if "VkPhysicalDeviceFeatures2" in told else 0))
+                           bool(queries) and not owners[name].isdisjoint(ray_tracing),
+                           len(features) if "VkPhysicalDeviceFeatures2" in queries else 0))
     return sorted(structures)
 
 
@@ -134,8 +133,9 @@ def structures_source(ray_tracing, structures):
     out += [f"    {c_string(name)},\n" for name in ray_tracing]
     out += ["};\n\n", f"const size_t registry_ray_tracing_count = {len(ray_tracing)};\n\n",
             "const struct registry_structure registry_structures[] = {\n"]
-    out += [f"    {{{kind}, sizeof({name}), {c_string(name) if traces else 'NULL'}, {features}}},\n"
-            for kind, name, traces, features in structures]
+    for kind, name, is_queried, features in structures:
+        ray_tracing_name = c_string(name) if is_queried else "NULL"
+        out.append(f"    {{{kind}, sizeof({name}), {ray_tracing_name}, {features}}},\n")
     out += ["};\n\n", f"const size_t registry_structure_count = {len(structures)};\n"]
     return "".join(out)
 
@@ -158,7 +158,7 @@ def main():
     except (OSError, ValueError, KeyError, ElementTree.ParseError) as error:
         fail(f"{type(error).__name__}: {error}")
     if not names:
-        fail(f"{arguments.registry / 'vk.xml'} names no extension")
+        fail(f"{arguments.registry / 'vk.xml'} has no extension")
 
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name, source in (("vuid_texts.c", texts_source(ids, entries)),

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The registry's HTML sentences as plain text."""
+"""Converts the registry's HTML sentences to plain text."""
 
 import html.parser
 import re
 
-# What a terminal without fonts for it should still show.
+# ASCII replacements, so that every terminal can show the sentences.
 ASCII = str.maketrans({
     "\u2018": "'", "\u2019": "'", "\u201c": '"', "\u201d": '"', "\u2013": "-", "\u2192": "->",
     "\u00d7": "x", "\u2264": "<=", "\u2265": ">=", "\u2026": "...", "\u200b": "", "\u00a0": " ",
@@ -17,15 +17,15 @@ class Reader(html.parser.HTMLParser):
     def __init__(self):
         super().__init__(convert_charrefs=True)
         self.text = ""
-        self.equations = 0  # spans of class eq that are open, and spans inside them
-        self.lists = []  # a list that is open: its items so far
+        self.equations = 0  # open spans of class eq, and open spans inside them
+        self.lists = []  # for each open list: the number of its items so far
 
     def handle_starttag(self, tag, attrs):
         if tag == "span" and (self.equations or dict(attrs).get("class") == "eq"):
             self.equations += 1
         elif tag == "br":
-            # The sources write a sum over two lines as "a +" and "b"; the converter takes the
-            # trailing plus for a line break.
+            # The specification's sources split a sum into the lines "a +" and "b"; the HTML
+            # converter turns the trailing plus into a line break.
             self.text += " + " if self.equations else " "
         elif tag == "sup":
             self.text += "^"
@@ -54,7 +54,8 @@ class Reader(html.parser.HTMLParser):
 
 
 def plain_text(sentence):
-    """One line without markup: "<code>a</code> &#8594; 2<sup>32</sup>" gives "a -> 2^32"."""
+    """Returns one line without markup: "<code>a</code> &#8594; 2<sup>32</sup>" becomes
+    "a -> 2^32"."""
     reader = Reader()
     reader.feed(sentence)
     reader.close()

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The searches in the tables. */
+/* Look-ups in the tables of the registry. */
 #include "vuid-tables/registry.h"
 
 #include <stdlib.h>

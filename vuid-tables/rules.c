@@ -68,7 +68,8 @@ const char *vuid_retired(enum vuid vuid, unsigned n)
     return NULL;
 }
 
-/* "VUID-", the command or structure, and '-' again. Structures are those of any command. */
+/* An id is "VUID-", the command or structure, and "-...". An id of a structure is of any command.
+ */
 static bool is_of_command(const char *id, enum build_command command)
 {
     const char *scope = id + strlen("VUID-"), *name = build_command_name(command);

@@ -1,20 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The rules as data: which ids there are, which rule decides each, and from what level on.
+/* The rules as data: the ids, the rule that validates each id, and its level.
  *
- * The rows live in rows/; rules.def includes them. A row reads
+ * The rows are in rows/; rules.def includes them. A row is one of
  *
- *     RULE(subject, name, LEVEL, ids)      decided by the predicate `name`
- *     PENDING(name, LEVEL, "waits for", ids)   not decided yet
+ *     RULE(subject, name, LEVEL, ids)          validated by the predicate `name`
+ *     PENDING(name, LEVEL, "waits for", ids)   not validated yet
  *
- * SHAPE as a level is PARAMETERS of a rule that reads nothing but the shape of its build
- * (src/state/builds/previous_shape.h): what holds of one build holds of all of its shape. LIMIT as
- * a level is STATE of a rule about that shape, or the primitive counts, and what the device
- * supports.
+ * LEVEL is an enum level without its prefix. Two more words stand for rules with fewer inputs:
  *
- * and its ids are a list of DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail), one for each build
- * command whose statement it is, or IN(structure, tail) for a structure's own, which every command
- * shares; IN_NV for that of a structure that only the NV command takes. NV_WARNING(name) is an id
- * of the layer's own (warnings.def), which goes out as a warning.
+ *     SHAPE   level PARAMETERS; the rule only reads the shape of its build
+ *             (src/state/builds/previous_shape.h), so the result is the same for all builds of that
+ *             shape
+ *     LIMIT   level STATE; the rule only reads the shape, the primitive counts, and features and
+ *             limits of the device
+ *
+ * `ids` lists the valid-usage ids that the rule validates:
+ *
+ *     DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail)   an id of that build command
+ *     IN(structure, tail)       an id of a structure, for all build commands
+ *     IN_NV(structure, tail)    an id of a structure that only the NV command takes
+ *     NV_WARNING(name)          an id of the layer's own (warnings.def), reported as a warning
  */
 #ifndef ASSAY_VUID_TABLES_RULES_H
 #define ASSAY_VUID_TABLES_RULES_H
@@ -31,18 +36,18 @@ enum build_command {
     COMMAND_COUNT,
 };
 
-/* What has to be known to decide a rule; each level includes those before it. */
+/* The state that a rule needs. Each level includes those before it. */
 enum level {
     LEVEL_PARAMETERS, /* the structures of the call */
     LEVEL_STATE,      /* created objects, bindings, features, limits, sizes */
-    LEVEL_EXECUTION,  /* what has been built by the time the command executes */
+    LEVEL_EXECUTION,  /* the structures as they are when the command executes */
     LEVEL_CONTENT,    /* the input data itself */
     LEVEL_COUNT,
     LEVEL_SHAPE = LEVEL_PARAMETERS,
     LEVEL_LIMIT = LEVEL_STATE,
 };
 
-/* Whether a word for a level says that the rule reads the shape alone. */
+/* By the word for the level: whether the rule only reads the shape. */
 enum {
     READS_SHAPE_SHAPE = 1,
     READS_SHAPE_PARAMETERS = 0,
@@ -52,9 +57,9 @@ enum {
     READS_SHAPE_CONTENT = 0,
 };
 
-/* Whether a word for a level says that the rule is about what
- * vkGetAccelerationStructureBuildSizesKHR reads of a build, a geometry or a range: if it doesn't
- * hold the driver must not be asked. */
+/* By the word for the level: whether the rule is about values that
+ * vkGetAccelerationStructureBuildSizesKHR reads. If such a rule fails, the layer must not call that
+ * command. */
 enum {
     IS_OF_SIZES_SHAPE = 1,
     IS_OF_SIZES_LIMIT = 1,
@@ -70,7 +75,7 @@ enum vuid {
 #include "vuid-tables/vuids.def"
 #undef VUID
     VUID_COUNT,
-/* Not the registry's, so they are not in scope, and not counted. */
+/* Ids of the layer's own: the registry lacks them, and scripts/coverage does not count them. */
 #define WARNING(name, id) WARNING_##name,
 #include "vuid-tables/warnings.def"
 #undef WARNING
@@ -90,7 +95,7 @@ enum rule {
     RULE_COUNT,
 };
 
-/* The commands whose statement a rule is, as bits 1 << COMMAND_... */
+/* The commands whose ids a rule validates, as bits 1 << COMMAND_... */
 enum {
 #define DEVICE(tail) | 1 << COMMAND_DEVICE
 #define INDIRECT(tail) | 1 << COMMAND_INDIRECT
@@ -107,35 +112,35 @@ enum {
 /* One row. */
 struct rule_info {
     const char *name;
-    const char *subject;   /* NULL: pending */
-    const char *waits_for; /* NULL: decided */
+    const char *subject;   /* NULL for PENDING */
+    const char *waits_for; /* NULL for RULE */
     enum level level;
     bool is_of_sizes; /* see IS_OF_SIZES_SHAPE */
-    /* The id by command, VUID_NONE where the command has no such statement. */
+    /* The id by command; VUID_NONE if the command has no such id. */
     enum vuid vuid[COMMAND_COUNT];
 };
 
 extern const struct rule_info rule_infos[RULE_COUNT];
 
-/* The row that decides an id. Total over the ids: the compiler checks it. */
+/* Returns the rule that validates an id. The compiler checks that each id has one. */
 enum rule rule_of_vuid(enum vuid vuid);
 
-/* The n-th id that the registry has retired in favour of `vuid`, or NULL. */
+/* Returns the n-th id that the registry has replaced by `vuid`, or NULL. */
 const char *vuid_retired(enum vuid vuid, unsigned n);
 
-/* The retired id that a finding about a field of a call of this command once had; NULL: none. */
+/* Returns the retired id of a finding about a field of a call of this command; NULL: none. */
 const char *vuid_listed(enum vuid vuid, enum build_command command, const char *field);
 
-/* What the installed registry says of an id; generated at build time from validusage.json. */
+/* The installed registry's text of an id; generated at build time from validusage.json. */
 struct vuid_text {
     const char *id;       /* "VUID-..." */
-    const char *sentence; /* plain text; "" when the registry lacks the id */
+    const char *sentence; /* plain text; "" if the registry lacks the id */
     const char *page;     /* e.g. "chapters/accelstructures.html" */
 };
 
 extern const struct vuid_text vuid_texts[MESSAGE_ID_COUNT];
 
-/* The spec spelling of a command, e.g. "vkCmdBuildAccelerationStructuresKHR". */
+/* Returns the name of a command, e.g. "vkCmdBuildAccelerationStructuresKHR". */
 const char *build_command_name(enum build_command command);
 
 #endif

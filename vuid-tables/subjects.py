@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes rows_by_subject.h: for each subject a macro ROWS_OF_subject(ROW), which expands to
-ROW(name, LEVEL) for each of its rules, in the order of rules.def."""
+"""Generates rows_by_subject.h. It defines a macro ROWS_OF_subject(ROW, ...) for each subject, which
+expands to ROW(name, LEVEL, ...) for each rule of the subject, in the order of rules.def."""
 
 import argparse
 import pathlib
@@ -19,7 +19,7 @@ def fail(message):
 
 
 def read_rows(rules):
-    """{subject: [(name, level)]}; a row that doesn't read as one is an error."""
+    """Returns {subject: [(name, level)]}. A malformed row is an error."""
     subjects = {}
     for file in re.findall(r'^#include "vuid-tables/(rows/\w+\.def)"$', rules.read_text(), re.M):
         text = re.sub(r"/\*.*?\*/", "", (rules.parent / file).read_text(), flags=re.S)
@@ -34,8 +34,8 @@ def read_rows(rules):
 def header(subjects):
     out = [HEAD]
     for subject, rows in subjects.items():
-        out.append(f"\n#define ROWS_OF_{subject}(ROW)")
-        out += [f" \\\n    ROW({name}, {level})" for name, level in rows]
+        out.append(f"\n#define ROWS_OF_{subject}(ROW, ...)")
+        out += [f" \\\n    ROW({name}, {level}, __VA_ARGS__)" for name, level in rows]
         out.append("\n")
     out.append("\n#endif\n")
     return "".join(out)

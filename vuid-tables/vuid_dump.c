@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A program that prints the tables for scripts: one line an id, fields between tabs. */
+/* A program that prints the tables for scripts: one line for each id, fields separated by tabs. */
 #include <stdio.h>
 #include <string.h>
 
@@ -50,10 +50,11 @@ int main(int argc, char **argv)
 {
     if (argc != 1) {
         FILE *out = strcmp(argv[1], "--help") == 0 ? stdout : stderr;
-        fprintf(out,
-                "usage: vuid_dump\n"
-                "prints a line for each id in scope, with tabs between these fields: id, "
-                "rule, subject, level, capability that it waits for, commands, retired ids\n");
+        fprintf(
+            out,
+            "usage: vuid_dump\n"
+            "prints a line for each id in scope, with tabs between these fields: id, "
+            "rule, subject, level, capability that the rule waits for, commands, retired ids\n");
         return out == stderr;
     }
 

@@ -17,9 +17,7 @@ static VkResult create(VkDevice device, const struct cpu_structure_info *info,
 static struct buffer_facts find_buffer(struct resources *resources, VkBuffer handle)
 {
     struct buffer_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_buffer(resources, handle, &facts);
-    resources_end_reading(resources, token);
+    resources_ask_buffer(resources, handle, &facts);
     return facts;
 }
 

@@ -35,8 +35,6 @@ struct read_call {
 struct reading {
     const struct ran_execution *ran;
     struct replay replay;
-    const struct journal *located; /* these two: of the update in hand */
-    uint32_t located_first;
     uint32_t next_note, next_used, next_execution_point;
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
@@ -46,15 +44,17 @@ struct reading {
 
 /* ---- findings */
 
-static bool keep_finding(struct reading *reading, const struct journal *journal, uint32_t first,
+/* For struct replay, too. */
+static bool keep_finding(void *user, const struct journal *journal, uint32_t first_build,
                          enum rule rule, const struct location *location,
                          const struct finding *finding)
 {
+    struct reading *reading = user;
     const struct reporter *reporter = reading->ran->device->instance->reporter;
     struct pending_finding *pending = malloc(sizeof(*pending));
     reading->lacks_memory |= !pending;
     if (pending) {
-        *pending = (struct pending_finding){NULL, journal, first, rule, *location, *finding};
+        *pending = (struct pending_finding){NULL, journal, first_build, rule, *location, *finding};
         *reading->findings_last = pending;
         reading->findings_last = &pending->next;
     }
@@ -68,20 +68,6 @@ static bool found(void *user, enum rule rule, const struct location *location,
     struct location there = *location;
     there.geometry_by_pointer = call->geometry_by_pointer;
     return keep_finding(call->reading, call->journal, call->first, rule, &there, finding);
-}
-
-static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
-{
-    struct reading *reading = user;
-    reading->located = journal;
-    reading->located_first = position - info;
-}
-
-static bool found_in_update(void *user, enum rule rule, const struct location *location,
-                            const struct finding *finding)
-{
-    struct reading *reading = user;
-    return keep_finding(reading, reading->located, reading->located_first, rule, location, finding);
 }
 
 static void report_findings(struct reading *reading)
@@ -346,8 +332,7 @@ void input_checks_read(const struct ran_execution *ran, struct missed_executions
     struct reading reading = {.ran = ran,
                               .replay = {.active = ran->device->active_rules,
                                          .resources = ran->device->resources,
-                                         .locate = locate,
-                                         .found = found_in_update,
+                                         .found = keep_finding,
                                          .user = &reading},
                               .findings_last = &reading.findings};
     if (ticket->wait(ticket, 0) != VK_SUCCESS) {

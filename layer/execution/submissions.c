@@ -107,18 +107,13 @@ struct batch {
     bool skip; /* a callback asked to skip the call */
 };
 
-static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
+static bool found(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
+                  const struct location *location, const struct finding *finding)
 {
     struct batch *batch = user;
     batch->origin.command_buffer = journal->command_buffer;
-    batch->origin.build_index = position - info;
-    batch->origin.labels = journal_labels_at(journal, position);
-}
-
-static bool found(void *user, enum rule rule, const struct location *location,
-                  const struct finding *finding)
-{
-    struct batch *batch = user;
+    batch->origin.build_index = first_build;
+    batch->origin.labels = journal_labels_at(journal, first_build + location->build);
     struct reporter *reporter = batch->submissions->device->instance->reporter;
     if (reporter_send(reporter, rule, location, &batch->origin, finding))
         batch->skip = true;
@@ -138,7 +133,6 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .predecessors_known = run->predecessors_known,
         .never_is_certain = !submissions->device->facts.has_other_builders,
         .unordered = run->work != WORK_OF_QUEUE,
-        .locate = locate,
         .found = found,
         .user = batch,
     };

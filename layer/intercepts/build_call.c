@@ -91,13 +91,14 @@ bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t 
 
 /* ---- the journal */
 
-/* All of the call's builds are of one place. */
-static void locate(void *user, const struct journal *journal, uint32_t position, uint32_t info)
+/* A finding of what is being recorded is about this call. */
+static bool found_in_journal(void *user, const struct journal *journal, uint32_t first_build,
+                             enum rule rule, const struct location *location,
+                             const struct finding *finding)
 {
-    (void)user;
     (void)journal;
-    (void)position;
-    (void)info;
+    (void)first_build;
+    return build_call_found(user, rule, location, finding);
 }
 
 static struct replay replay_of(struct build_call *call)
@@ -105,8 +106,7 @@ static struct replay replay_of(struct build_call *call)
     return (struct replay){
         .active = call->device->active_rules,
         .resources = call->device->resources,
-        .locate = locate,
-        .found = build_call_found,
+        .found = found_in_journal,
         .user = call,
     };
 }

@@ -5,6 +5,7 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/recorder.h"
+#include "src/base/array.h"
 #include "src/base/readable.h"
 #include "src/snapshots/nv_info.h"
 
@@ -28,16 +29,13 @@ struct inputs {
 
 static bool reserve(struct inputs *inputs)
 {
-    if (inputs->count < inputs->capacity)
-        return true;
-    uint32_t capacity = inputs->capacity ? inputs->capacity * 2 : 8;
-    struct input_buffer *grown = realloc(inputs->buffers, capacity * sizeof(*grown));
+    struct input_buffer *grown =
+        array_make_room(inputs->buffers, inputs->count, &inputs->capacity, sizeof(*grown));
     if (!grown) {
         recorder_fail(inputs->recorder);
         return false;
     }
     inputs->buffers = grown;
-    inputs->capacity = capacity;
     return true;
 }
 
@@ -46,9 +44,7 @@ static const struct input_buffer *add_buffer(struct inputs *inputs, VkBuffer han
 {
     struct resources *resources = inputs->recorder->device->resources;
     struct buffer_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_buffer(resources, handle, &facts);
-    resources_end_reading(resources, token);
+    resources_ask_buffer(resources, handle, &facts);
     if (facts.alive != YES || facts.status != ADDRESS_IN_BUFFER ||
         facts.size > UINT64_MAX - ALIGNMENT - inputs->next_address || !reserve(inputs))
         return NULL;

@@ -10,6 +10,7 @@
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
+#include "src/base/array.h"
 
 /* ---- what a submission has to do with snapshots */
 
@@ -30,15 +31,11 @@ static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
 static bool reserve(struct submit *submit)
 {
-    if (submit->count < submit->capacity)
-        return true;
-    uint32_t capacity = submit->capacity ? submit->capacity * 2 : 8;
-    struct execution **grown = realloc(submit->executions, capacity * sizeof(struct execution *));
-    if (!grown)
-        return false;
-    submit->executions = grown;
-    submit->capacity = capacity;
-    return true;
+    struct execution **grown = array_make_room(submit->executions, submit->count, &submit->capacity,
+                                               sizeof(struct execution *));
+    if (grown)
+        submit->executions = grown;
+    return grown != NULL;
 }
 
 /* The device may only read what is there now, also if nobody will look at what it copies. */

@@ -7,4 +7,8 @@
 
 #define ON_RECORDING_PATH __attribute__((hot))
 
+/* Marks what such a function calls for few builds: inlined there, it would keep the compiler from
+ * inlining what every build needs. */
+#define OFF_RECORDING_PATH __attribute__((noinline))
+
 #endif

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What one device of backend cpu has done, counted from its creation on. */
+/* Counters of one device of backend cpu, from its creation on. */
 #ifndef ASSAY_CPU_COUNTERS_H
 #define ASSAY_CPU_COUNTERS_H
 
 #include <stdatomic.h>
 
-/* COUNTER(name, public): `public` is the member of AssayCounters (layer/assay.h), which tells what
- * each counts; what command buffers copy is counted by who records it. */
+/* COUNTER(name, public): `public` is the member of AssayCounters (layer/assay.h), which explains
+ * each counter. The copies of command buffers are counted elsewhere, when they are recorded. */
 #define CPU_COUNTERS(COUNTER)                                                                      \
     COUNTER(builds, builds)                                                                        \
     COUNTER(updates, updates)                                                                      \

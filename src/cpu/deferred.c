@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Deferred operations, and the jobs that they have. */
+/* Deferred operations and their jobs. */
 #include "src/cpu/deferred.h"
 
 #include <pthread.h>
@@ -9,12 +9,12 @@
 #include "src/base/handle_table.h"
 #include "src/cpu/structures.h"
 
-/* Work that was handed over. It outlives its operation while threads are in it. All under its lock
- * but `work`, which is constant until released. */
+/* The work of an operation. A job outlives its operation while threads are in the work. Its lock
+ * guards all members but `work`, which is constant until released. */
 struct job {
     pthread_mutex_t lock;
-    uint32_t references; /* the operation's and the threads' */
-    uint32_t inside;     /* threads that may use the work */
+    uint32_t references; /* of the operation and of threads */
+    uint32_t inside;     /* threads that are in the work */
     struct cpu_work work;
     uint32_t next_part, parts_done;
     bool is_complete, is_released;
@@ -22,7 +22,7 @@ struct job {
 };
 
 struct operation {
-    struct job *job; /* the last one, or NULL; a reference */
+    struct job *job; /* a reference to the latest job, or NULL */
 };
 
 struct cpu_deferred_operations {
@@ -82,9 +82,9 @@ static void run_parts(struct job *job)
     }
 }
 
-/* What a thread that has left the work is told. Parts can be helped with again, as they come to
- * what several threads can do. */
-static VkResult result_of(const struct job *job)
+/* Returns the result of vkDeferredOperationJoinKHR for a thread that has left the work. If the work
+ * has `help`, the thread may join again, because parts may need help later. */
+static VkResult join_result(const struct job *job)
 {
     if (job->is_complete)
         return VK_SUCCESS;
@@ -103,7 +103,7 @@ static VkResult job_join(struct job *job)
     }
     bool is_last = --job->inside == 0 && job->is_complete && !job->is_released;
     job->is_released |= is_last;
-    VkResult result = result_of(job);
+    VkResult result = join_result(job);
     pthread_mutex_unlock(&job->lock);
     if (is_last)
         job->work.release(job->work.context);
@@ -182,7 +182,8 @@ static bool is_complete(struct job *job)
     return complete;
 }
 
-/* Returns the job that the operation doesn't have any more, or `job` itself. */
+/* Sets the job of an operation whose job is complete. Returns its old job, which may be NULL; or
+ * `job` if the operation is unknown or its job is not complete. */
 static struct job *replace_job(struct cpu_deferred_operations *operations, uint64_t handle,
                                struct job *job)
 {
@@ -211,7 +212,8 @@ VkResult cpu_deferred_start(struct cpu_deferred_operations *operations, uint64_t
     return is_started ? VK_OPERATION_DEFERRED_KHR : VK_ERROR_VALIDATION_FAILED;
 }
 
-/* A reference to the operation's job, or NULL; false where there is no operation. */
+/* Sets `job` to a new reference to the operation's job, or NULL. Returns false if the operation is
+ * unknown. */
 static bool find_job(struct cpu_deferred_operations *operations, uint64_t handle, struct job **job)
 {
     pthread_mutex_lock(&operations->lock);

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Creation and destruction of the backend's part of a device. */
+/* Creates and destroys backend cpu's part of a device. */
 #include "src/cpu/device.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Changes whenever the bytes of structures do. */
+/* Change this whenever the serialized format changes. */
 static const uint8_t compatibility[VK_UUID_SIZE] = "Assay trees 1";
 
 VkResult cpu_device_create(const uint8_t driver_uuid[VK_UUID_SIZE], struct cpu_device **device)

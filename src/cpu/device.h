@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu of one device: what carries out its commands.
+/* Backend cpu of one device: it executes the device's acceleration-structure commands.
  *
- * Order of locks: the table of deferred operations, then a job's; pins, then a tree's (whose work
- * may run builds of its own), then scratch, host memory or structures, one at a time; private data
- * by itself. No lock but pins' and a tree's is held while trees are made, and none across a call
- * out of the backend. */
+ * Order of locks:
+ * - the table of deferred operations, then a job
+ * - BLAS references, then a tree (whose work may run builds), then one of scratch, host memory and
+ *   structures
+ * - private data, alone
+ * While a tree is made, only locks of BLAS references and of trees are held. No lock is held during
+ * a call out of the backend. */
 #ifndef ASSAY_CPU_DEVICE_H
 #define ASSAY_CPU_DEVICE_H
 
@@ -16,11 +19,12 @@
 #include "src/cpu/scratch.h"
 #include "src/cpu/structures.h"
 
-/* Whether something was built of what a later execution of the same submission had copied. */
+/* Whether a tree was built from snapshots that a later execution in the same submission had
+ * overwritten, and whether that was reported. */
 enum cpu_overwritten { OVERWRITTEN_NEVER, OVERWRITTEN_ONCE, OVERWRITTEN_TOLD };
 
 struct cpu_device {
-    struct builder_uuids uuids; /* of serialized structures; never change */
+    struct builder_uuids uuids; /* of serialized structures; constant */
     struct cpu_structures *structures;
     struct cpu_deferred_operations *deferred;
     struct cpu_query_pools *query_pools;
@@ -29,11 +33,11 @@ struct cpu_device {
     struct cpu_counters counters;
     atomic_uint overwritten;  /* enum cpu_overwritten */
     atomic_bool lacks_copies; /* the driver has not executed the copies of a submission */
-    bool has_micromaps;       /* an extension that has them is enabled; never changes */
+    bool has_micromaps;       /* an extension with micromaps is enabled; constant */
 };
 
-/* `driver_uuid`: VkPhysicalDeviceIDProperties::driverUUID. */
+/* `driver_uuid`: VkPhysicalDeviceIDProperties::driverUUID. Fails only if memory runs out. */
 VkResult cpu_device_create(const uint8_t driver_uuid[VK_UUID_SIZE], struct cpu_device **device);
-void cpu_device_destroy(struct cpu_device *device); /* NULL: nothing */
+void cpu_device_destroy(struct cpu_device *device); /* accepts NULL */
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Host builds: a call's builds are the parts of its work. */
+/* Host builds. Each build of a call is one part of its work. */
 #include "src/cpu/host.h"
 
 #include <stdlib.h>
@@ -14,10 +14,10 @@
 struct build_call {
     struct cpu_device *device;
     struct host_memory memory;
-    struct builder_team team; /* those who join; open where the call is deferred */
+    struct builder_team team; /* the joining threads; open if is_deferred */
     bool is_deferred;
     uint32_t count;
-    struct build_parameters builds[]; /* zeros where one is not copied yet */
+    struct build_parameters builds[]; /* zero until copied */
 };
 
 /* ---- one build */
@@ -120,10 +120,9 @@ static VkResult copy_parameters(struct build_call *call,
     return VK_SUCCESS;
 }
 
-/* Primitives that are work enough for another thread. */
-enum { WORTH_A_THREAD = 16384 };
+enum { PRIMITIVES_PER_THREAD = 16384 };
 
-/* Threads that are of use to all builds at once. */
+/* Returns the number of threads that can help all builds of the call at the same time. */
 static uint32_t concurrency(const struct build_call *call)
 {
     uint64_t threads = 0;
@@ -131,7 +130,7 @@ static uint32_t concurrency(const struct build_call *call)
         uint64_t primitives = 0;
         for (uint32_t j = 0; j < call->builds[i].info.geometryCount; j++)
             primitives += call->builds[i].ranges[j].primitiveCount;
-        threads += 1 + primitives / WORTH_A_THREAD;
+        threads += 1 + primitives / PRIMITIVES_PER_THREAD;
     }
     return threads < UINT32_MAX ? (uint32_t)threads : UINT32_MAX;
 }
@@ -159,7 +158,7 @@ static VkResult defer(struct build_call *call, uint64_t operation)
     return cpu_deferred_start(call->device->deferred, operation, &work);
 }
 
-/* NULL without memory. */
+/* Returns NULL if memory runs out. */
 static struct build_call *create(struct cpu_device *device, uint32_t count,
                                  const struct readable_cache *cache)
 {
@@ -173,7 +172,7 @@ static struct build_call *create(struct cpu_device *device, uint32_t count,
     return call;
 }
 
-/* `copied`: what copying the parameters has returned. */
+/* `copied`: the result of copying the parameters. */
 static VkResult start(struct build_call *call, uint64_t operation, VkResult copied)
 {
     if (copied != VK_SUCCESS) {

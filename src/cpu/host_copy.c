@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copies by the host, and properties read by it. */
+/* Host copies, and properties that the host reads. */
 #include "src/cpu/host.h"
 
 #include <stdlib.h>
@@ -10,13 +10,13 @@
 #include "src/cpu/trees/make.h"
 #include "src/cpu/trees/property.h"
 
-/* A copy is work of one part. */
+/* A copy; its work has one part. */
 struct copy_call {
     struct cpu_device *device;
     VkCopyAccelerationStructureModeKHR mode;
     uint64_t src, dst;
-    void *to;      /* serialized */
-    uint64_t from; /* the address of serialized bytes */
+    void *to;      /* serialization: destination */
+    uint64_t from; /* deserialization: source address */
 };
 
 static VkResult start(const struct copy_call *copy, uint64_t operation,
@@ -32,7 +32,7 @@ static VkResult start(const struct copy_call *copy, uint64_t operation,
                      : cpu_work_do(&work);
 }
 
-/* Gives dst the tree where it was made; takes the reference. */
+/* Sets the tree of dst if `result` is VK_SUCCESS. Takes over the reference. */
 static VkResult settle(const struct copy_call *call, VkResult result, struct cpu_tree *tree)
 {
     if (result != VK_SUCCESS) {
@@ -44,7 +44,7 @@ static VkResult settle(const struct copy_call *call, VkResult result, struct cpu
                : VK_ERROR_VALIDATION_FAILED;
 }
 
-/* A tree that is to be that of dst, and the size of that. */
+/* Creates a tree for dst, without bytes; `size` is the size of dst. */
 static VkResult create_for_dst(const struct copy_call *call, struct cpu_tree **tree, uint64_t *size)
 {
     struct cpu_structure_info dst;
@@ -55,7 +55,7 @@ static VkResult create_for_dst(const struct copy_call *call, struct cpu_tree **t
     return *tree ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
-/* What `use` makes of the bytes of src. */
+/* Calls `use` with the bytes of src. */
 static VkResult with_source(const struct copy_call *call,
                             VkResult (*use)(const struct copy_call *call, const void *source))
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Items of recordings, carried out as far as nobody needs to wait; and the results that wait. */
+/* Plays the items of recordings, without waiting for the device; and keeps results for buffers. */
 #include "src/cpu/playback.h"
 
 #include <stdlib.h>
@@ -9,14 +9,15 @@
 #include "src/cpu/trees/make.h"
 #include "src/state/builds/build_states.h"
 
-/* What goes to a buffer once the submission is complete. */
+/* A result that is written to a buffer when its submission is complete: a serialized tree, or
+ * queries. */
 struct result {
     struct result *next;
     struct ticket *ticket;
     struct timestamp timestamp;
     struct buffer_target target;
-    struct cpu_tree *tree; /* serialized; or */
-    uint64_t pool;         /* a copy of the queries, to be read with: */
+    struct cpu_tree *tree; /* to be serialized, or NULL */
+    uint64_t pool;         /* a copy of the queries, or 0; the members below are for queries */
     uint32_t count;
     VkDeviceSize stride;
     VkQueryResultFlags flags;
@@ -25,10 +26,10 @@ struct result {
 struct cpu_playback {
     struct cpu_device *device;
     struct resources *resources;
-    atomic_uint lost;
-    pthread_mutex_t turns;    /* held while items are carried out, so that turns don't mix */
-    pthread_mutex_t delivery; /* held while results are written; neither is taken under it */
-    pthread_mutex_t lock;     /* guards the list; no other is taken under it */
+    atomic_uint failed;       /* see cpu_playback_take_failed */
+    pthread_mutex_t playing;  /* held while items are played, so executions don't mix */
+    pthread_mutex_t delivery; /* held while results are written; never held with `playing` */
+    pthread_mutex_t lock;     /* guards the list of results; taken last */
     struct result *results, **results_last;
 };
 
@@ -42,7 +43,7 @@ VkResult cpu_playback_create(struct cpu_device *device, struct resources *resour
     state->device = device;
     state->resources = resources;
     state->results_last = &state->results;
-    pthread_mutex_init(&state->turns, NULL);
+    pthread_mutex_init(&state->playing, NULL);
     pthread_mutex_init(&state->delivery, NULL);
     pthread_mutex_init(&state->lock, NULL);
     return VK_SUCCESS;
@@ -66,7 +67,7 @@ void cpu_playback_destroy(struct cpu_playback *playback)
         playback->results = result->next;
         free_result(playback, result);
     }
-    pthread_mutex_destroy(&playback->turns);
+    pthread_mutex_destroy(&playback->playing);
     pthread_mutex_destroy(&playback->delivery);
     pthread_mutex_destroy(&playback->lock);
     free(playback);
@@ -84,8 +85,8 @@ static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structur
     return cpu_structures_tree(playback->device->structures, structure);
 }
 
-/* The new tree of a structure of `size_max` bytes; takes the source's reference. NULL without
- * memory. */
+/* Returns the new tree of a structure of `size_max` bytes. Takes over the reference of `source`.
+ * Returns NULL if memory runs out. */
 static struct cpu_tree *make_tree(struct cpu_playback *playback, struct execution *execution,
                                   const struct recorded_item *item, struct cpu_tree *source,
                                   uint64_t size_max)
@@ -117,7 +118,7 @@ static void change_structure(struct cpu_playback *playback, struct execution *ex
     if (source || !has_source) {
         tree = make_tree(playback, execution, item, source, info.size);
         if (!tree)
-            atomic_fetch_add(&playback->lost, 1);
+            atomic_fetch_add(&playback->failed, 1);
     }
     set_tree(playback, item->dst, tree);
 }
@@ -130,13 +131,13 @@ static void write_queries(struct cpu_playback *playback, struct execution *execu
                               tree_of(playback, item->structures[i]), execution->ticket);
 }
 
-/* Without memory the buffer keeps what it has, and so does an address that leads nowhere. */
+/* The buffer stays unchanged if memory runs out or the address is invalid. */
 static void add_result(struct cpu_playback *playback, struct execution *execution,
                        const struct recorded_item *item, struct timestamp timestamp)
 {
     struct result *result = calloc(1, sizeof(*result));
     if (!result) {
-        atomic_fetch_add(&playback->lost, 1);
+        atomic_fetch_add(&playback->failed, 1);
         return;
     }
     VkResult copied = VK_SUCCESS;
@@ -154,7 +155,7 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
                                       &result->count, &result->pool);
     }
     if (copied != VK_SUCCESS)
-        atomic_fetch_add(&playback->lost, 1);
+        atomic_fetch_add(&playback->failed, 1);
     pthread_mutex_lock(&playback->lock);
     *playback->results_last = result;
     playback->results_last = &result->next;
@@ -192,19 +193,19 @@ static void play(struct cpu_playback *playback, struct execution *execution,
     }
 }
 
-/* ---- turns */
+/* ---- executions */
 
 uint32_t cpu_playback_take_failed(struct cpu_playback *playback)
 {
-    return atomic_exchange(&playback->lost, 0);
+    return atomic_exchange(&playback->failed, 0);
 }
 
 void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
                       struct timestamp timestamp)
 {
-    pthread_mutex_lock(&playback->turns);
+    pthread_mutex_lock(&playback->playing);
     play(playback, execution, timestamp);
-    pthread_mutex_unlock(&playback->turns);
+    pthread_mutex_unlock(&playback->playing);
 }
 
 /* ---- results */
@@ -224,8 +225,9 @@ static void write_serialized(struct cpu_playback *playback, const struct result 
     free(bytes);
 }
 
-/* Of query `i`: what of its two values is written, at `at` of the bytes. Without a value only
- * availability is, and what lies between queries is the application's. */
+/* Sets the region of query `i`, whose value and availability are at `at` in the bytes. Without a
+ * value, only the availability is copied. The bytes between queries stay unchanged. Returns the
+ * number of regions, 0 or 1. */
 static uint32_t add_region(const struct result *result, uint32_t i, bool has_value, uint64_t at,
                            VkBufferCopy *region)
 {

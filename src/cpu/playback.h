@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Executed command buffers, and what structures hold after them.
+/* Plays recordings of executed command buffers, and updates the structures that they change.
  *
- * Executions take their turns in execution order (the layer asks src/state/order/order.h); then
- * their items set the trees of structures, without making any.
- * Results that commands write to buffers wait here for the end of their submission. */
+ * The layer calls cpu_playback_run in execution order (src/state/order/order.h). It gives
+ * structures their new trees, which are made later, on first use. Results that commands write to
+ * buffers are kept until their submission is complete. Thread-safe. */
 #ifndef ASSAY_CPU_PLAYBACK_H
 #define ASSAY_CPU_PLAYBACK_H
 
@@ -14,21 +14,21 @@
 
 struct cpu_playback;
 
-/* `resources`: the device's, to find what has an address. */
+/* `resources`: of the device, to find buffers by address. */
 VkResult cpu_playback_create(struct cpu_device *device, struct resources *resources,
                              struct cpu_playback **playback);
-void cpu_playback_destroy(struct cpu_playback *playback); /* NULL: nothing */
+void cpu_playback_destroy(struct cpu_playback *playback); /* accepts NULL */
 
-/* How many structures and results were lost for lack of memory since the last call. */
+/* Returns for how many structures and results memory has run out since the last call. */
 uint32_t cpu_playback_take_failed(struct cpu_playback *playback);
 
-/* The turn of an execution, in a batch that executes at `moment`. */
+/* Plays an execution. `timestamp` is that of its batch. */
 void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
                       struct timestamp timestamp);
 
-/* Writes the results of submissions that are complete, in execution order, until one is not: each
- * by copying regions of `bytes` to a buffer. What the host has seen complete is waited for, should
- * its ticket come a moment later, but not for long. */
+/* Writes results in execution order, up to the first one whose submission is not complete. `write`
+ * copies regions of `bytes` to a buffer. If the host has observed the completion (`seen`) but the
+ * submission's ticket has not ended yet, the call waits for the ticket a short time. */
 struct cpu_delivery {
     const struct execution_clock *seen;
     void (*write)(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
@@ -36,9 +36,9 @@ struct cpu_delivery {
     void *user;
 };
 void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery);
-/* Whether there is any to write. */
+/* Whether there are results to write. */
 bool cpu_playback_has_results(struct cpu_playback *playback);
-/* The buffer is being destroyed: what was to be written to it is not. */
+/* Call when the buffer is being destroyed: drops the results for it. */
 void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Values by object and slot. An object's list, once begun, stays until the object goes. */
+/* Values by object and slot. The list of an object lives until the object is destroyed. */
 #include "src/cpu/private_data.h"
 
 #include <stdlib.h>
@@ -56,24 +56,24 @@ VkResult cpu_private_data_set(struct cpu_private_data *data, uint64_t object, ui
 {
     pthread_mutex_lock(&data->lock);
     struct value *list = handle_table_find(&data->objects, object);
-    struct value *place = find(list, slot);
-    if (!place)
-        place = find(list, 0);
-    if (!place)
-        place = add(data, object, list);
-    if (place) {
-        place->slot = slot;
-        place->value = value;
+    struct value *entry = find(list, slot);
+    if (!entry)
+        entry = find(list, 0);
+    if (!entry)
+        entry = add(data, object, list);
+    if (entry) {
+        entry->slot = slot;
+        entry->value = value;
     }
     pthread_mutex_unlock(&data->lock);
-    return place ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+    return entry ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 uint64_t cpu_private_data_get(struct cpu_private_data *data, uint64_t object, uint64_t slot)
 {
     pthread_mutex_lock(&data->lock);
-    const struct value *place = find(handle_table_find(&data->objects, object), slot);
-    uint64_t value = place ? place->value : 0;
+    const struct value *entry = find(handle_table_find(&data->objects, object), slot);
+    uint64_t value = entry ? entry->value : 0;
     pthread_mutex_unlock(&data->lock);
     return value;
 }
@@ -88,9 +88,9 @@ void cpu_private_data_forget_object(struct cpu_private_data *data, uint64_t obje
 
 static void forget(void *record, void *slot)
 {
-    struct value *place = find(record, *(const uint64_t *)slot);
-    if (place)
-        *place = (struct value){.next = place->next};
+    struct value *entry = find(record, *(const uint64_t *)slot);
+    if (entry)
+        *entry = (struct value){.next = entry->next};
 }
 
 void cpu_private_data_forget_slot(struct cpu_private_data *data, uint64_t slot)

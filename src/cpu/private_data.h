@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Private data of the backend's objects (vkSetPrivateData), whose handles no driver knows. */
+/* Private data (vkSetPrivateData) of the backend's own objects, which the driver does not have. */
 #ifndef ASSAY_CPU_PRIVATE_DATA_H
 #define ASSAY_CPU_PRIVATE_DATA_H
 
@@ -9,7 +9,7 @@
 #include "src/base/handle_table.h"
 
 struct cpu_private_data {
-    pthread_mutex_t lock;        /* held for look-ups alone */
+    pthread_mutex_t lock;        /* only held for look-ups */
     struct handle_table objects; /* lists of values, by the object's handle */
 };
 

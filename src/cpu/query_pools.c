@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Query pools: slots, and the results that are read of them. */
+/* The table of query pools, and their results. */
 #include "src/cpu/query_pools.h"
 
 #include <pthread.h>
@@ -12,7 +12,7 @@
 
 struct query {
     struct ticket *ticket; /* NULL: reset, or never written */
-    struct cpu_tree *tree; /* NULL: of a structure that wasn't built */
+    struct cpu_tree *tree; /* NULL: the structure was not built */
 };
 
 struct query_pool {
@@ -78,9 +78,9 @@ static VkResult add(struct cpu_query_pools *pools, struct query_pool *pool, uint
 {
     *handle = cpu_unique_handle();
     pthread_mutex_lock(&pools->lock);
-    bool is_kept = handle_table_set(&pools->table, *handle, pool);
+    bool is_added = handle_table_set(&pools->table, *handle, pool);
     pthread_mutex_unlock(&pools->lock);
-    if (is_kept)
+    if (is_added)
         return VK_SUCCESS;
     free_pool(pool);
     return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -120,7 +120,7 @@ bool cpu_query_pools_has(struct cpu_query_pools *pools, uint64_t handle)
     return has;
 }
 
-/* Puts `next` in a query's place and returns what was there, or `next` itself without such a query.
+/* Replaces a query with `next`, and returns the old one. Returns `next` if there is no such query.
  */
 static struct query exchange(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
                              struct query next)
@@ -136,7 +136,7 @@ static struct query exchange(struct cpu_query_pools *pools, uint64_t handle, uin
     return before;
 }
 
-/* How many of the queries there are; 0 without such a pool. */
+/* Returns how many of the queries exist; 0 if the pool is unknown. */
 static uint32_t clamp_count(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
                             uint32_t count)
 {
@@ -150,8 +150,8 @@ static uint32_t clamp_count(struct cpu_query_pools *pools, uint64_t handle, uint
 void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint32_t first,
                            uint32_t count)
 {
-    uint32_t there = clamp_count(pools, handle, first, count);
-    for (uint32_t i = 0; i < there; i++) {
+    uint32_t existing = clamp_count(pools, handle, first, count);
+    for (uint32_t i = 0; i < existing; i++) {
         struct query before = exchange(pools, handle, first + i, (struct query){0});
         release_query(&before);
     }
@@ -167,7 +167,7 @@ void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint3
 
 /* ---- results */
 
-/* A copy of a query with references of its own. */
+/* Copies a query, and adds references. Returns false if there is no such query. */
 static bool find(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
                  struct query *found, VkQueryType *type)
 {
@@ -198,8 +198,8 @@ VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, ui
     return add(pools, pool, copy);
 }
 
-/* VK_SUCCESS, VK_NOT_READY, or the error that the submission ended with. The value of a structure
- * that isn't built is 0. */
+/* Returns VK_SUCCESS, VK_NOT_READY, or the error of the submission. Leaves `value` unchanged if the
+ * structure is not built. */
 static VkResult value_of(const struct query *query, VkQueryType type, bool waits, uint64_t *value)
 {
     if (!query->ticket)
@@ -213,7 +213,7 @@ static VkResult value_of(const struct query *query, VkQueryType type, bool waits
     return VK_SUCCESS;
 }
 
-/* Only what fits. */
+/* Writes a value if it fits into `size` bytes. */
 static void put(unsigned char *data, size_t size, uint64_t at, uint64_t value, bool is_64_bit)
 {
     const uint32_t low = value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;

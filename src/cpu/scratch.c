@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Scratch and the list of what is in use. */
+/* Scratch memory, and the list of scratch memory in use. */
 #include "src/cpu/scratch.h"
 
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The scratch of host builds: the application's where it can be written and no other build that
- * runs has any of it, else the backend's own. */
+/* The scratch memory of host builds: the application's if it is writable and no other running build
+ * uses a part of it; otherwise the backend's own. */
 #ifndef ASSAY_CPU_SCRATCH_H
 #define ASSAY_CPU_SCRATCH_H
 
@@ -8,12 +8,13 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-/* Bytes that sizes told to applications have more than the builder's, so that it can align. */
+/* Scratch sizes that the backend returns are this much larger than the builder needs, so that the
+ * backend can align the scratch. In bytes. */
 #define CPU_SCRATCH_SLACK 63u
 
-/* What is in use now. */
+/* The scratch memory that is in use. */
 struct cpu_scratch_claims {
-    pthread_mutex_t lock; /* held for look-ups alone */
+    pthread_mutex_t lock; /* only held for look-ups */
     struct cpu_scratch *first;
 };
 
@@ -23,13 +24,13 @@ void cpu_scratch_claims_release(struct cpu_scratch_claims *claims);
 struct cpu_scratch {
     void *bytes; /* aligned for the builder */
     uint64_t size;
-    void *owned; /* to be freed, or NULL */
+    void *owned; /* the backend's own memory, or NULL */
     struct cpu_scratch_claims *claims;
     struct cpu_scratch *next;
 };
 
-/* `given`: size + CPU_SCRATCH_SLACK bytes, if it can be written; or NULL. Fails without memory. The
- * scratch must not move until it is returned. */
+/* `given`: the application's size + CPU_SCRATCH_SLACK bytes, or NULL. Fails only if memory runs
+ * out. `*scratch` must not move until it is returned. */
 VkResult cpu_scratch_take(struct cpu_scratch_claims *claims, void *given, uint64_t size,
                           struct cpu_scratch *scratch);
 void cpu_scratch_return(struct cpu_scratch *scratch);

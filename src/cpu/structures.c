@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The table of structures, and the numbers that are their handles. */
+/* The table of structures, and the allocation of their handles. */
 #include "src/cpu/structures.h"
 
 #include <pthread.h>
@@ -13,7 +13,7 @@
 #define HANDLE_ALIGNMENT 256u /* of device addresses in instances: at least 16 */
 #define BUFFER_SIZE_MAX (1ull << 44)
 
-/* The addresses that stand for one buffer's bytes, while structures of generic type lie there. */
+/* The range of handles for structures of generic type in one buffer. */
 struct generic_range {
     uint64_t buffer_id, begin, size;
     uint64_t structure_count;
@@ -21,7 +21,7 @@ struct generic_range {
 
 struct cpu_structure {
     struct cpu_structure_info info;
-    struct cpu_tree *tree; /* NULL: not built; a reference */
+    struct cpu_tree *tree; /* a reference; NULL: not built */
     struct generic_range *range;
 };
 
@@ -30,7 +30,7 @@ struct cpu_structures {
     struct cpu_watcher *watchers;
     struct reader_lock lock;
     struct handle_table table;  /* of struct cpu_structure */
-    struct handle_table ranges; /* of struct generic_range, by buffer's id */
+    struct handle_table ranges; /* of struct generic_range, by the buffer's id */
 };
 
 static uint64_t reserve(uint64_t size)
@@ -84,7 +84,7 @@ void cpu_structures_destroy(struct cpu_structures *structures)
     free(structures);
 }
 
-/* ---- under the lock, held for writing */
+/* ---- the caller holds the lock for writing */
 
 static bool is_in_a_buffer(const struct cpu_structure_info *info)
 {
@@ -117,7 +117,7 @@ static void leave_range(struct cpu_structures *structures, struct generic_range 
     free(range);
 }
 
-/* 0 without memory. */
+/* Returns the handle; 0 if memory runs out. */
 static uint64_t add(struct cpu_structures *structures, struct cpu_structure *structure)
 {
     const struct cpu_structure_info *info = &structure->info;
@@ -129,7 +129,7 @@ static uint64_t add(struct cpu_structures *structures, struct cpu_structure *str
         structure->range->structure_count++;
         handle = structure->range->begin + info->offset;
     }
-    /* A handle is one structure's alone, even where two share their place. */
+    /* If two structures have the same offset, the second gets another handle. */
     if (!handle || handle_table_find(&structures->table, handle))
         handle = cpu_unique_handle();
     if (handle_table_set(&structures->table, handle, structure))
@@ -171,7 +171,7 @@ static void notify_watchers(struct cpu_structures *structures, uint64_t handle)
     pthread_mutex_unlock(&structures->watch_lock);
 }
 
-/* ---- with the lock */
+/* ---- the functions below take the lock */
 
 VkResult cpu_structures_add(struct cpu_structures *structures,
                             const struct cpu_structure_info *info, uint64_t *handle)

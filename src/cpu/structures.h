@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The acceleration structures of one device of backend cpu, by handle.
  *
- * A handle is the structure's device address: a number from 2^62 on, where no driver's addresses
- * are, and no two live structures of the process have the same. So an instance names a BLAS by the
- * same number in host and in device builds, and a stale or wild number is found out by look-up. It
- * is given out once, except for structures of generic type: those of one buffer have addresses as
- * far apart as their offsets (vkGetAccelerationStructureDeviceAddressKHR), as long as their places
- * differ.
+ * A handle is the structure's device address: a number of at least 2^62, above all addresses of
+ * drivers. Live structures of the process have different handles. So an instance names a BLAS by
+ * the same number in host and in device builds, and a look-up detects an invalid number. Handles
+ * are not reused, except those of structures of generic type: in one buffer their addresses differ
+ * by their offsets (vkGetAccelerationStructureDeviceAddressKHR), unless two have the same offset.
  *
- * Its own lock guards the table and which tree each structure has; it is held for look-ups alone,
- * and no other lock is taken under it. */
+ * The table's lock guards the table and the tree of each structure. It is only held for look-ups,
+ * and no other lock is taken while it is held. */
 #ifndef ASSAY_CPU_STRUCTURES_H
 #define ASSAY_CPU_STRUCTURES_H
 
@@ -22,40 +21,42 @@
 struct cpu_structures;
 
 VkResult cpu_structures_create(struct cpu_structures **structures);
-void cpu_structures_destroy(struct cpu_structures *structures); /* NULL: nothing */
+void cpu_structures_destroy(struct cpu_structures *structures); /* accepts NULL */
 
-/* Who needs structures as they are now: told of each, before it gets another tree or is destroyed.
- * No lock of the structures is held meanwhile, but one that keeps watchers alive. */
+/* A callback that runs before a structure gets another tree or is destroyed. Only the lock of the
+ * list of watchers is held during the callback. */
 struct cpu_watcher {
-    struct cpu_watcher *next, *previous; /* of structures.c */
+    struct cpu_watcher *next, *previous; /* private to structures.c */
     void (*before_change)(struct cpu_watcher *watcher, uint64_t handle);
 };
 void cpu_structures_watch(struct cpu_structures *structures, struct cpu_watcher *watcher);
 void cpu_structures_unwatch(struct cpu_structures *structures, struct cpu_watcher *watcher);
 
-/* A number that no object of the process has; for handles of other kinds, too. */
+/* Returns a new handle, unique in the process; also for objects of other types. */
 uint64_t cpu_unique_handle(void);
 
 struct cpu_structure_info {
     VkAccelerationStructureTypeKHR type;
     uint64_t size;
-    uint64_t buffer_id; /* that no other buffer ever has; 0: not known */
+    uint64_t buffer_id; /* never reused; 0: unknown */
     uint64_t buffer_size, offset;
-    uint64_t build_scratch, update_scratch; /* of VK_NV_ray_tracing, which asks by structure */
+    /* VK_NV_ray_tracing only: vkGetAccelerationStructureMemoryRequirementsNV returns them. */
+    uint64_t build_scratch, update_scratch;
 };
 VkResult cpu_structures_add(struct cpu_structures *structures,
                             const struct cpu_structure_info *info, uint64_t *handle);
 void cpu_structures_remove(struct cpu_structures *structures, uint64_t handle);
 
-/* False where there is none. */
+/* Returns false if the handle is unknown. */
 bool cpu_structures_find(struct cpu_structures *structures, uint64_t handle,
                          struct cpu_structure_info *info);
 
-/* A reference to the structure's tree; NULL where it has none, or is none. */
+/* Returns a new reference to the structure's tree; NULL if it is not built or the handle is
+ * unknown. */
 struct cpu_tree *cpu_structures_tree(struct cpu_structures *structures, uint64_t handle);
 
-/* Makes the tree the structure's; takes the caller's reference in every case. NULL: none. False
- * where there is no such structure. */
+/* Sets the structure's tree (NULL: not built). Takes over the caller's reference in every case.
+ * Returns false if the handle is unknown. */
 bool cpu_structures_set_tree(struct cpu_structures *structures, uint64_t handle,
                              struct cpu_tree *tree);
 

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Findings of a class of their own: what compared rays met in the driver's structure and in the
- * reference builder's (setting compare_rays). No rule of the specification has their ids. */
+/* Differences between ray hits in the driver's acceleration structure and in the reference
+ * builder's (setting compare_rays). Their ids are the layer's own, not VUIDs. */
 #ifndef ASSAY_REPORT_DIFFERENCE_H
 #define ASSAY_REPORT_DIFFERENCE_H
 
 enum difference {
-    DIFFERENCE_MISSED,       /* the driver has no hit where there is one */
-    DIFFERENCE_DOUBLE,       /* two hits at an edge or a vertex that surfaces share */
-    DIFFERENCE_EXTRA,        /* a hit where there is none */
-    DIFFERENCE_PRIMITIVE,    /* a hit by another number than the primitive's */
-    DIFFERENCE_DISTANCE,     /* a hit at another t, or not the nearest one */
-    DIFFERENCE_BARYCENTRICS, /* a hit at another place of its triangle */
-    DIFFERENCE_FACING,       /* a hit of the other side */
+    DIFFERENCE_MISSED,       /* the driver misses a hit */
+    DIFFERENCE_DOUBLE,       /* the driver reports two hits at a shared edge or vertex */
+    DIFFERENCE_EXTRA,        /* the driver reports a hit, but nothing is hit */
+    DIFFERENCE_PRIMITIVE,    /* wrong primitive index */
+    DIFFERENCE_DISTANCE,     /* wrong t, or not the nearest hit */
+    DIFFERENCE_BARYCENTRICS, /* wrong barycentrics */
+    DIFFERENCE_FACING,       /* wrong side */
     DIFFERENCE_COUNT,
 };
 
-/* ASSAY-compare-missed and so on */
+/* Returns the id in static storage, such as ASSAY-compare-missed. */
 const char *difference_id(enum difference difference);
 
 #endif

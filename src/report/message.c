@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Composing messages. */
+/* Composes messages. */
 #include "src/report/message.h"
 
 #include <inttypes.h>
@@ -15,7 +15,8 @@ enum { LAST_NOTICE_SIZE = 160 };
 
 /* ---- objects and labels */
 
-/* The entry of an object, made on its first mention; NULL if there is no room. */
+/* Returns the entry of an object; adds it at the first mention. Returns NULL if there is no room.
+ */
 static const VkDebugUtilsObjectNameInfoEXT *mention(struct message *message, VkObjectType type,
                                                     uint64_t handle,
                                                     const struct object_names *names)
@@ -40,7 +41,7 @@ static const VkDebugUtilsObjectNameInfoEXT *mention(struct message *message, VkO
     return &message->objects[i];
 }
 
-/* VkBuffer 0x12["vertices"] */
+/* Appends an object such as VkBuffer 0x12["vertices"]. */
 static void append_object(struct text_buffer *text, const VkDebugUtilsObjectNameInfoEXT *object)
 {
     const char *type = object_type_name(object->objectType);
@@ -60,7 +61,7 @@ static void copy_labels(struct message *message, const struct label_stack *stack
     }
 }
 
-/* Outermost first, as one would read a path. */
+/* Appends the labels, outermost first, like a path. */
 static void append_labels(struct text_buffer *text, const struct message *message,
                           const struct label_stack *stack)
 {
@@ -86,14 +87,15 @@ static void append_build(struct text_buffer *text, enum build_command command, u
         text_append(text, "pInfos[%" PRIu32 "]", build);
 }
 
-/* Nothing where the structure itself is meant. */
+/* Appends nothing if the field is "", which stands for the structure itself. */
 static void append_field(struct text_buffer *text, const char *separator, const char *field)
 {
     if (field[0])
         text_append(text, "%s%s", separator, field);
 }
 
-/* The indirect command has counts in its parameters, which have no fields, and ranges elsewhere. */
+/* A range of the indirect command lies in device memory; only its count is a parameter, and has no
+ * fields. */
 static const char *ranges_name(enum build_command command, const char *field)
 {
     if (command != COMMAND_INDIRECT)
@@ -103,7 +105,7 @@ static const char *ranges_name(enum build_command command, const char *field)
 
 static void append_path(struct text_buffer *text, const struct location *at, const char *field)
 {
-    const char *of_build = at->command == COMMAND_NV ? "->" : ".";
+    const char *separator = at->command == COMMAND_NV ? "->" : ".";
     switch (at->subject) {
     case SUBJECT_CALL:
     case SUBJECT_PARAMETER:
@@ -111,11 +113,11 @@ static void append_path(struct text_buffer *text, const struct location *at, con
         return;
     case SUBJECT_BUILD:
         append_build(text, at->command, at->build);
-        append_field(text, of_build, field);
+        append_field(text, separator, field);
         return;
     case SUBJECT_GEOMETRY:
         append_build(text, at->command, at->build);
-        text_append(text, "%s%s[%" PRIu32 "]", of_build,
+        text_append(text, "%s%s[%" PRIu32 "]", separator,
                     at->geometry_by_pointer ? "ppGeometries" : "pGeometries", at->geometry);
         append_field(text, at->geometry_by_pointer ? "->" : ".", field);
         return;
@@ -130,7 +132,7 @@ static void append_path(struct text_buffer *text, const struct location *at, con
     }
 }
 
-/* Nothing where the message has no room for one more object. */
+/* Appends nothing if the message has no room for one more object. */
 static void append_mention(struct text_buffer *text, struct message *message, VkObjectType type,
                            uint64_t handle, const struct object_names *names)
 {
@@ -139,7 +141,7 @@ static void append_mention(struct text_buffer *text, struct message *message, Vk
         append_object(text, object);
 }
 
-/* in VkCommandBuffer 0x12["frame"], build 3 */
+/* Appends a recorded build such as: in VkCommandBuffer 0x12["frame"], build 3. */
 static void append_built(struct text_buffer *text, struct message *message,
                          const struct value *built, const struct object_names *names)
 {
@@ -187,7 +189,7 @@ static void append_value(struct text_buffer *text, struct message *message,
     }
 }
 
-/* What the finding says, with its values in place. */
+/* Appends the finding's sentence, with its values in place of {}. */
 static void append_statement(struct text_buffer *text, struct message *message,
                              enum build_command command, const struct call_origin *origin,
                              const struct finding *finding)
@@ -221,15 +223,15 @@ static void append_origin(struct text_buffer *text, struct message *message,
     text_append(text, ".");
 }
 
-/* `named` is the id that the message goes by; the others are told beside it. */
+/* `named` is the message's id. If the message has the current id, retired ids are appended. */
 static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named)
 {
-    const struct vuid_text *stated = &vuid_texts[vuid];
-    if (stated->sentence[0])
-        text_append(text, "\nThe Vulkan spec states: %s (" SPECIFICATION "%s#%s)", stated->sentence,
-                    stated->page, stated->id);
-    if (named != stated->id) {
-        text_append(text, " (today %s)", stated->id);
+    const struct vuid_text *current = &vuid_texts[vuid];
+    if (current->sentence[0])
+        text_append(text, "\nThe Vulkan spec states: %s (" SPECIFICATION "%s#%s)",
+                    current->sentence, current->page, current->id);
+    if (named != current->id) {
+        text_append(text, " (today %s)", current->id);
         return;
     }
     const char *retired;
@@ -239,7 +241,7 @@ static void append_specification(struct text_buffer *text, enum vuid vuid, const
         text_append(text, ")");
 }
 
-/* Has room of its own, so that it is there even where the text before it was cut. */
+/* Uses reserved room, so the notice is complete even if the text before it was cut. */
 static void append_last_notice(struct text_buffer *text, const char *what, uint32_t count)
 {
     text->size += LAST_NOTICE_SIZE;

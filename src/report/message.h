@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The wording of messages, and all that a debug callback gets with them.
+/* Composes messages: the text, and the data that a debug callback gets with it.
  *
- * A message is composed in place, without memory from elsewhere; text that does not fit is cut. */
+ * A message holds all of its text and allocates nothing; text that does not fit is cut. Only the
+ * names of labels stay in the label stack of the origin. */
 #ifndef ASSAY_REPORT_MESSAGE_H
 #define ASSAY_REPORT_MESSAGE_H
 
@@ -14,41 +15,41 @@
 #include "src/view/location.h"
 
 enum {
-    MESSAGE_SIZE = 8192,                  /* bytes of text, and of its heading */
-    MESSAGE_NAME_SIZE = 256,              /* of an object's name, and of a label's */
-    MESSAGE_OBJECTS = FINDING_VALUES + 2, /* and the command buffer (or device), and queue */
-    MESSAGE_LABELS = 16,                  /* innermost ones */
+    MESSAGE_SIZE = 8192,                  /* bytes of heading and text together */
+    MESSAGE_NAME_SIZE = 256,              /* bytes of an object's or a label's name */
+    MESSAGE_OBJECTS = FINDING_VALUES + 2, /* the values', the command buffer (or device), a queue */
+    MESSAGE_LABELS = 16,                  /* at most; the innermost */
 };
 
 struct message {
     enum report_flag severity;
-    const char *id; /* the VUID, as vuid_names wants it */
+    const char *id; /* the VUID, current or listed as vuid_names sets, or an id of the layer */
     int32_t id_number;
-    const char *heading; /* "Validation Error: ...", a line, then the text */
+    const char *heading; /* the line "Validation Error: ...", followed by the text */
     const char *text;
     uint32_t object_count, label_count;
-    VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* each once */
+    VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* no duplicates */
     VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];            /* innermost first */
 
-    /* What the members above point to. */
+    /* Storage of the text and the names above. */
     char buffer[MESSAGE_SIZE];
     char names[MESSAGE_OBJECTS][MESSAGE_NAME_SIZE];
 };
 
-/* `last_of`: if not 0, tells that so many messages of this id have gone out and no more will. */
+/* `last_of`: if not 0, the message adds that it is the last of that many messages of its id. */
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,
                         enum vuid_names names, uint32_t last_of);
 
-/* Of what compared rays found: a warning, which no sentence of the specification goes with. */
+/* A warning about a difference of compared rays. It quotes no sentence of the specification. */
 void message_of_difference(struct message *message, enum difference difference,
                            const struct location *location, const struct call_origin *origin,
                            const struct finding *finding, uint32_t last_of);
 
-/* A message of the layer about itself, as no rule's finding. */
+/* A message of the layer about itself, not about a rule. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);
 
-/* Writes the message as the log shows it, in one piece among other threads' writes. */
+/* Writes the message to the log. Holds the file's lock, so writes of other threads don't mix in. */
 void message_write(const struct message *message, FILE *file);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Matching filter entries against the ids in scope. */
+/* Matches filter entries with the ids of messages. */
 #include "src/report/message_filter.h"
 
 #include <errno.h>
@@ -16,7 +16,7 @@ struct pattern {
     int32_t number;
 };
 
-/* Message numbers are shown signed by some applications, and in hexadecimal by others. */
+/* Some applications print message numbers signed, others in hexadecimal. */
 static bool read_message_number(const char *text, int32_t *number)
 {
     bool is_hex = strncasecmp(text, "0x", 2) == 0;

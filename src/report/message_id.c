@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Hashing ids. */
+/* Hashes ids. */
 #include "src/report/message_id.h"
 
 #include <string.h>

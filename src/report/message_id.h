@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-/* XXH32 of the id with seed 8: the same number as in the Khronos layer. */
+/* Returns XXH32 of the id with seed 8: the same number as the Khronos layer. */
 int32_t message_id_number(const char *id);
 
 #endif

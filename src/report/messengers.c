@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The list of messengers, and calling them. */
+/* The list of messengers, and calls to them. */
 #include "src/report/messengers.h"
 
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 
 #include "src/report/message.h"
 
-/* Never changes in a list, but for `removed`. */
+/* Constant within a list, except `removed`. */
 struct messenger {
     VkObjectType type; /* VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT or ..._REPORT_CALLBACK_EXT */
     uint64_t handle;
@@ -22,7 +22,7 @@ struct messenger {
 };
 
 struct messenger_list {
-    unsigned users; /* calls under way, and one for being the current list; under the lock */
+    unsigned users; /* calls under way, plus one if current; guarded by the lock */
     uint32_t count;
     struct messenger entries[];
 };
@@ -60,7 +60,7 @@ static void copy_entry(struct messenger *to, const struct messenger *from)
     };
 }
 
-/* Makes the current list one with what lives in it, and `added`. */
+/* Replaces the current list with a new one: the entries that are not removed, and `added`. */
 static VkResult add(struct messengers *messengers, const struct messenger *added)
 {
     pthread_mutex_lock(&messengers->lock);
@@ -87,7 +87,7 @@ static VkResult add_utils(struct messengers *messengers, VkDebugUtilsMessengerEX
 {
     if (!info->pfnUserCallback ||
         !(info->messageType & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT))
-        return VK_SUCCESS; /* it would hear nothing */
+        return VK_SUCCESS; /* it would never be called */
     return add(messengers, &(struct messenger){
                                .type = VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT,
                                .handle = (uint64_t)handle,
@@ -154,8 +154,8 @@ void messengers_remove(struct messengers *messengers, VkObjectType type, uint64_
 
 /* ---- calling */
 
-static bool listens(const struct messengers *messengers, const struct messenger *messenger,
-                    enum report_flag severity)
+static bool is_called(const struct messengers *messengers, const struct messenger *messenger,
+                      enum report_flag severity)
 {
     if (atomic_load_explicit(&messenger->removed, memory_order_relaxed) ||
         (messenger->of_create_info &&
@@ -186,8 +186,8 @@ static VkBool32 call_utils(const struct messenger *messenger, const struct messa
         VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, &data, messenger->user_data);
 }
 
-/* This interface has no place for the id, so the text comes with its heading. The first object is a
- * command buffer or a device, for which both enumerations have the same value. */
+/* This callback has no parameter for the id, so it gets the heading with the text. The first object
+ * is a command buffer or a device; both have the same value in both object type enumerations. */
 static VkBool32 call_report(const struct messenger *messenger, const struct message *message)
 {
     const VkDebugUtilsObjectNameInfoEXT *object = message->objects;
@@ -200,9 +200,9 @@ static VkBool32 call_report(const struct messenger *messenger, const struct mess
         message->heading, messenger->user_data);
 }
 
-bool messengers_call(struct messengers *messengers, const struct message *message, bool *heard)
+bool messengers_call(struct messengers *messengers, const struct message *message, bool *delivered)
 {
-    *heard = false;
+    *delivered = false;
     pthread_mutex_lock(&messengers->lock);
     struct messenger_list *list = messengers->current;
     if (list)
@@ -214,9 +214,9 @@ bool messengers_call(struct messengers *messengers, const struct message *messag
     bool skip = false;
     for (uint32_t i = 0; i < list->count; i++) {
         const struct messenger *messenger = &list->entries[i];
-        if (!listens(messengers, messenger, message->severity))
+        if (!is_called(messengers, messenger, message->severity))
             continue;
-        *heard = true;
+        *delivered = true;
         skip |= (messenger->call ? call_utils(messenger, message)
                                  : call_report(messenger, message)) != VK_FALSE;
     }

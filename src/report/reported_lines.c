@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Hashes of lines, in static storage without constructor or destructor. */
+/* A table of hashes of lines, in static storage without constructor or destructor. */
 #define _GNU_SOURCE /* dladdr */
 #include "src/report/reported_lines.h"
 
@@ -21,8 +21,9 @@ static uint64_t hash_of(const char *line)
     return hash ? hash : 1;
 }
 
-/* Slots that are emptied again leave gaps, so a line may stand behind one. Two threads that add the
- * same line at once meet at the first empty slot. */
+/* Removed lines leave empty slots, and a line may be behind one, so all slots are searched first.
+ * If two threads add the same line at the same time, one of them finds it at the first empty slot.
+ */
 bool reported_lines_add(const char *line)
 {
     const uint64_t hash = hash_of(line);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which messages go out, and where to. */
+/* Decides which messages are sent, and sends them to messengers and log. */
 #include "src/report/reporter.h"
 
 #include <errno.h>
@@ -16,15 +16,16 @@
 #include "src/report/messengers.h"
 #include "src/report/reported_lines.h"
 
-/* Everything but the messengers and the counts stays as it was created. */
+/* All members but the messengers and the counts are constant. */
 struct reporter {
     struct settings settings;
     struct messengers messengers;
     FILE *log;
     bool log_is_owned;
-    /* How many messages of each id may still go out. The slot of VUID_NONE is for the warnings. */
+    /* How many messages of each id may still be sent. The count of VUID_NONE is that of
+     * reporter_warn. */
     _Atomic uint32_t left[MESSAGE_ID_COUNT];
-    _Atomic uint32_t refusals_left;
+    _Atomic uint32_t unsupported_left;
     _Atomic uint32_t differences_left[DIFFERENCE_COUNT];
 };
 
@@ -32,7 +33,8 @@ static const uint32_t NO_LIMIT = UINT32_MAX;
 
 /* ---- sending */
 
-/* Takes one of the messages left; tells in `last` whether it was the last. */
+/* Decrements the count of remaining messages; sets `last` if it reaches 0. Returns false if none
+ * was left. */
 static bool take(_Atomic uint32_t *messages, bool *last)
 {
     uint32_t left = atomic_load_explicit(messages, memory_order_relaxed);
@@ -48,17 +50,17 @@ static bool take(_Atomic uint32_t *messages, bool *last)
     return true;
 }
 
-static bool is_logged(const struct reporter *reporter, bool heard)
+static bool is_logged(const struct reporter *reporter, bool delivered)
 {
     uint32_t action = reporter->settings.debug_action;
-    return action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !heard);
+    return action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !delivered);
 }
 
-/* Sets `heard` if a messenger got the message. */
-static bool deliver(struct reporter *reporter, const struct message *message, bool *heard)
+/* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
+static bool deliver(struct reporter *reporter, const struct message *message, bool *delivered)
 {
-    bool skip = messengers_call(&reporter->messengers, message, heard);
-    if (is_logged(reporter, *heard))
+    bool skip = messengers_call(&reporter->messengers, message, delivered);
+    if (is_logged(reporter, *delivered))
         message_write(message, reporter->log);
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
         raise(SIGTRAP);
@@ -75,14 +77,14 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
                    const struct call_origin *origin, const struct finding *finding)
 {
     enum vuid vuid = rule_infos[rule].vuid[location->command];
-    bool last, heard;
+    bool last, delivered;
     if (vuid == VUID_NONE || !take(&reporter->left[vuid], &last))
         return false;
 
     struct message message;
     message_of_finding(&message, vuid, location, origin, finding, reporter->settings.vuid_names,
                        last ? reporter->settings.duplicate_message_limit : 0);
-    return deliver(reporter, &message, &heard);
+    return deliver(reporter, &message, &delivered);
 }
 
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
@@ -94,24 +96,24 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
                               const struct location *location, const struct call_origin *origin,
                               const struct finding *finding)
 {
-    bool last, heard;
+    bool last, delivered;
     if (!take(&reporter->differences_left[difference], &last))
         return;
     struct message message;
     message_of_difference(&message, difference, location, origin, finding,
                           last ? reporter->settings.duplicate_message_limit : 0);
-    deliver(reporter, &message, &heard);
+    deliver(reporter, &message, &delivered);
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
                       enum report_flag severity, const char *line)
 {
-    bool last, heard;
+    bool last, delivered;
     if (!take(messages, &last))
         return;
     struct message message;
     message_of_layer(&message, severity, line);
-    deliver(reporter, &message, &heard);
+    deliver(reporter, &message, &delivered);
 }
 
 void reporter_warn(struct reporter *reporter, const char *line)
@@ -121,12 +123,12 @@ void reporter_warn(struct reporter *reporter, const char *line)
 
 void reporter_report_unsupported(struct reporter *reporter, const char *line)
 {
-    send_line(reporter, &reporter->refusals_left, REPORT_ERROR, line);
+    send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
 }
 
 /* ---- creation */
 
-/* Warnings about the settings, kept until it is known where to send them. */
+/* Warnings about the settings, kept until all settings are read and the log is open. */
 struct kept_lines {
     char **lines;
     size_t count;
@@ -154,7 +156,7 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
         reporter->log = stdout;
         return;
     }
-    /* Appended to, because a process may have several instances, and a run several processes. */
+    /* Append, because several instances and several processes may share the file. */
     FILE *file = process_is_elevated() ? NULL : fopen(filename, "ae");
     if (file) {
         reporter->log = file;
@@ -191,28 +193,28 @@ static void allow_messages(struct reporter *reporter)
                                            : vuid_is_warning(vuid) ? warnings
                                                                    : errors);
     atomic_init(&reporter->left[VUID_NONE], warnings);
-    atomic_init(&reporter->refusals_left, errors);
+    atomic_init(&reporter->unsupported_left, errors);
     for (enum difference difference = 0; difference < DIFFERENCE_COUNT; difference++)
         atomic_init(&reporter->differences_left[difference],
                     settings->muted_differences[difference] ? 0 : warnings);
 }
 
-/* Once in a process. */
+/* Sends each line once per process. */
 static void send_kept_line(struct reporter *reporter, const char *line)
 {
     struct message message;
-    bool heard;
+    bool delivered;
     if (!reporter->left[VUID_NONE] || !reported_lines_add(line))
         return;
     message_of_layer(&message, REPORT_WARNING, line);
-    deliver(reporter, &message, &heard);
-    if (heard || is_logged(reporter, heard))
+    deliver(reporter, &message, &delivered);
+    if (delivered || is_logged(reporter, delivered))
         reported_lines_keep();
     else
         reported_lines_remove(line);
 }
 
-/* Whatever the limit of duplicates: no two are the same. */
+/* Ignores duplicate_message_limit, because no two lines are equal. */
 static void send_kept_lines(struct reporter *reporter, struct kept_lines *kept)
 {
     for (size_t i = 0; i < kept->count; i++) {
@@ -236,7 +238,7 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
         open_log(reporter, &kept);
         allow_messages(reporter);
     }
-    /* Where creation has failed, no message is allowed yet, so this only frees the lines. */
+    /* If creation has failed, all limits are 0, so this only frees the lines. */
     send_kept_lines(reporter, &kept);
     if (result != VK_SUCCESS) {
         reporter_destroy(reporter);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The keys, what values they take, and what they mean. */
+/* The keys, their values, and the settings that they set. */
 #include "src/report/settings.h"
 
 #include <ctype.h>
@@ -53,7 +53,7 @@ static const struct choice vuid_names[] = {
     {NULL, 0},
 };
 
-/* The last three are flags of the Khronos layer, whose settings users share with this one. */
+/* The last three are flags of the Khronos layer only; users share its settings with this layer. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
     {"warn", REPORT_WARNING},
@@ -90,7 +90,7 @@ static const struct choice *find_choice(const struct choice *choices, const char
     return NULL;
 }
 
-/* Cuts the next entry of a comma-separated list out of it, trimmed; NULL at the end. */
+/* Cuts the next entry off a comma-separated list, and trims it. Returns NULL at the end. */
 static char *next_entry(char **list)
 {
     while (*list) {
@@ -146,7 +146,7 @@ static bool read_number(char *list, uint32_t *value)
     return true;
 }
 
-/* ---- keys: each takes its value, which it may cut up, and returns false if that makes no sense */
+/* ---- keys: each function may modify `value`, and returns false if the value is invalid */
 
 static bool load_level(const struct loader *loader, char *value)
 {
@@ -201,7 +201,7 @@ static bool load_debug_action(const struct loader *loader, char *value)
         return false;
     if (actions != DEBUG_ACTION_IGNORE)
         actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
-    /* A break alone would leave its user without the reason. */
+    /* A break needs the message, too: it states the reason. */
     if (actions == DEBUG_ACTION_BREAK)
         actions |= DEBUG_ACTION_DEFAULT;
     loader->settings->debug_action = actions;
@@ -223,7 +223,7 @@ static bool load_enable_message_limit(const struct loader *loader, char *value)
     return true;
 }
 
-/* More would keep a wait of the application's for seconds, at each build. */
+/* More rays would delay a wait of the application by seconds for each build. */
 enum { COMPARE_RAYS_MAX = 1000000 };
 
 static bool load_compare_rays(const struct loader *loader, char *value)
@@ -257,7 +257,7 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
 static const struct key {
     const char *name;
     bool (*load)(const struct loader *loader, char *value); /* NULL: log_filename */
-    const char *takes, *used_instead;
+    const char *accepts, *default_value;
 } keys[] = {
     {"level", load_level, "parameters, state, execution or content", "execution"},
     {"backend", load_backend, "driver or cpu", "driver"},
@@ -304,7 +304,7 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     text_append(&text,
                 "assay_validation.%s: \"%.*s\" is not understood; it takes %s; the default, %s, is "
                 "used.",
-                key->name, VALUE_SHOWN, value, key->takes, key->used_instead);
+                key->name, VALUE_SHOWN, value, key->accepts, key->default_value);
     loader->warn(loader->context, line);
 }
 
@@ -326,8 +326,8 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     return VK_SUCCESS;
 }
 
-/* What is compared are the driver's structures with those of the inputs that level content reads.
- */
+/* Rays compare the driver's structures with structures built from the inputs that level content
+ * reads. */
 static void check_compare_rays(const struct loader *loader)
 {
     struct settings *settings = loader->settings;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The settings of one instance: assay_validation.KEY of vk_layer_settings.txt,
- * VK_EXT_layer_settings and VK_ASSAY_VALIDATION_KEY of the environment. */
+/* The settings of one instance, from the environment (VK_ASSAY_VALIDATION_KEY),
+ * vk_layer_settings.txt (assay_validation.KEY) and VK_EXT_layer_settings. */
 #ifndef ASSAY_REPORT_SETTINGS_H
 #define ASSAY_REPORT_SETTINGS_H
 
@@ -11,19 +11,19 @@
 #include "src/report/difference.h"
 #include "vuid-tables/rules.h"
 
-/* What carries builds out. */
+/* Who executes builds. */
 enum backend {
-    BACKEND_DRIVER, /* the driver, after the checks */
-    BACKEND_CPU,    /* the layer, which keeps acceleration structures from the driver */
+    BACKEND_DRIVER, /* the driver, after validation */
+    BACKEND_CPU,    /* the layer; the driver never gets acceleration structures */
 };
 
-/* What to do with a message. The application's messengers hear it, unless it is ignored. */
+/* What to do with a message. Every action but IGNORE calls the application's messengers. */
 enum debug_action {
-    DEBUG_ACTION_IGNORE = 1 << 0,   /* nothing at all; only set alone */
-    DEBUG_ACTION_CALLBACK = 1 << 1, /* the application's messengers only */
-    DEBUG_ACTION_LOG = 1 << 2,      /* log_filename, or stderr, as well */
-    DEBUG_ACTION_BREAK = 1 << 3,    /* raise SIGTRAP after an error */
-    DEBUG_ACTION_DEFAULT = 1 << 4,  /* log only what no messenger listens to */
+    DEBUG_ACTION_IGNORE = 1 << 0,   /* nothing; never set together with others */
+    DEBUG_ACTION_CALLBACK = 1 << 1, /* only call the messengers */
+    DEBUG_ACTION_LOG = 1 << 2,      /* also log to log_filename */
+    DEBUG_ACTION_BREAK = 1 << 3,    /* also raise SIGTRAP after an error */
+    DEBUG_ACTION_DEFAULT = 1 << 4,  /* also log if no messenger got the message */
 };
 
 enum report_flag {
@@ -32,35 +32,36 @@ enum report_flag {
     REPORT_INFO = 1 << 2,
 };
 
-/* What a build does whose data would be beyond content_budget_mib. */
+/* What to do if the copies of a build's inputs would exceed content_budget_mib. */
 enum content_when_full {
-    CONTENT_WAIT, /* it waits for what is complete soon, and is left out where that doesn't help */
-    CONTENT_SKIP, /* it is left out */
+    CONTENT_WAIT, /* wait until pending builds free memory; skip if that does not suffice */
+    CONTENT_SKIP, /* leave the build unchecked */
 };
 
-/* By which ids messages go where the registry has retired the one that states their condition. */
+/* Which id a message has if the registry has replaced the id of its condition. */
 enum vuid_names {
-    VUID_NAMES_CURRENT, /* today's */
-    VUID_NAMES_LISTED,  /* the retired one */
+    VUID_NAMES_CURRENT, /* the current id */
+    VUID_NAMES_LISTED,  /* the retired id */
 };
 
 struct settings {
     enum level level;
     enum backend backend;
     enum vuid_names vuid_names;
-    uint32_t content_budget_mib; /* of what the layer copies of builds' data; backend driver */
+    uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
-    uint32_t report_flags;            /* enum report_flag */
-    uint32_t debug_action;            /* enum debug_action */
-    char *log_filename;               /* NULL: stderr; owned */
-    uint32_t duplicate_message_limit; /* per id; 0: no limit */
-    bool muted[MESSAGE_ID_COUNT];     /* by message_id_filter, as are: */
-    bool muted_differences[DIFFERENCE_COUNT];
-    uint32_t compare_rays; /* a build; 0: none */
+    uint32_t report_flags;                    /* enum report_flag */
+    uint32_t debug_action;                    /* enum debug_action */
+    char *log_filename;                       /* NULL: stderr; owned */
+    uint32_t duplicate_message_limit;         /* per id; 0: no limit */
+    bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
+    bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
+    uint32_t compare_rays;                    /* rays per build; 0: none */
 };
 
-/* Reads them for an instance about to be created. A key or a value that isn't understood leaves the
- * default and is told through `warn`, one line each. Fails only without memory. */
+/* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
+ * falls back to the default and calls `warn` with one line. Fails only if memory runs out. The
+ * caller releases `settings` with settings_release. */
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Settings that the application gives, as text. In a process with elevated privileges no others
+/* Settings of VK_EXT_layer_settings as text. In a process with elevated privileges only these
  * count, and the utility library cannot be used: it always reads the environment and a file. */
 #include <inttypes.h>
 #include <stdio.h>
@@ -8,7 +8,7 @@
 
 #include "src/report/settings_source.h"
 
-enum { NUMBER_SIZE = 32 }; /* of any number but a large double, which is cut */
+enum { NUMBER_SIZE = 32 }; /* bytes of any number; a large double is cut */
 
 static const VkLayerSettingEXT *find(const struct settings_source *source, const char *key)
 {
@@ -18,7 +18,7 @@ static const VkLayerSettingEXT *find(const struct settings_source *source, const
     return NULL;
 }
 
-/* Returns false for a type that Vulkan does not have. */
+/* Returns false if the type is not a number type of Vulkan. */
 static bool write_number(const VkLayerSettingEXT *setting, uint32_t i, char text[NUMBER_SIZE])
 {
 #define VALUE(type) (((const type *)setting->pValues)[i])

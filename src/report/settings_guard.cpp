@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Catching what the utility library throws: the only C++ of the layer. */
+/* Catches exceptions of the Vulkan utility library. The only C++ of the layer. */
 #include "src/report/settings_guard.h"
 
 #include <exception>
@@ -7,7 +7,7 @@
 VkResult settings_guard_create(const char *layer, const VkLayerSettingsCreateInfoEXT *first,
                                VkuLayerSettingSet *set)
 try {
-    /* No callback for complaints: it has none about values that are read as text. */
+    /* No error callback: the library reports no errors for values that are read as text. */
     return vkuCreateLayerSettingSet(layer, first, nullptr, nullptr, set);
 } catch (const std::exception &) {
     return VK_ERROR_OUT_OF_HOST_MEMORY;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The utility library's functions that allocate. It is written in C++ and throws where it gets no
- * memory, which would end the application; here that is VK_ERROR_OUT_OF_HOST_MEMORY. */
+/* Wraps the functions of the Vulkan utility library that allocate. The library is written in C++
+ * and throws if memory runs out, which would end the application; these functions return
+ * VK_ERROR_OUT_OF_HOST_MEMORY instead. */
 #ifndef ASSAY_REPORT_SETTINGS_GUARD_H
 #define ASSAY_REPORT_SETTINGS_GUARD_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading settings as text; the utility library turns values of any type into text. */
+/* Reads settings as text; the utility library converts values of any type to text. */
 #include "src/report/settings_source.h"
 
 #include <stdlib.h>
@@ -86,8 +86,8 @@ static VkResult join(const char *const *texts, uint32_t count, char separator, c
     return VK_SUCCESS;
 }
 
-/* The library splits a text at its commas or, where there is none, at its colons, and does not tell
- * which. What was split at commas is the only text with colons left. */
+/* The library splits a text at its commas or, if it has none, at its colons. If a part still has a
+ * colon, the text was split at commas. */
 static char filename_separator(const char *const *parts, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
@@ -119,7 +119,7 @@ static VkResult read_texts(const struct settings_source *source, const char *key
         result = join(texts, count, separator, joined);
     }
     free(texts);
-    /* A value of a type that Vulkan does not have reads as if it were not there. */
+    /* A value of an unknown type counts as not set. */
     return result == VK_ERROR_OUT_OF_HOST_MEMORY ? result : VK_SUCCESS;
 }
 

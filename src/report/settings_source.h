@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where settings come from: the environment, vk_layer_settings.txt and VK_EXT_layer_settings, in
+/* The sources of settings: the environment, vk_layer_settings.txt and VK_EXT_layer_settings, in
  * this order of precedence, as the Vulkan utility library reads them. In a process with elevated
  * privileges only VK_EXT_layer_settings counts. */
 #ifndef ASSAY_REPORT_SETTINGS_SOURCE_H
@@ -10,7 +10,7 @@
 
 struct settings_source {
     VkuLayerSettingSet set; /* VK_NULL_HANDLE if the process has elevated privileges */
-    /* What the application gave for this layer, without the entries that cannot be read. */
+    /* The application's VkLayerSettingEXT of this layer, except unreadable ones; owned. */
     VkLayerSettingEXT *given;
     VkLayerSettingsCreateInfoEXT given_info;
 };
@@ -19,17 +19,18 @@ VkResult settings_source_open(struct settings_source *source,
                               const VkInstanceCreateInfo *create_info);
 void settings_source_close(struct settings_source *source);
 
-/* The values of a key, comma-separated, for the caller to free; NULL where it isn't set. */
+/* Sets `list` to the comma-separated values of a key; NULL if the key is not set. The caller frees
+ * it. */
 VkResult settings_source_list(const struct settings_source *source, const char *key, char **list);
 
-/* The same of what the application gave alone. */
+/* The same, but only from VK_EXT_layer_settings. */
 VkResult settings_source_given(const struct settings_source *source, const char *key, char **list);
 
-/* The same for a key whose value is a file name, which may have commas and colons of its own. */
+/* The same for a key whose value is a file name, which may contain commas and colons. */
 VkResult settings_source_filename(const struct settings_source *source, const char *key,
                                   char **filename);
 
-/* Calls `visit` for every key that is set for the layer and not `known`, as its user wrote it. */
+/* Calls `visit` for each key that is set for the layer but not `known`, as the user wrote it. */
 void settings_source_unknown(const struct settings_source *source, bool (*known)(const char *key),
                              void (*visit)(void *context, const char *key), void *context);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The search for keys that nobody reads: a misspelt key would otherwise be silent. The utility
- * library tells none of the environment's and of the file's, so both are searched here; the file is
- * looked for in the places where that library looks. */
+/* Finds unknown keys, so that a misspelt key is reported. The utility library can't list the keys
+ * of the environment and of the file, so both are searched here. The file is searched in the same
+ * places as in that library. */
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the buffers that contain the addresses of a build. */
-#include "src/rules/address.h"
-
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 

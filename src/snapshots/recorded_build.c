@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/array.h"
+
 /* ---- parameters */
 
 /* Displacements are found by the numbers of vertices. */
@@ -141,14 +143,11 @@ void recorded_build_read_ranges(const struct recorded_build *build,
 
 bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot)
 {
-    if (build->snapshot_count == build->snapshot_capacity) {
-        uint32_t capacity = build->snapshot_capacity ? build->snapshot_capacity * 2 : 4;
-        struct snapshot *grown = realloc(build->snapshots, capacity * sizeof(*grown));
-        if (!grown)
-            return false;
-        build->snapshots = grown;
-        build->snapshot_capacity = capacity;
-    }
+    struct snapshot *grown = array_make_room(build->snapshots, build->snapshot_count,
+                                             &build->snapshot_capacity, sizeof(*grown));
+    if (!grown)
+        return false;
+    build->snapshots = grown;
     build->snapshots[build->snapshot_count++] = *snapshot;
     return true;
 }

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/array.h"
+
 struct recording *recording_create(const struct recording_memory *memory)
 {
     struct recording *recording = calloc(1, sizeof(*recording));
@@ -89,16 +91,12 @@ void recording_leave_out(struct recording *recording, uint32_t position, enum le
 /* With the lock held. */
 static bool reserve_chunk(struct recording *recording)
 {
-    if (recording->chunk_count < recording->chunk_capacity)
-        return true;
-    uint32_t capacity = recording->chunk_capacity ? recording->chunk_capacity * 2 : 4;
     struct snapshot_chunk **chunks =
-        realloc(recording->chunks, capacity * sizeof(struct snapshot_chunk *));
-    if (!chunks)
-        return false;
-    recording->chunks = chunks;
-    recording->chunk_capacity = capacity;
-    return true;
+        array_make_room(recording->chunks, recording->chunk_count, &recording->chunk_capacity,
+                        sizeof(struct snapshot_chunk *));
+    if (chunks)
+        recording->chunks = chunks;
+    return chunks != NULL;
 }
 
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk)
@@ -125,14 +123,11 @@ bool recording_contains(const struct recording *recording, const struct recordin
 
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block)
 {
-    if (recording->copy_block_count == recording->copy_block_capacity) {
-        uint32_t capacity = recording->copy_block_capacity ? recording->copy_block_capacity * 2 : 4;
-        struct copy_block *blocks = realloc(recording->copy_blocks, capacity * sizeof(*blocks));
-        if (!blocks)
-            return false;
-        recording->copy_blocks = blocks;
-        recording->copy_block_capacity = capacity;
-    }
+    struct copy_block *blocks = array_make_room(recording->copy_blocks, recording->copy_block_count,
+                                                &recording->copy_block_capacity, sizeof(*blocks));
+    if (!blocks)
+        return false;
+    recording->copy_blocks = blocks;
     recording->copy_blocks[recording->copy_block_count++] = *block;
     return true;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Facts: copies, by value, of what the state knows about something at one moment. Rules see only
- * facts, so no lock is held while they run and no object can die under them. */
+/* Facts: copies, by value, of the tracked state of one object at one time. Rules get only facts, so
+ * no lock is held while they run, and a destroyed object does not affect them. */
 #ifndef ASSAY_STATE_FACTS_H
 #define ASSAY_STATE_FACTS_H
 
@@ -8,11 +8,10 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-/* An answer that may not be known; a rule stays silent on UNKNOWN. A byte, so that facts that are
- * copied for every build stay small. */
+/* A rule stays silent on UNKNOWN. One byte, because facts are copied for every build. */
 enum __attribute__((packed)) tristate { UNKNOWN, NO, YES };
 
-/* Bytes [begin, end) of one VkDeviceMemory; memory VK_NULL_HANDLE: none, or not known. */
+/* Bytes [begin, end) of one VkDeviceMemory; memory VK_NULL_HANDLE: none, or unknown. */
 struct memory_span {
     VkDeviceMemory memory;
     VkDeviceSize begin, end;
@@ -24,43 +23,45 @@ static inline struct memory_span memory_span_of(VkDeviceMemory memory, VkDeviceS
     return memory ? (struct memory_span){memory, begin, begin + size} : (struct memory_span){0};
 }
 
-/* Bytes [begin, end) of a sparse buffer: where they lie depends on when. */
+/* Bytes [begin, end) of a sparse buffer. Their memory changes with sparse bindings. */
 struct sparse_bytes {
     VkBuffer buffer;
     uint64_t buffer_id;
     VkDeviceSize begin, end;
 };
 
-/* What vkQueueBindSparse binds to a buffer. */
+/* A binding of vkQueueBindSparse to a buffer. */
 struct sparse_binding {
     VkBuffer buffer;
     VkDeviceMemory memory;
-    uint64_t buffer_id, memory_id; /* 0: not known; of memory also where it unbinds */
+    uint64_t buffer_id, memory_id; /* 0: unknown; memory_id is also 0 if the binding unbinds */
     VkDeviceSize offset, size, memory_offset;
 };
 
-/* Stands for host memory that is no VkDeviceMemory, in spans of host addresses. */
+/* Returns the value of memory_span::memory in spans of host addresses. */
 static inline VkDeviceMemory memory_of_host(void)
 {
     return (VkDeviceMemory)(uintptr_t)UINT64_MAX;
 }
 
-/* An acceleration structure. All but the handle are what its record says, one cache line. */
+/* An acceleration structure. All members but the handle are copied from its record; they take one
+ * cache line. */
 struct accel_facts {
-    uint64_t id;       /* never reused, as handles are; 0 unless alive */
+    uint64_t id;       /* never reused, unlike handles; 0 unless alive */
     VkDeviceSize size; /* bytes, VkAccelerationStructureCreateInfoKHR::size */
     VkBuffer buffer;
-    uint64_t buffer_id;    /* is_sparse: of that buffer */
-    VkDeviceMemory memory; /* where the structure lies, if in one piece; else null */
-    VkDeviceSize begin;    /* of its bytes there, or in a sparse buffer */
+    uint64_t buffer_id;    /* of `buffer`; never reused */
+    VkDeviceMemory memory; /* the structure's memory; null if it is in several pieces */
+    VkDeviceSize begin;    /* offset of its bytes in the memory, or in a sparse buffer */
     VkAccelerationStructureTypeKHR type;
     VkAccelerationStructureCreateFlagsKHR create_flags;
     enum tristate alive;    /* a structure of this device */
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
     bool details_known;     /* type, create_flags, size and buffer are meaningful */
     enum tristate backed;   /* its buffer range lies in live memory */
-    bool is_sparse;         /* it is in a sparse buffer, see resources_find_pieces */
-    /* Of its memory, unless that is sparse: host-visible; of several instances. */
+    bool is_sparse;         /* its buffer is sparse, see resources_find_pieces */
+    /* Properties of its memory; UNKNOWN for a sparse buffer. multi_instance: the memory has several
+     * instances (device groups). */
     enum tristate host_visible, multi_instance;
     bool by_address; /* created by vkCreateAccelerationStructure2KHR */
     VkAccelerationStructureKHR handle;
@@ -71,70 +72,70 @@ struct deferred_operation_facts {
     VkDeferredOperationKHR handle;
     enum tristate alive;    /* an operation of this device */
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    enum tristate complete; /* what was deferred to it before */
+    enum tristate complete; /* the command that was deferred to it before is complete */
 };
 
 enum __attribute__((packed)) address_status {
-    ADDRESS_UNKNOWN,   /* not looked up, or the state cannot tell */
+    ADDRESS_UNKNOWN,   /* not looked up, or not tracked */
     ADDRESS_NULL,      /* 0 */
-    ADDRESS_NOWHERE,   /* in no buffer whose address was retrieved */
+    ADDRESS_NOWHERE,   /* outside of all buffers whose address was retrieved */
     ADDRESS_UNBOUND,   /* only in buffers that are not bound to live memory */
     ADDRESS_IN_BUFFER, /* in at least one bound (or sparse) buffer */
 };
 
-/* A device address. Aliasing buffers may share it: usage is what any of them has, bytes_left what
- * the one that reaches furthest leaves from the address to its end. */
+/* A device address. Several aliasing buffers may contain it; `buffer` is the one that ends last. */
 struct address_facts {
     VkDeviceAddress address;
-    VkDeviceSize bytes_left;
-    VkBufferUsageFlags2 usage;
-    VkBuffer buffer;       /* the one that reaches furthest */
-    uint64_t buffer_id;    /* of that one; never reused */
-    VkDeviceMemory memory; /* of that one; null: none, not known, or in pieces */
-    VkDeviceSize begin;    /* of the address in that memory, or in a sparse buffer */
+    VkDeviceSize bytes_left;   /* from the address to the end of `buffer` */
+    VkBufferUsageFlags2 usage; /* of all these buffers together */
+    VkBuffer buffer;
+    uint64_t buffer_id;    /* of `buffer`; never reused */
+    VkDeviceMemory memory; /* of `buffer`; null: none, unknown, or in several pieces */
+    VkDeviceSize begin;    /* offset of the address in `memory`, or in a sparse buffer */
     enum address_status status;
     bool is_sparse;    /* `buffer` is sparse */
-    bool is_shared;    /* bytes of `buffer` are also those of others */
-    bool is_protected; /* any of the buffers is: only protected commands may read it */
+    bool is_shared;    /* `buffer` shares bytes with other buffers */
+    bool is_protected; /* one of the buffers is protected: only protected commands may read it */
 };
 
-/* A buffer, by its handle. */
+/* A buffer that a command names by its handle. */
 struct buffer_facts {
     VkBuffer handle;
     uint64_t id; /* never reused; 0 unless alive */
     enum tristate alive;
-    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    VkDeviceSize size;      /* these three: where alive == YES */
-    VkBufferUsageFlags2 usage;
-    enum address_status status; /* of its bytes, had they addresses */
+    bool of_another_device;     /* alive == NO, but another VkDevice has this handle */
+    VkDeviceSize size;          /* if alive == YES */
+    VkBufferUsageFlags2 usage;  /* if alive == YES */
+    enum address_status status; /* if alive == YES: as if its bytes had addresses */
 };
 
-/* What vkGetAccelerationStructureMemoryRequirementsNV of the next layer says, bytes. */
+/* Bytes that vkGetAccelerationStructureMemoryRequirementsNV of the next layer returns. */
 struct nv_size_facts {
     bool known;
     VkDeviceSize object, build_scratch, update_scratch;
 };
 
-/* How vkBindAccelerationStructureMemoryNV has bound a structure. */
+/* The memory binding of a VkAccelerationStructureNV. */
 enum nv_binding {
     NV_BINDING_UNKNOWN,
     NV_UNBOUND,
     NV_MEMORY_FREED,
-    NV_MEMORY_TOO_SMALL, /* it goes beyond the end */
+    NV_MEMORY_TOO_SMALL, /* the structure extends beyond the end of the memory */
     NV_BOUND,
 };
 
-/* A structure of VK_NV_ray_tracing. */
+/* A VkAccelerationStructureNV. */
 struct nv_accel_facts {
     VkAccelerationStructureNV handle;
     uint64_t id; /* never reused; 0 unless alive */
     enum tristate alive;
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
     enum nv_binding binding;
-    VkDeviceMemory memory;   /* that it is bound to, or was */
-    struct memory_span span; /* where it lies; memory null: not known */
+    VkDeviceMemory memory;   /* bound now, or until it was freed */
+    struct memory_span span; /* its bytes; memory null: unknown */
     struct nv_size_facts sizes;
-    struct nv_shape *created; /* a reference, for who asked to release; NULL: not known */
+    struct nv_shape *created; /* its create info; a reference that the caller of the look-up
+                                 releases; NULL: unknown */
 };
 
 enum command_buffer_state {
@@ -157,16 +158,16 @@ struct command_buffer_facts {
     enum tristate in_video_coding;
 };
 
-/* What vkGetAccelerationStructureBuildSizesKHR of the next layer says, bytes. */
+/* Bytes that vkGetAccelerationStructureBuildSizesKHR of the next layer returns. */
 struct size_facts {
     bool known;
     VkDeviceSize acceleration_structure, build_scratch, update_scratch;
 };
 
-/* What a device has of micromaps: features that were enabled, and limits. */
+/* Enabled features and limits of micromaps. */
 struct micromap_support {
-    bool any;      /* one of the three extensions is enabled: geometries may have micromaps */
-    bool ext, khr; /* the feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
+    bool any;      /* one of the three micromap extensions is enabled */
+    bool ext, khr; /* feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
     struct {
         uint32_t opacity_2_state_level, opacity_4_state_level;
     } ext_limits;
@@ -180,30 +181,32 @@ struct micromap_support {
 /* A VkMicromapEXT. */
 struct micromap_facts {
     VkMicromapEXT handle;
-    uint64_t id;         /* never reused, nor that of an acceleration structure; 0 unless alive */
-    enum tristate alive; /* a micromap of this device */
+    uint64_t id;            /* never reused, nor equal to that of a structure; 0 unless alive */
+    enum tristate alive;    /* a micromap of this device */
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    VkMicromapTypeEXT type; /* alive == YES */
+    VkMicromapTypeEXT type; /* if alive == YES */
 };
 
-/* A device: what was enabled, and the limits. Never changes after its creation. */
+/* Enabled extensions and features, and limits of a device. Constant after its creation. */
 struct device_facts {
     VkDevice handle;
     uint32_t api_version;
-    /* An extension that the registry of this build doesn't know is enabled: enumerants and
-     * structures that look wrong may be right. */
+    /* An enabled extension is missing in the registry of this build. So enumerants and structures
+     * that are unknown to the layer may be valid. */
     bool newer_than_registry;
-    /* Commands that the layer doesn't see may build acceleration structures. */
+    /* Commands that the layer does not intercept may build acceleration structures. */
     bool has_other_builders;
+    /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
-        acceleration_structure_host_commands;                  /* features */
-    bool spheres, linear_swept_spheres, dense_geometry_format; /* likewise */
+        acceleration_structure_host_commands;
+    bool spheres, linear_swept_spheres, dense_geometry_format;
+    /* Extensions. */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
             displacement_micromap_nv, linear_swept_spheres_nv, dense_geometry_format_amdx,
             position_fetch_khr, cluster_acceleration_structure_nv, ray_tracing_nv;
-        bool adds_to_inputs; /* any of those that chain structures to geometries */
-    } extension;             /* enabled */
+        bool adds_to_inputs; /* one whose structures extend geometries is enabled */
+    } extension;
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     struct micromap_support micromap;
     VkPhysicalDeviceRayTracingPropertiesNV nv_limits;

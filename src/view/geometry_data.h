@@ -43,6 +43,13 @@ instances_in(const VkAccelerationStructureGeometryKHR *geometry)
                : NULL;
 }
 
+/* Returns the role that the address in `data` of struct geometry_view has in its build. */
+static inline enum input_role data_role(const struct geometry_view *geometry)
+{
+    return geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS
+                                                                           : INPUT_INSTANCES;
+}
+
 /* Returns the size of an index in bytes, or 0 for VK_INDEX_TYPE_NONE_KHR and invalid values. */
 static inline uint32_t index_type_size(VkIndexType type)
 {

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "random_test.h"
+#include "tests/state/random.h"
 
 enum { PROGRAMS = 100000 };
 
@@ -25,7 +26,7 @@ int main(int argc, char **argv)
     static struct platform platform;
     static struct random_test test;
     const uint64_t programs = read_number(argc, argv, "--programs", PROGRAMS);
-    const uint64_t seed = read_number(argc, argv, "--seed", 20261121);
+    const uint64_t seed = read_number(argc, argv, "--seed", random_seed(20261121));
     const uint64_t only = read_number(argc, argv, "--only", UINT64_MAX);
     const char *missing = platform_open(&platform, "null");
     if (missing != NULL) {

@@ -46,9 +46,7 @@ static void have_nv(struct resources *resources, unsigned n)
 static struct nv_accel_facts nv_facts(struct resources *resources, unsigned n)
 {
     struct nv_accel_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_nv_accel(resources, nv(n), &facts);
-    resources_end_reading(resources, token);
+    resources_ask_nv_accel(resources, nv(n), &facts);
     nv_shape_release(facts.created);
     return facts;
 }
@@ -56,9 +54,7 @@ static struct nv_accel_facts nv_facts(struct resources *resources, unsigned n)
 static struct buffer_facts buffer_facts(struct resources *resources, unsigned n)
 {
     struct buffer_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_buffer(resources, buffer(n), &facts);
-    resources_end_reading(resources, token);
+    resources_ask_buffer(resources, buffer(n), &facts);
     return facts;
 }
 

@@ -209,22 +209,17 @@ struct verdicts {
     bool asked[RULE_COUNT], has_references[RULE_COUNT];
 };
 
-#define ASK_BUILD(name, level)                                                                     \
+#define ASK(name, level, view)                                                                     \
     if (READS_SHAPE_##level) {                                                                     \
         verdicts->asked[RULE_##name] = true;                                                       \
-        verdicts->has_references[RULE_##name] = name(build, NULL);                                 \
-    }
-#define ASK_GEOMETRY(name, level)                                                                  \
-    if (READS_SHAPE_##level) {                                                                     \
-        verdicts->asked[RULE_##name] = true;                                                       \
-        verdicts->has_references[RULE_##name] = name(geometry, NULL);                              \
+        verdicts->has_references[RULE_##name] = name(view, NULL);                                  \
     }
 
 static void ask_all(const struct build_view *build, const struct geometry_view *geometry,
                     struct verdicts *verdicts)
 {
-    ROWS_OF_build(ASK_BUILD);
-    ROWS_OF_geometry(ASK_GEOMETRY);
+    ROWS_OF_build(ASK, build);
+    ROWS_OF_geometry(ASK, geometry);
 }
 
 static void judge(struct sample *sample, struct verdicts *verdicts)

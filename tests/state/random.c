@@ -7,13 +7,17 @@
 #include <stdlib.h>
 #include <time.h>
 
-struct random random_of(const char *test)
+uint64_t random_seed(uint64_t otherwise)
 {
     const char *given = getenv("ASSAY_TEST_SEED");
+    return given ? strtoull(given, NULL, 0) : otherwise;
+}
+
+struct random random_of(const char *test)
+{
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
-    uint64_t seed = given ? strtoull(given, NULL, 0)
-                          : (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+    uint64_t seed = random_seed((uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec);
     printf("%s: ASSAY_TEST_SEED=%" PRIu64 "\n", test, seed);
     fflush(stdout);
     return (struct random){seed};

@@ -10,6 +10,9 @@ struct random {
     uint64_t state;
 };
 
+/* ASSAY_TEST_SEED, or `otherwise` if that is not set. */
+uint64_t random_seed(uint64_t otherwise);
+
 /* Seeds from ASSAY_TEST_SEED, or else from the clock, and prints the seed. */
 struct random random_of(const char *test);
 

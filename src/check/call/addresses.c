@@ -2,6 +2,8 @@
 /* Putting addresses to their rules, one by one. */
 #include "src/check/call/addresses.h"
 
+#include "src/view/geometry_data.h"
+
 static void check_input(struct walk *walk, const struct geometry_view *geometry,
                         enum input_role role, const struct address_facts *facts)
 {
@@ -13,11 +15,10 @@ static void check_input(struct walk *walk, const struct geometry_view *geometry,
 void check_geometry_addresses(struct walk *walk, const struct geometry_view *geometry)
 {
     const struct chained_inputs *chained = geometry->chained;
-    bool is_aabbs = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
     check_input(walk, geometry, INPUT_VERTEX, &geometry->vertex);
     check_input(walk, geometry, INPUT_INDEX, &geometry->index_data);
     check_input(walk, geometry, INPUT_TRANSFORM, &geometry->transform);
-    check_input(walk, geometry, is_aabbs ? INPUT_AABBS : INPUT_INSTANCES, &geometry->data);
+    check_input(walk, geometry, data_role(geometry), &geometry->data);
     for (uint32_t i = 0; chained && i < chained->count; i++)
         check_input(walk, geometry, chained->items[i].role, &chained->items[i].facts);
 }

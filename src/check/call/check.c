@@ -29,9 +29,9 @@ static void walk_geometry_and_range(struct walk *walk, const struct range_view *
 }
 
 /* Those of both levels, to be asked one by one. */
-__attribute__((cold)) static void walk_all_of_geometry(struct walk *walk,
-                                                       const struct range_view *range,
-                                                       bool has_count, bool with_state)
+__attribute__((cold)) OFF_RECORDING_PATH static void
+walk_all_of_geometry(struct walk *walk, const struct range_view *range, bool has_count,
+                     bool with_state)
 {
     walk->passes = false;
     walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
@@ -52,8 +52,8 @@ static bool comes_with_build(const struct build_view *build, const struct geomet
 
 /* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
  * geometry. */
-ON_RECORDING_PATH static void check_geometry(struct walk *walk, struct geometry_view *geometry,
-                                             bool with_state)
+ON_RECORDING_PATH __attribute__((flatten)) static void
+check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
     const struct build_view *build = geometry->build; // NOLINT(clang-analyzer-core.*)
     struct range_view range = {.geometry = geometry,

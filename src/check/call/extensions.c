@@ -2,6 +2,7 @@
 /* Which extensions have something to check. */
 #include "src/check/call/extensions.h"
 
+#include "src/base/recording_path.h"
 #include "src/check/assemble/extended.h"
 #include "src/view/geometry_data.h"
 
@@ -36,8 +37,8 @@ static bool is_plain(const struct geometry_view *geometry)
     return triangles ? !triangles->pNext : aabbs_in(data) || instances_in(data);
 }
 
-void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
-                             struct chained_inputs *chained, bool with_state)
+OFF_RECORDING_PATH void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
+                                                struct chained_inputs *chained, bool with_state)
 {
     const struct device_facts *device = geometry->build->call->device;
     uint32_t findings_before = walk->findings;

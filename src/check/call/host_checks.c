@@ -2,9 +2,8 @@
 /* Making the views of host builds: which of the memory that they name can be read. */
 #include "src/view/host_view.h"
 
-#include "rows_by_subject.h"
 #include "src/check/call/host_checks.h"
-#include "src/rules/predicates.h"
+#include "src/check/walk/rows.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
@@ -82,19 +81,9 @@ find_instances(struct check_context *context, const struct build_view *build,
                       size);
 }
 
-/* Asks only for the rows of its subject. */
-#define ASK_HOST_GEOMETRY(name, level)                                                             \
-    if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
-        walk_report(walk, RULE_##name, &location, &finding);
+static WALK_ALL(host_geometry)
 
-static void walk_host_geometry(struct walk *walk, const struct host_geometry_view *view)
-{
-    const struct location location = walk_location(view->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_host_geometry(ASK_HOST_GEOMETRY);
-}
-
-void check_host_geometry(struct walk *walk, const struct range_view *range)
+    void check_host_geometry(struct walk *walk, const struct range_view *range)
 {
     static const VkAccelerationStructureBuildRangeInfoKHR nothing = {0};
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
@@ -110,24 +99,15 @@ void check_host_geometry(struct walk *walk, const struct range_view *range)
                                read->primitiveCount, aabbs->stride, sizeof(VkAabbPositionsKHR));
     if (instances)
         view.data = find_instances(walk->context, range->geometry->build, instances, read);
-    walk_host_geometry(walk, &view);
+    const struct location location = walk_location(range->geometry, SUBJECT_GEOMETRY);
+    walk_host_geometry(walk, &view, &location);
 }
 
 /* ---- builds */
 
-#define ASK_HOST_BUILD(name, level)                                                                \
-    if (walk->wants[RULE_##name] && !name(view, &finding))                                         \
-        walk_report(walk, RULE_##name, &location, &finding);
+static WALK_ALL(host_build)
 
-static void walk_host_build(struct walk *walk, const struct host_build_view *view)
-{
-    const struct location location = {
-        .command = COMMAND_HOST, .subject = SUBJECT_BUILD, .build = view->build->index};
-    struct finding finding;
-    ROWS_OF_host_build(ASK_HOST_BUILD);
-}
-
-void check_host_build(struct walk *walk, const struct build_view *build)
+    void check_host_build(struct walk *walk, const struct build_view *build)
 {
     struct host_build_view view = {.build = build};
     view.scratch.address = build->info->scratchData.hostAddress;
@@ -136,5 +116,7 @@ void check_host_build(struct walk *walk, const struct build_view *build)
         view.scratch.size = build_scratch_size(build);
     view.scratch.unreadable =
         !readable(walk->context->readable, view.scratch.address, view.scratch.size);
-    walk_host_build(walk, &view);
+    const struct location location = {
+        .command = COMMAND_HOST, .subject = SUBJECT_BUILD, .build = build->index};
+    walk_host_build(walk, &view, &location);
 }

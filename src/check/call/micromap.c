@@ -1,66 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The rows about micromaps, subject by subject, as code, and the order in which they are walked. */
-#include <stdlib.h>
-
+/* The order in which the rows about micromaps are walked. */
+#include "src/base/array.h"
 #include "src/check/assemble/micromap_views.h"
 #include "src/check/call/extensions.h"
 #include "src/rules/micromap/usages.h"
-#include "src/rules/predicates.h"
-
-/* The rows of one subject are in a file of their own. */
-#define RULE(subject, name, row_level, ids)                                                        \
-    if (LEVEL_##row_level == level && walk->wants[RULE_##name] && !name(subject, &finding))        \
-        walk_report(walk, RULE_##name, &location, &finding);
-
-static void walk_micromap_build(struct walk *walk, const struct micromap_build_view *micromap_build,
-                                enum level level)
-{
-    const struct build_view *build = micromap_build->build;
-    const struct location location = {
-        .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
-    struct finding finding;
-#include "vuid-tables/rows/micromap_build.def"
-}
-
-static void walk_micromap_geometry(struct walk *walk,
-                                   const struct micromap_geometry_view *micromap_geometry,
-                                   enum level level)
-{
-    const struct location location = walk_location(micromap_geometry->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-#include "vuid-tables/rows/micromap_geometry.def"
-}
-
-static void walk_micromap_data(struct walk *walk, const struct micromap_data_view *micromap_data,
-                               enum level level)
-{
-    const struct location location = walk_location(micromap_data->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-#include "vuid-tables/rows/micromap_data.def"
-}
-
-static void walk_opacity(struct walk *walk, const struct opacity_view *opacity, enum level level)
-{
-    const struct location location = walk_location(opacity->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-#include "vuid-tables/rows/micromap_opacity.def"
-}
-
-static void walk_opacity_ext(struct walk *walk, const struct opacity_ext_view *opacity_ext,
-                             enum level level)
-{
-    const struct location location = walk_location(opacity_ext->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-#include "vuid-tables/rows/micromap_opacity_ext.def"
-}
-
-static void walk_displacement(struct walk *walk, const struct displacement_view *displacement,
-                              enum level level)
-{
-    const struct location location = walk_location(displacement->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-#include "vuid-tables/rows/micromap_displacement.def"
-}
 
 /* What the build in hand has of micromaps. */
 
@@ -73,16 +16,13 @@ const struct micromap_uses *found_micromaps(const struct walk *walk)
 static void note_use(struct walk *walk, const struct micromap_use *use)
 {
     struct micromap_uses *uses = &walk->micromaps;
-    if (uses->count == uses->capacity) {
-        uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
-        struct micromap_use *items = realloc(uses->items, capacity * sizeof(*items));
-        if (!items) {
-            uses->incomplete = true;
-            return;
-        }
-        uses->items = items;
-        uses->capacity = capacity;
+    struct micromap_use *items =
+        array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
+    if (!items) {
+        uses->incomplete = true;
+        return;
     }
+    uses->items = items;
     uses->items[uses->count++] = *use;
 }
 

@@ -74,18 +74,14 @@ static bool is_elsewhere(struct check_context *context, enum resource_kind kind,
 static void find_accel(struct check_context *context, VkAccelerationStructureNV handle,
                        struct nv_accel_facts *facts)
 {
-    unsigned token = resources_begin_reading(context->resources);
-    resources_find_nv_accel(context->resources, handle, facts);
-    resources_end_reading(context->resources, token);
+    resources_ask_nv_accel(context->resources, handle, facts);
     facts->of_another_device =
         is_elsewhere(context, RESOURCE_ACCEL_NV, (uint64_t)(uintptr_t)handle, facts->alive);
 }
 
 static void find_buffer(struct check_context *context, VkBuffer handle, struct buffer_facts *facts)
 {
-    unsigned token = resources_begin_reading(context->resources);
-    resources_find_buffer(context->resources, handle, facts);
-    resources_end_reading(context->resources, token);
+    resources_ask_buffer(context->resources, handle, facts);
     facts->of_another_device =
         is_elsewhere(context, RESOURCE_BUFFER, (uint64_t)(uintptr_t)handle, facts->alive);
 }

@@ -5,11 +5,11 @@
 
 #include <stdlib.h>
 
-#include "rows_by_subject.h"
+#include "src/base/array.h"
 #include "src/check/assemble/views.h"
 #include "src/check/content/micromap.h"
 #include "src/check/overlap/pairs.h"
-#include "src/rules/predicates.h"
+#include "src/check/walk/rows.h"
 #include "src/view/micromap_view.h"
 
 /* A build whose structure may be what an instance of another build refers to. */
@@ -92,21 +92,14 @@ static void read_direct(struct executed_call *call, const struct executed_build 
 
 /* ---- indirect builds */
 
-#define ASK_INDIRECT_RANGE(name, level)                                                            \
-    if (walk->wants[RULE_##name] && !name(indirect_range, &finding))                               \
-        walk_report(walk, RULE_##name, &location, &finding);
+static WALK_ALL(indirect_range)
 
-static void walk_indirect_range(struct walk *walk, const struct indirect_range_view *indirect_range)
-{
-    const struct location location = walk_location(indirect_range->geometry, SUBJECT_RANGE);
-    struct finding finding;
-    ROWS_OF_indirect_range(ASK_INDIRECT_RANGE);
-}
-
-/* By a micromap that is used without indices, whose rule wasn't asked before the count was known.
- */
-static void check_unindexed_opacity(struct walk *walk, const struct range_view *range,
-                                    const struct chained_input *chained, const struct built *used)
+    /* By a micromap that is used without indices, whose rule wasn't asked before the count was
+     * known.
+     */
+    static void check_unindexed_opacity(struct walk *walk, const struct range_view *range,
+                                        const struct chained_input *chained,
+                                        const struct built *used)
 {
     const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = &chained->opacity;
     const struct journal_micromap use = {.first = opacity->baseTriangle,
@@ -118,12 +111,11 @@ static void check_unindexed_opacity(struct walk *walk, const struct range_view *
                                             .built = used};
     const struct location location = walk_location(range->geometry, SUBJECT_GEOMETRY);
     struct finding finding;
-    if (used &&
-        opacity->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR &&
-        opacity->indexType == VK_INDEX_TYPE_NONE_KHR &&
-        walk->wants[RULE_opacity_triangles_are_within_micromap] &&
-        !opacity_triangles_are_within_micromap(&view, &finding))
-        walk_report(walk, RULE_opacity_triangles_are_within_micromap, &location, &finding);
+    if (!used ||
+        opacity->sType != VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR ||
+        opacity->indexType != VK_INDEX_TYPE_NONE_KHR)
+        return;
+    ASK(opacity_triangles_are_within_micromap, EXECUTION, &view, location);
 }
 
 /* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
@@ -144,7 +136,8 @@ static void read_indirect_geometry(struct executed_call *call,
     const struct indirect_range_view indirect = {
         .geometry = &geometry, .range = &range, .max_primitive_count = most};
     walk_range(&call->walk, &ranged, LEVEL_PARAMETERS);
-    walk_indirect_range(&call->walk, &indirect);
+    const struct location location = walk_location(indirect.geometry, SUBJECT_RANGE);
+    walk_indirect_range(&call->walk, &indirect, &location);
     if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         build->triangle_count += range.primitiveCount;
     if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
@@ -162,12 +155,8 @@ static void check_sums(struct walk *walk, const struct build_view *build)
     const struct location location = {
         .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
     struct finding finding;
-    if (walk->wants[RULE_blas_triangle_count_is_within_limit] &&
-        !blas_triangle_count_is_within_limit(build, &finding))
-        walk_report(walk, RULE_blas_triangle_count_is_within_limit, &location, &finding);
-    if (walk->wants[RULE_blas_aabb_count_is_within_limit] &&
-        !blas_aabb_count_is_within_limit(build, &finding))
-        walk_report(walk, RULE_blas_aabb_count_is_within_limit, &location, &finding);
+    ASK(blas_triangle_count_is_within_limit, STATE, build, location);
+    ASK(blas_aabb_count_is_within_limit, STATE, build, location);
 }
 
 static void read_indirect(struct executed_call *call, const struct executed_build *executed)
@@ -183,14 +172,11 @@ static void read_indirect(struct executed_call *call, const struct executed_buil
 
 static void keep_build(struct executed_call *call, const struct executed_build *executed)
 {
-    if (call->count == call->capacity) {
-        uint32_t capacity = call->capacity ? call->capacity * 2 : 8;
-        struct retained_build *builds = realloc(call->builds, capacity * sizeof(*builds));
-        if (!builds)
-            return;
-        call->builds = builds;
-        call->capacity = capacity;
-    }
+    struct retained_build *builds =
+        array_make_room(call->builds, call->count, &call->capacity, sizeof(*builds));
+    if (!builds)
+        return;
+    call->builds = builds;
     call->builds[call->count++] = (struct retained_build){executed->build, executed->dst_id};
 }
 

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/array.h"
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
 #include "src/state/builds/built_flags.h"
@@ -32,14 +33,11 @@ void content_free_instances(struct instance_uses *instances)
 static void note_use(struct instance_uses *uses, uint64_t reference,
                      const struct accel_facts *referenced)
 {
-    if (uses->count == uses->capacity) {
-        uint32_t capacity = uses->capacity ? uses->capacity * 2 : 8;
-        struct accel_facts *items = realloc(uses->items, capacity * sizeof(*items));
-        if (!items)
-            return;
-        uses->items = items;
-        uses->capacity = capacity;
-    }
+    struct accel_facts *items =
+        array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
+    if (!items)
+        return;
+    uses->items = items;
     if (handle_table_set(&uses->places, reference, (void *)(uintptr_t)(uses->count + 1)))
         uses->items[uses->count++] = *referenced;
 }

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "rows_by_subject.h"
+#include "src/base/recording_path.h"
 #include "src/check/content/micromap.h"
+#include "src/check/walk/rows.h"
 #include "src/rules/input.h"
-#include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"
 
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
@@ -48,114 +48,29 @@ static struct location location_of(const struct geometry_view *geometry)
 }
 
 /* Of all data that a rule asks about, the first that breaks it is told. */
-#define ASK_ONCE(name, view)                                                                       \
+#define ASK_ONCE(name, level, view, location)                                                      \
     if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
         content->wants[RULE_##name] = false;                                                       \
-        walk_report(content->walk, RULE_##name, &location, &finding);                              \
+        walk_report(content->walk, RULE_##name, location, &finding);                               \
+    }
+#define WALK_ONCE(subject, location)                                                               \
+    void content_walk_##subject(struct content *content, const struct subject##_view *subject)     \
+    {                                                                                              \
+        struct finding finding;                                                                    \
+        ROWS_OF_##subject(ASK_ONCE, subject, location)                                             \
     }
 
-#define ASK_INDICES(name, level) ASK_ONCE(name, indices)
-
-void content_walk_indices(struct content *content, const struct indices_view *indices)
-{
-    const struct location location = walk_location(indices->geometry, SUBJECT_RANGE);
-    struct finding finding;
-    ROWS_OF_indices(ASK_INDICES);
-}
-
-#define ASK_BOX(name, level) ASK_ONCE(name, box)
-
-void content_walk_box(struct content *content, const struct box_view *box)
-{
-    const struct location location = walk_location(box->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_box(ASK_BOX);
-}
-
-#define ASK_RADIUS(name, level) ASK_ONCE(name, radius)
-
-void content_walk_radius(struct content *content, const struct radius_view *radius)
-{
-    const struct location location = walk_location(radius->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_radius(ASK_RADIUS);
-}
-
-#define ASK_TRANSFORM(name, level) ASK_ONCE(name, transform)
-
-void content_walk_transform(struct content *content, const struct transform_view *transform)
-{
-    const struct location location = location_of(transform->geometry);
-    struct finding finding;
-    ROWS_OF_transform(ASK_TRANSFORM);
-}
-
-#define ASK_INSTANCE(name, level) ASK_ONCE(name, instance)
-
-void content_walk_instance(struct content *content, const struct instance_view *instance)
-{
-    const struct location location = location_of(instance->geometry);
-    struct finding finding;
-    ROWS_OF_instance(ASK_INSTANCE);
-}
-
-#define ASK_NV_INSTANCE(name, level) ASK_ONCE(name, nv_instance)
-
-void content_walk_nv_instance(struct content *content, const struct nv_instance_view *nv_instance)
-{
-    const struct location location = location_of(nv_instance->geometry);
-    struct finding finding;
-    ROWS_OF_nv_instance(ASK_NV_INSTANCE);
-}
-
-#define ASK_INSTANCE_POINTER(name, level) ASK_ONCE(name, instance_pointer)
-
-void content_walk_instance_pointer(struct content *content,
-                                   const struct instance_pointer_view *instance_pointer)
-{
-    const struct location location = walk_location(instance_pointer->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_instance_pointer(ASK_INSTANCE_POINTER);
-}
-
-#define ASK_REFERENCE(name, level) ASK_ONCE(name, reference)
-
-void content_walk_reference(struct content *content, const struct reference_view *reference)
-{
-    const struct location location = location_of(reference->geometry);
-    struct finding finding;
-    ROWS_OF_reference(ASK_REFERENCE);
-}
-
-#define ASK_MOTION_INSTANCE(name, level) ASK_ONCE(name, motion_instance)
-
-void content_walk_motion_instance(struct content *content,
-                                  const struct motion_instance_view *motion_instance)
-{
-    const struct location location = walk_location(motion_instance->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_motion_instance(ASK_MOTION_INSTANCE);
-}
-
-#define ASK_MICROMAP_TRIANGLE(name, level) ASK_ONCE(name, micromap_triangle)
-
-void content_walk_micromap_triangle(struct content *content,
-                                    const struct micromap_triangle_view *micromap_triangle)
-{
-    const struct location location = walk_location(micromap_triangle->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_micromap_triangle(ASK_MICROMAP_TRIANGLE);
-}
-
-#define ASK_OPACITY_INDEX(name, level) ASK_ONCE(name, opacity_index)
-
-void content_walk_opacity_index(struct content *content,
-                                const struct opacity_index_view *opacity_index)
-{
-    const struct location location = walk_location(opacity_index->geometry, SUBJECT_GEOMETRY);
-    struct finding finding;
-    ROWS_OF_opacity_index(ASK_OPACITY_INDEX);
-}
+WALK_ONCE(indices, walk_location(indices->geometry, SUBJECT_RANGE))
+WALK_ONCE(box, walk_location(box->geometry, SUBJECT_GEOMETRY))
+WALK_ONCE(radius, walk_location(radius->geometry, SUBJECT_GEOMETRY))
+WALK_ONCE(transform, location_of(transform->geometry))
+WALK_ONCE(instance, location_of(instance->geometry))
+WALK_ONCE(nv_instance, location_of(nv_instance->geometry))
+WALK_ONCE(instance_pointer, walk_location(instance_pointer->geometry, SUBJECT_GEOMETRY))
+WALK_ONCE(reference, location_of(reference->geometry))
+WALK_ONCE(motion_instance, walk_location(motion_instance->geometry, SUBJECT_GEOMETRY))
+WALK_ONCE(micromap_triangle, walk_location(micromap_triangle->geometry, SUBJECT_GEOMETRY))
+WALK_ONCE(opacity_index, walk_location(opacity_index->geometry, SUBJECT_GEOMETRY))
 
 /* ---- triangles */
 
@@ -305,7 +220,7 @@ static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t si
     return size < EXTENT_MAX ? readable_extent(context, *bytes, (size_t)size) : 0;
 }
 
-void check_host_inputs(struct walk *walk, const struct range_view *range)
+OFF_RECORDING_PATH void check_host_inputs(struct walk *walk, const struct range_view *range)
 {
     const struct input_memory memory = {.find = find_in_host_memory,
                                         .context = walk->context->readable};

@@ -3,21 +3,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/array.h"
 #include "src/check/overlap/sweep.h"
 
 void sweep_note(struct sweep *sweep, const struct noted_range *noted)
 {
-    if (sweep->noted_count == sweep->noted_capacity) {
-        uint32_t capacity = sweep->noted_capacity ? sweep->noted_capacity * 2 : 8;
-        struct noted_range *all = realloc(sweep->noted, capacity * sizeof(*all));
-        if (!all) {
-            sweep->out_of_memory = true;
-            return;
-        }
-        sweep->noted = all;
-        sweep->has_memory = true;
-        sweep->noted_capacity = capacity;
+    struct noted_range *all =
+        array_make_room(sweep->noted, sweep->noted_count, &sweep->noted_capacity, sizeof(*all));
+    if (!all) {
+        sweep->out_of_memory = true;
+        return;
     }
+    sweep->noted = all;
+    sweep->has_memory = true;
     sweep->noted[sweep->noted_count++] = *noted;
 }
 

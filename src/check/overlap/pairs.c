@@ -264,7 +264,9 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
         .call = pairs->call, .a = *a, .b = *b, .shares_memory = shared != NULL};
     if (shared)
         pair.shared = *shared;
-    walk_pair(pairs->walk, &pair);
+    const struct location location = {
+        .command = pairs->call->command, .subject = SUBJECT_BUILD, .build = a->build};
+    walk_pair(pairs->walk, &pair, &location);
     return wants_pairs_of(pairs->walk->wants, range_kind(a), range_kind(b), shared != NULL);
 }
 

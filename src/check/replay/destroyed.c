@@ -2,22 +2,10 @@
 /* What recorded builds use, asked for again at submission: structures and buffers may have been
  * destroyed, and memory freed, in between. An address that another buffer has taken over meanwhile
  * is as good as before. */
+#include "src/check/replay/judge.h"
 #include "src/check/replay/micromap.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/input.h"
-
-static bool is_wanted(const struct replay *replay, const struct journal_entry *entry,
-                      enum rule rule)
-{
-    return replay->active[entry->command][rule];
-}
-
-static void report(struct replay *replay, const struct journal *journal, uint32_t position,
-                   enum rule rule, const struct location *location, const struct finding *finding)
-{
-    replay->locate(replay->user, journal, position, location->build);
-    replay->found(replay->user, rule, location, finding);
-}
 
 /* Structures. */
 
@@ -35,9 +23,7 @@ struct structure_state {
 static struct structure_state state_of_nv(struct resources *resources, uint64_t handle)
 {
     struct nv_accel_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
-    resources_end_reading(resources, token);
+    resources_ask_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
     nv_shape_release(facts.created);
     return (struct structure_state){.alive = facts.alive,
                                     .backed = facts.binding == NV_MEMORY_FREED ? NO : UNKNOWN,
@@ -47,9 +33,7 @@ static struct structure_state state_of_nv(struct resources *resources, uint64_t 
 static struct structure_state state_of(struct resources *resources, uint64_t handle)
 {
     struct accel_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    resources_end_reading(resources, token);
+    resources_look_up_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
     return (struct structure_state){.alive = facts.alive, .backed = facts.backed, .id = facts.id};
 }
 
@@ -62,20 +46,18 @@ static void check_structure(struct replay *replay, const struct journal *journal
         is_nv ? state_of_nv(replay->resources, handle) : state_of(replay->resources, handle);
     bool is_destroyed = state.alive == NO || (state.alive == YES && state.id != id);
     bool memory_was_destroyed = state.alive == YES && was_backed && state.backed == NO;
-    enum rule rule = is_destroyed ? rules->alive : rules->backed;
-    if ((!is_destroyed && !memory_was_destroyed) || !is_wanted(replay, entry, rule))
+    if (!is_destroyed && !memory_was_destroyed)
         return;
-    struct location location = {.command = (enum build_command)entry->command,
-                                .subject = is_nv ? SUBJECT_PARAMETER : SUBJECT_BUILD,
-                                .build = entry->info};
+    struct judge judge;
     struct finding finding;
+    judge_begin_entry(&judge, replay, journal, entry);
     finding_says(&finding, rules->field,
                  is_destroyed ? "{} was destroyed after the build was recorded"
                               : "{} lost its memory, or its buffer, after the build was recorded",
                  object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                               : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                         handle));
-    report(replay, journal, entry->built.position, rule, &location, &finding);
+    judge_report(&judge, is_destroyed ? rules->alive : rules->backed, &finding);
 }
 
 static void check_entry(struct replay *replay, const struct journal *journal,
@@ -129,26 +111,23 @@ static void check_input(struct replay *replay, const struct journal *journal,
                         const struct journal_input *input)
 {
     struct address_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_address(replay->resources, input->address, &facts);
-    resources_end_reading(replay->resources, token);
+    resources_look_up_address(replay->resources, input->address, &facts);
     if (facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND)
-        return;
-    enum rule rule = rule_of_input(input, facts.status);
-    if (!replay->active[input->command][rule])
         return;
     struct location location = {.command = (enum build_command)input->command,
                                 .subject = subject_of_input((enum input_role)input->role),
                                 .build = input->info,
                                 .geometry = input->geometry,
                                 .geometry_by_pointer = input->geometry_by_pointer};
+    struct judge judge;
     struct finding finding;
+    judge_begin(&judge, replay, journal, input->position, &location);
     finding_says(&finding, input_field((enum input_role)input->role),
                  facts.status == ADDRESS_NOWHERE
                      ? "{} was in a buffer that was destroyed after the build was recorded"
                      : "{} is in a buffer whose memory was freed after the build was recorded",
                  hex(input->address));
-    report(replay, journal, input->position, rule, &location, &finding);
+    judge_report(&judge, rule_of_input(input, facts.status), &finding);
 }
 
 /* Of the NV command, by handle. */
@@ -174,21 +153,20 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
                            const struct journal_input *input)
 {
     struct buffer_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_buffer(replay->resources, input->buffer, &facts);
-    resources_end_reading(replay->resources, token);
-    enum rule rule = nv_inputs[input->role].rule;
+    resources_ask_buffer(replay->resources, input->buffer, &facts);
     bool is_destroyed = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
-    if (!is_destroyed || !replay->active[COMMAND_NV][rule])
+    if (!is_destroyed)
         return;
     struct location location = {.command = COMMAND_NV,
                                 .subject = nv_inputs[input->role].subject,
                                 .geometry = input->geometry};
+    struct judge judge;
     struct finding finding;
+    judge_begin(&judge, replay, journal, input->position, &location);
     finding_says(&finding, nv_inputs[input->role].field,
                  "{} was destroyed after the build was recorded",
                  object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer));
-    report(replay, journal, input->position, rule, &location, &finding);
+    judge_report(&judge, nv_inputs[input->role].rule, &finding);
 }
 
 static void check_inputs(struct replay *replay, const struct journal *journal)

@@ -4,10 +4,10 @@
 
 #include <string.h>
 
-#include "src/check/replay/judge.h"
 #include "src/check/replay/micromap.h"
 #include "src/check/replay/states.h"
 #include "src/check/replay/update_inputs.h"
+#include "src/check/replay/updates.h"
 #include "src/state/builds/built_flags.h"
 
 /* What the command buffer knows by itself. A source that it does not know makes its result unknown

@@ -2,7 +2,7 @@
 /* Sparse buffers, in the order of execution: what is bound to them, and what of that the builds
  * find when they execute. */
 #include "src/check/overlap/pairs.h"
-#include "src/check/replay/states.h"
+#include "src/check/replay/judge.h"
 
 void replay_bind(struct replay *replay, const struct journal_entry *entry)
 {
@@ -17,17 +17,15 @@ static void report_missing(struct replay *replay, const struct journal *journal,
                            const struct sparse_bytes *missing)
 {
     bool is_dst = rule == RULE_dst_is_backed_by_memory;
-    struct location location = {.command = (enum build_command)entry->command,
-                                .subject = SUBJECT_BUILD,
-                                .build = entry->info};
+    struct judge judge;
     struct finding finding;
+    judge_begin_entry(&judge, replay, journal, entry);
     finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
                  "{} lies in {}, of whose bytes [{}, {}) are not bound to live memory",
                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle),
                  object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)missing->buffer),
                  hex(missing->begin), hex(missing->end));
-    replay->locate(replay->user, journal, entry->built.position, entry->info);
-    replay->found(replay->user, rule, &location, &finding);
+    judge_report(&judge, rule, &finding);
 }
 
 static void check_structure(struct replay *replay, const struct journal *journal,
@@ -35,10 +33,9 @@ static void check_structure(struct replay *replay, const struct journal *journal
                             enum rule rule)
 {
     struct accel_facts facts;
-    unsigned token = resources_begin_reading(replay->resources);
-    resources_find_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    resources_end_reading(replay->resources, token);
-    if (facts.id != id || !facts.is_sparse || !replay->active[entry->command][rule])
+    resources_look_up_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
+                            &facts);
+    if (facts.id != id || !facts.is_sparse)
         return;
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
                                        facts.begin + facts.size};
@@ -61,22 +58,6 @@ void replay_backing(struct replay *replay, const struct journal *journal,
 }
 
 /* ---- ranges */
-
-struct range_judgement {
-    struct replay *replay;
-    const struct journal *journal;
-    uint32_t position; /* of the call's first build */
-};
-
-static bool report(void *user, enum rule rule, const struct location *location,
-                   const struct finding *finding)
-{
-    const struct range_judgement *judgement = user;
-    struct replay *replay = judgement->replay;
-    replay->locate(replay->user, judgement->journal, judgement->position + location->build,
-                   location->build);
-    return replay->found(replay->user, rule, location, finding);
-}
 
 /* The ranges of the call, and what becomes of the one in hand. */
 struct range_search {
@@ -111,18 +92,13 @@ void replay_ranges(struct replay *replay, const struct journal *journal,
     if (!replay->predecessors_known || !entry->ranges ||
         journal->destroy_count != resources_destroy_count(replay->resources))
         return;
-    struct range_judgement judgement = {replay, journal, entry->ranges->position};
-    static const struct check_hooks hooks = {.found = report};
-    struct check_context context = {.hooks = &hooks,
-                                    .level = LEVEL_EXECUTION,
-                                    .active = replay->active[entry->command],
-                                    .user = &judgement};
     const struct call_view call = {.command = (enum build_command)entry->command};
+    const struct location first = {.command = call.command, .subject = SUBJECT_BUILD};
     struct range_search search;
-    struct walk walk;
-    walk_start(&walk, &context);
+    struct judge judge;
+    judge_begin(&judge, replay, journal, entry->ranges->position, &first);
     sweep_init(&search.sweep);
     find_ranges(replay, entry->ranges, &search);
-    pairs_walk_pieces(&walk, &call, &search.sweep);
+    pairs_walk_pieces(&judge.walk, &call, &search.sweep);
     sweep_release(&search.sweep);
 }

@@ -25,10 +25,11 @@ struct replay {
     struct input_notes *notes; /* of builds that are read later; NULL: none is */
     bool out_of_memory;        /* set where a write could not be noted */
 
-    /* Told before findings: which build of which command buffer they are about. */
-    void (*locate)(void *user, const struct journal *journal, uint32_t position, uint32_t info);
-    bool (*found)(void *user, enum rule rule, const struct location *location,
-                  const struct finding *finding);
+    /* Takes a finding about a call that `journal` holds, whose first build is at `first_build` in
+     * the command buffer. Returns false if it wants no more of this rule. Only the judge calls it.
+     */
+    bool (*found)(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
+                  const struct location *location, const struct finding *finding);
     void *user;
 };
 

@@ -4,7 +4,8 @@
 
 #include <stdlib.h>
 
-#include "src/check/replay/judge.h"
+#include "src/base/array.h"
+#include "src/check/replay/updates.h"
 
 void input_notes_release(struct input_notes *notes)
 {
@@ -35,14 +36,11 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
     if (!notes || !journal->work || !replay->flags || !replay->predecessors_known ||
         entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
         return;
-    if (notes->point_count == notes->point_capacity) {
-        uint32_t capacity = notes->point_capacity ? notes->point_capacity * 2 : 4;
-        struct execution_point_note *points = realloc(notes->points, capacity * sizeof(*points));
-        if (!points)
-            return;
-        notes->points = points;
-        notes->point_capacity = capacity;
-    }
+    struct execution_point_note *points =
+        array_make_room(notes->points, notes->point_count, &notes->point_capacity, sizeof(*points));
+    if (!points)
+        return;
+    notes->points = points;
     struct execution_point_note *note = &notes->points[notes->point_count++];
     note->journal = journal;
     note->position = entry->built.position;
@@ -57,14 +55,11 @@ static struct input_note *add_note(struct replay *replay, const struct journal *
                                    const struct journal_entry *entry)
 {
     struct input_notes *notes = replay->notes;
-    if (notes->count == notes->capacity) {
-        uint32_t capacity = notes->capacity ? notes->capacity * 2 : 8;
-        struct input_note *items = realloc(notes->items, capacity * sizeof(*items));
-        if (!items)
-            return NULL;
-        notes->items = items;
-        notes->capacity = capacity;
-    }
+    struct input_note *items =
+        array_make_room(notes->items, notes->count, &notes->capacity, sizeof(*items));
+    if (!items)
+        return NULL;
+    notes->items = items;
     struct input_note *note = &notes->items[notes->count++];
     *note = (struct input_note){.journal = journal,
                                 .entry = entry,
@@ -104,14 +99,11 @@ void replay_note_micromap(struct replay *replay, const struct journal *journal,
     struct input_notes *notes = replay->notes;
     if (!notes || !journal->work || entry->micromap.is_ext)
         return;
-    if (notes->used_count == notes->used_capacity) {
-        uint32_t capacity = notes->used_capacity ? notes->used_capacity * 2 : 8;
-        struct used_micromap_note *used = realloc(notes->used, capacity * sizeof(*used));
-        if (!used)
-            return;
-        notes->used = used;
-        notes->used_capacity = capacity;
-    }
+    struct used_micromap_note *used =
+        array_make_room(notes->used, notes->used_count, &notes->used_capacity, sizeof(*used));
+    if (!used)
+        return;
+    notes->used = used;
     notes->used[notes->used_count++] =
         (struct used_micromap_note){.journal = journal,
                                     .position = entry->micromap.position,
@@ -132,16 +124,16 @@ void replay_judge_inputs(struct replay *replay, const struct input_note *note)
         return;
     struct built now = note->entry->built;
     now.inputs = note->inputs;
-    struct update_judgement judgement;
-    update_judgement_begin(&judgement, replay, note->journal, note->entry);
+    struct judge judge;
+    judge_begin_entry(&judge, replay, note->journal, note->entry);
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule == RULE_primitive_count_matches_source
                 ? counts_are_known(asked) && counts_are_known(source)
                 : rule_infos[rule].level != LEVEL_CONTENT)
-            walk_stop_rule(&judgement.walk, (enum rule)rule);
-    const struct update_view update = {.command = judgement.location.command,
+            walk_stop_rule(&judge.walk, (enum rule)rule);
+    const struct update_view update = {.command = judge.location.command,
                                        .src = note->entry->src,
                                        .asked = &now,
                                        .source = &note->source};
-    judge_geometries(&judgement.walk, &update, &judgement.location);
+    judge_updated_geometries(&judge, &update);
 }

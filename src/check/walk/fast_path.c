@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The rows as chains of comparisons: rules.def is included once a subject. */
+/* The rows as chains of comparisons. */
 #include "src/check/walk/fast_path.h"
 
 #include "rows_by_subject.h"
 #include "src/base/recording_path.h"
-#include "src/rules/address.h"
 #include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"
 
@@ -15,37 +14,64 @@
         return false;
 #define ROWS_PASS static inline __attribute__((always_inline)) bool
 
-#define PASS_CALL(name, level) PASS(name, level, call, false)
-
 ROWS_PASS call_rows_pass(const struct call_view *call, enum level level)
 {
-    ROWS_OF_call(PASS_CALL);
+    ROWS_OF_call(PASS, call, false);
     return true;
 }
-
-#define PASS_BUILD(name, level) PASS(name, level, build, same_shape)
 
 ROWS_PASS build_rows_pass(const struct build_view *build, enum level level, bool same_shape)
 {
-    ROWS_OF_build(PASS_BUILD);
+    ROWS_OF_build(PASS, build, same_shape);
     return true;
 }
-
-#define PASS_GEOMETRY(name, level) PASS(name, level, geometry, same_shape)
 
 ROWS_PASS geometry_rows_pass(const struct geometry_view *geometry, enum level level,
                              bool same_shape)
 {
-    ROWS_OF_geometry(PASS_GEOMETRY);
+    ROWS_OF_geometry(PASS, geometry, same_shape);
     return true;
 }
 
-#define PASS_RANGE(name, level) PASS(name, level, range, false)
-
 ROWS_PASS range_rows_pass(const struct range_view *range, enum level level)
 {
-    ROWS_OF_range(PASS_RANGE);
+    ROWS_OF_range(PASS, range, false);
     return true;
+}
+
+ROWS_PASS address_rows_hold(const struct address_view *address)
+{
+    const enum level level = LEVEL_STATE;
+    ROWS_OF_address(PASS, address, false);
+    return true;
+}
+
+/* An address of a geometry. */
+ROWS_PASS input_holds(const struct geometry_view *geometry, enum input_role role,
+                      const struct address_facts *facts)
+{
+    const struct address_view address = {
+        .build = geometry->build, .geometry = geometry, .role = role, .facts = facts};
+    return address_rows_hold(&address);
+}
+
+ROWS_PASS geometry_addresses_pass(const struct geometry_view *geometry)
+{
+    const struct chained_inputs *chained = geometry->chained;
+    for (uint32_t i = 0; chained && i < chained->count; i++)
+        if (!input_holds(geometry, chained->items[i].role, &chained->items[i].facts))
+            return false;
+    return input_holds(geometry, INPUT_VERTEX, &geometry->vertex) &&
+           input_holds(geometry, INPUT_INDEX, &geometry->index_data) &&
+           input_holds(geometry, INPUT_TRANSFORM, &geometry->transform) &&
+           input_holds(geometry, data_role(geometry), &geometry->data);
+}
+
+ROWS_PASS scratch_address_passes(const struct build_view *build)
+{
+    const struct address_view address = {
+        .build = build, .role = INPUT_SCRATCH, .facts = &build->scratch};
+    return address_rows_hold(&address);
 }
 
 static bool is_device_build(const struct call_view *call)

@@ -32,8 +32,7 @@ void walk_stop_rule(struct walk *walk, enum rule rule);
 /* Where a geometry, or its build range, is. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
 /* Hands on a finding, and notes whether more of its rule are wanted. */
-__attribute__((cold)) void walk_report(struct walk *walk, enum rule rule,
-                                       const struct location *location,
+__attribute__((cold)) void walk_report(struct walk *walk, enum rule rule, struct location location,
                                        const struct finding *finding);
 
 /* Each walks the rows of its subject at one of the two levels that a call decides. */
@@ -53,18 +52,34 @@ void walk_swept_spheres(struct walk *walk, const struct swept_spheres_view *swep
 void walk_dense_build(struct walk *walk, const struct dense_build_view *dense_build,
                       enum level level);
 void walk_dense(struct walk *walk, const struct dense_view *dense, enum level level);
-void walk_pair(struct walk *walk, const struct pair_view *pair);
+void walk_micromap_build(struct walk *walk, const struct micromap_build_view *micromap_build,
+                         enum level level);
+void walk_micromap_geometry(struct walk *walk,
+                            const struct micromap_geometry_view *micromap_geometry,
+                            enum level level);
+void walk_micromap_data(struct walk *walk, const struct micromap_data_view *micromap_data,
+                        enum level level);
+void walk_opacity(struct walk *walk, const struct opacity_view *opacity, enum level level);
+void walk_opacity_ext(struct walk *walk, const struct opacity_ext_view *opacity_ext,
+                      enum level level);
+void walk_displacement(struct walk *walk, const struct displacement_view *displacement,
+                       enum level level);
+void walk_nv_call(struct walk *walk, const struct nv_call_view *nv_call, enum level level);
+void walk_nv_info(struct walk *walk, const struct nv_info_view *nv_info, enum level level);
+void walk_nv_geometry(struct walk *walk, const struct nv_geometry_view *nv_geometry,
+                      enum level level);
+
+/* Each walks all rows of its subject, for a finding at `location`. */
+void walk_pair(struct walk *walk, const struct pair_view *pair, const struct location *location);
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location);
 void walk_updated_geometry(struct walk *walk, const struct updated_geometry_view *updated_geometry,
                            const struct location *location);
 void walk_updated_dense(struct walk *walk, const struct updated_dense_view *updated_dense,
                         const struct location *location);
-
-/* Of the NV command (walk_nv.c). */
-void walk_nv_call(struct walk *walk, const struct nv_call_view *nv_call, enum level level);
-void walk_nv_info(struct walk *walk, const struct nv_info_view *nv_info, enum level level);
-void walk_nv_geometry(struct walk *walk, const struct nv_geometry_view *nv_geometry,
-                      enum level level);
+void walk_updated_micromap(struct walk *walk, const struct updated_micromap_view *updated_micromap,
+                           const struct location *location);
+void walk_used_micromap(struct walk *walk, const struct used_micromap_view *used_micromap,
+                        const struct location *location);
 
 #endif

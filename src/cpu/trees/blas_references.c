@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Held trees, by reference. */
+/* A table of held trees, by reference. */
 #include "src/cpu/trees/blas_references.h"
 
 #include <stddef.h>
@@ -9,7 +9,7 @@
 #include "src/cpu/trees/bytes.h"
 
 struct entry {
-    struct cpu_tree *tree; /* NULL: the reference leads nowhere */
+    struct cpu_tree *tree; /* NULL: the reference is invalid */
 };
 
 void blas_references_init(struct blas_references *references, struct cpu_structures *structures)
@@ -35,7 +35,7 @@ static struct entry *add(struct blas_references *references, uint64_t reference)
         return NULL;
     }
     entry->tree = cpu_structures_tree(references->structures, reference);
-    /* No instance may have a top level; held by one that waits to be made, it might hold itself. */
+    /* An instance must not refer to a TLAS. A lazy TLAS that held a TLAS might hold itself. */
     if (entry->tree && cpu_tree_is_top_level(entry->tree)) {
         cpu_tree_release(entry->tree);
         entry->tree = NULL;
@@ -74,8 +74,8 @@ void blas_references_release(struct blas_references *references)
     pthread_mutex_destroy(&references->lock);
 }
 
-/* What an instance may have, made now if it isn't yet; NULL where it is none. Without the lock: to
- * make it may take long. */
+/* Returns the bytes of a BLAS; makes a lazy tree first. Returns NULL if the tree is not a BLAS.
+ * Call without the lock, because making a tree may take long. */
 static const void *blas_of(const struct entry *entry)
 {
     const void *bytes = entry && entry->tree ? cpu_tree_read(entry->tree) : NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The trees that one operation reads through references of instances, held until it is done, so
- * that none goes away meanwhile, and each reference means the same throughout. */
+/* The trees that one operation reads through the references of instances. They are held until the
+ * operation is done, so each reference resolves to the same tree during the whole operation. */
 #ifndef ASSAY_CPU_TREES_BLAS_REFERENCES_H
 #define ASSAY_CPU_TREES_BLAS_REFERENCES_H
 
@@ -15,26 +15,26 @@ struct blas_references {
     struct cpu_structures *structures;
     struct cpu_watcher watcher;
     bool is_watching;
-    pthread_mutex_t lock; /* of what follows; taken before that of structures */
+    pthread_mutex_t lock; /* guards the members below; taken before the lock of structures */
     struct handle_table references;
-    bool out_of_memory; /* references were not found for lack of it */
+    bool out_of_memory; /* memory ran out for a reference, so it was not found */
 };
 
 void blas_references_init(struct blas_references *references, struct cpu_structures *structures);
 void blas_references_release(struct blas_references *references);
 
-/* From now on references mean the trees that structures have now, however late they are asked for.
- */
+/* From now on each reference resolves to the tree that its structure has at the time of this call,
+ * even if it is first resolved later. */
 void blas_references_hold_all(struct blas_references *references);
 
-/* Finds bottom-level structures that are built, when they are first asked for. */
+/* The resolver finds built bottom-level structures on first use. */
 struct builder_resolver blas_references_resolver(struct blas_references *references);
 
-/* Finds micromaps that are built, likewise. */
+/* The resolver finds built micromaps on first use. */
 struct builder_resolver blas_references_micromaps(struct blas_references *references);
 
-/* Finds all that a TLAS refers to now; the resolver then finds those alone, without a lock. False
- * without memory. */
+/* Resolves all references of a TLAS now. The resolver then finds only these, and takes no lock.
+ * Returns false if memory runs out. */
 bool blas_references_collect(struct blas_references *references, const void *tlas);
 struct builder_resolver blas_references_collected(struct blas_references *references);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a tree's bytes are, which are a structure's or a micromap's: the builder's functions for
- * either. */
+/* The builder's functions for the bytes of a tree, which are those of an acceleration structure or
+ * of a micromap. */
 #ifndef ASSAY_CPU_TREES_BYTES_H
 #define ASSAY_CPU_TREES_BYTES_H
 
@@ -45,7 +45,7 @@ bytes_serialize(const void *bytes, const struct builder_uuids *uuids, void *to, 
                               : builder_serialize(bytes, uuids, to, size);
 }
 
-/* Whether they are those of a structure of one of the levels. */
+/* Whether the bytes are those of a bottom-level, or top-level, structure (`type`). */
 static inline bool bytes_are_of_level(const void *bytes, VkAccelerationStructureTypeKHR type)
 {
     return !micromap_is(bytes) && builder_type(bytes) == type;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The work of trees that are made late, and what it holds until then. */
+/* The work of lazy trees, and the objects that it holds until a tree is made. */
 #include "src/cpu/trees/lazy_bvh.h"
 
 #include <stdlib.h>
@@ -9,10 +9,10 @@
 #include "src/cpu/trees/blas_references.h"
 #include "src/cpu/trees/make.h"
 
-/* A micromap that displaces triangles, as it was when the build executed. */
+/* A displacement micromap, as it was when the build executed. */
 struct held_micromap {
     uint64_t reference;
-    struct cpu_tree *tree; /* NULL: the reference leads nowhere */
+    struct cpu_tree *tree; /* NULL: the reference is invalid */
 };
 
 struct held_micromaps {
@@ -23,14 +23,13 @@ struct held_micromaps {
 struct lazy {
     struct cpu_device *device;
     uint64_t size_max;
-    struct execution *execution;        /* whose snapshots are read; NULL: none */
-    const struct recorded_build *build; /* of the execution's recording */
+    struct execution *execution;        /* its snapshots are the input; NULL: none */
+    const struct recorded_build *build; /* belongs to the execution's recording */
     struct snapshot serialized;
-    struct cpu_tree *source; /* of an update or a compaction */
-    struct blas_references
-        references; /* what instances refer to, as it was when the build executed */
+    struct cpu_tree *source;           /* of an update or a compaction */
+    struct blas_references references; /* the instances' trees when the build executed */
     bool has_references;
-    struct held_micromaps *micromaps; /* NULL: nothing is displaced */
+    struct held_micromaps *micromaps; /* NULL: no displacement micromaps */
 };
 
 static void release_micromaps(struct held_micromaps *held)
@@ -40,8 +39,9 @@ static void release_micromaps(struct held_micromaps *held)
     free(held);
 }
 
-/* False without memory. Those alone, and not all that changes from now on, as pins have it: among
- * that may be the structure that is built. */
+/* Holds the micromaps that the build refers to. Does not hold all structures that change later, as
+ * blas_references_hold_all does, because one of them may be the structure that is built. Returns
+ * false if memory runs out. */
 static bool reference_micromaps(struct cpu_device *device, const struct build_parameters *build,
                                 struct held_micromaps **held)
 {
@@ -89,12 +89,12 @@ static void release(void *context)
 static VkResult make_build(void *context, struct cpu_tree *tree);
 static VkResult make_compaction(void *context, struct cpu_tree *tree);
 
-/* Returns one reference to a tree that `make` makes; what `late` holds is taken over. */
+/* Returns one reference to a tree that `make` makes. Takes over the references of `lazy`. */
 static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *tree),
                                const struct lazy *lazy)
 {
     struct lazy *own = malloc(sizeof(*own));
-    struct cpu_tree_work recording = {
+    struct cpu_tree_work work = {
         .make = make,
         .release = release,
         .context = own,
@@ -102,7 +102,7 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
         .is_top_level = lazy->has_references ||
                         (make == make_compaction && cpu_tree_is_top_level(lazy->source)),
     };
-    struct cpu_tree *tree = own ? cpu_tree_create_lazy(&recording) : NULL;
+    struct cpu_tree *tree = own ? cpu_tree_create_lazy(&work) : NULL;
     if (tree) {
         *own = *lazy;
         if (own->execution)
@@ -119,7 +119,7 @@ static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *
     return NULL;
 }
 
-/* Waits for the end of an execution, and begins to read its snapshots, unless that fails. */
+/* Waits for the end of the execution, and takes its lock for reading unless that fails. */
 static VkResult begin_reading(const struct lazy *lazy)
 {
     struct execution *execution = lazy->execution;
@@ -133,8 +133,8 @@ static VkResult begin_reading(const struct lazy *lazy)
     return VK_SUCCESS;
 }
 
-/* Without the copies it is not known what was built. The caller closes the memory, also after a
- * failure. */
+/* Fails if the driver has not executed the copies, because the inputs are unknown then. The caller
+ * closes the memory, also after a failure. */
 static VkResult open_memory(const struct lazy *lazy, struct snapshot_memory *snapshots)
 {
     if (lazy->execution->has_no_snapshots || !snapshot_memory_open(snapshots))
@@ -150,8 +150,8 @@ static VkResult make_by_build(const struct lazy *lazy, const struct cpu_making *
                               struct cpu_tree *tree)
 {
     VkResult result = cpu_make_by_build(making, tree);
-    bool is_whole = !lazy->has_references || !lazy->references.out_of_memory;
-    return result == VK_SUCCESS && !is_whole ? VK_ERROR_OUT_OF_HOST_MEMORY : result;
+    bool is_complete = !lazy->has_references || !lazy->references.out_of_memory;
+    return result == VK_SUCCESS && !is_complete ? VK_ERROR_OUT_OF_HOST_MEMORY : result;
 }
 
 static VkResult make_from_memory(struct lazy *lazy, const struct input_memory *memory,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Trees made by the reference builder. */
+/* Makes trees with the reference builder. */
 #include "src/cpu/trees/make.h"
 
 #include "src/cpu/device.h"
@@ -109,7 +109,7 @@ VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tre
 
 /* ---- copies */
 
-static VkResult copied(struct cpu_device *device, enum builder_result result, uint64_t size)
+static VkResult count_copy(struct cpu_device *device, enum builder_result result, uint64_t size)
 {
     if (result == BUILDER_OK) {
         cpu_count(&device->counters.copies, 1);
@@ -130,9 +130,9 @@ VkResult cpu_make_by_copy(struct cpu_device *device, VkCopyAccelerationStructure
     void *bytes = cpu_tree_allocate(tree, size);
     if (!bytes)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    return copied(device,
-                  compacts ? bytes_compact(source, bytes, size) : bytes_clone(source, bytes, size),
-                  size);
+    return count_copy(
+        device, compacts ? bytes_compact(source, bytes, size) : bytes_clone(source, bytes, size),
+        size);
 }
 
 VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input_memory *memory,
@@ -150,9 +150,9 @@ VkResult cpu_make_by_deserializing(struct cpu_device *device, const struct input
     void *to = cpu_tree_allocate(tree, size);
     if (!to)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    return copied(device,
-                  micromap_is_serialized(bytes, header.size)
-                      ? micromap_deserialize(bytes, header.size, &device->uuids, to, size)
-                      : builder_deserialize(bytes, header.size, &device->uuids, to, size),
-                  size);
+    return count_copy(device,
+                      micromap_is_serialized(bytes, header.size)
+                          ? micromap_deserialize(bytes, header.size, &device->uuids, to, size)
+                          : builder_deserialize(bytes, header.size, &device->uuids, to, size),
+                      size);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making trees: by builds, updates and copies. Nothing here knows which structure a tree is for, or
- * whether the host or a device asked. */
+/* Makes trees by builds, updates and copies, for host and device commands alike. */
 #ifndef ASSAY_CPU_TREES_MAKE_H
 #define ASSAY_CPU_TREES_MAKE_H
 
@@ -9,26 +8,26 @@
 #include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
 
-/* Results are VK_SUCCESS, VK_ERROR_OUT_OF_HOST_MEMORY, or VK_ERROR_VALIDATION_FAILED where the
- * parameters or the data allow no tree: data that can't be read, unknown formats, another shape
- * than the source of an update has, a structure too small. */
+/* All functions return VK_SUCCESS, VK_ERROR_OUT_OF_HOST_MEMORY, or VK_ERROR_VALIDATION_FAILED if
+ * the parameters or the data are invalid: unreadable data, an unknown format, an update whose shape
+ * differs from its source, a structure that is too small. */
 VkResult cpu_result(enum builder_result result);
 
 struct cpu_device;
 
 struct cpu_making {
-    struct cpu_device *device; /* counts, and keeps the claims of scratch */
+    struct cpu_device *device; /* for its counters and scratch claims */
     const struct build_parameters *build;
     struct input_memory memory;
     struct builder_resolver resolver;
-    struct builder_resolver micromaps; /* that displace triangles */
-    const void *source;                /* of an update */
-    uint64_t size_max;                 /* of the tree */
-    void *scratch;                     /* the application's, on the host; or NULL */
-    struct builder_team *team;         /* threads that may take part; or NULL */
+    struct builder_resolver micromaps; /* displacement micromaps */
+    const void *source;                /* of an update, or NULL */
+    uint64_t size_max;                 /* limit of the tree's size */
+    void *scratch;                     /* the application's scratch of a host build, or NULL */
+    struct builder_team *team;         /* threads that may help, or NULL */
 };
 
-/* Allocates and writes the bytes of `tree`. */
+/* All functions below allocate and write the bytes of `tree`. */
 VkResult cpu_make_by_build(const struct cpu_making *making, struct cpu_tree *tree);
 
 /* VkCopyAccelerationStructureModeKHR clone and compact. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Properties of trees. */
+/* Properties of trees, by query type. */
 #include "src/cpu/trees/property.h"
 
 #include "src/cpu/trees/bytes.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Properties of trees, which queries read. */
+/* Properties of trees, for queries. */
 #ifndef ASSAY_CPU_TREES_PROPERTY_H
 #define ASSAY_CPU_TREES_PROPERTY_H
 
@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-/* What a query of the type reads from a tree; false for another type. */
+/* Sets `value` to the tree's property of a query type. Returns false if the type is unknown. */
 bool cpu_property(const void *tree, VkQueryType type, uint64_t *value);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Scenes for tracing. */
+/* Opens and closes scenes for tracing. */
 #include "src/cpu/trees/scene.h"
 
 #include "src/cpu/trees/bytes.h"
 
-/* Looked for when a ray meets what has one; they mean what they do now. */
+/* Micromaps are resolved when a ray first meets one, but to the trees that they have now. */
 static void open_micromaps(struct cpu_scene *scene)
 {
     blas_references_init(&scene->micromaps, scene->device->structures);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Trees: reference counts, and work that is done late. */
+/* Reference counts of trees, and the work of lazy trees. */
 #include "src/cpu/trees/tree.h"
 
 #include <pthread.h>
@@ -12,11 +12,11 @@
 struct cpu_tree {
     atomic_uint references;
     void *bytes;
-    /* of trees that are made late; the lock guards the work, and `bytes` as long as it waits */
+    /* Lazy trees. The lock guards `work`, and `bytes` while is_unmade. */
     pthread_mutex_t lock;
-    atomic_bool is_waiting;
-    bool is_top_level;         /* for as long */
-    struct cpu_tree_work work; /* make is NULL once it has run */
+    atomic_bool is_unmade;
+    bool is_top_level;         /* valid while is_unmade */
+    struct cpu_tree_work work; /* `make` is NULL once it has run */
 };
 
 struct cpu_tree *cpu_tree_create(void)
@@ -33,7 +33,7 @@ struct cpu_tree *cpu_tree_create_lazy(const struct cpu_tree_work *work)
 {
     struct cpu_tree *tree = cpu_tree_create();
     if (tree) {
-        atomic_init(&tree->is_waiting, true);
+        atomic_init(&tree->is_unmade, true);
         tree->is_top_level = work->is_top_level;
         tree->work = *work;
     }
@@ -75,12 +75,12 @@ static void make(struct cpu_tree *tree)
         tree->bytes = NULL;
     }
     work.release(work.context);
-    atomic_store_explicit(&tree->is_waiting, false, memory_order_release);
+    atomic_store_explicit(&tree->is_unmade, false, memory_order_release);
 }
 
 const void *cpu_tree_read(struct cpu_tree *tree)
 {
-    if (!atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
+    if (!atomic_load_explicit(&tree->is_unmade, memory_order_acquire))
         return tree->bytes;
     pthread_mutex_lock(&tree->lock);
     if (tree->work.make)
@@ -93,7 +93,7 @@ const void *cpu_tree_read(struct cpu_tree *tree)
 struct cpu_tree *cpu_tree_start(struct cpu_tree *tree)
 {
     struct cpu_tree *start = NULL;
-    if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire)) {
+    if (atomic_load_explicit(&tree->is_unmade, memory_order_acquire)) {
         pthread_mutex_lock(&tree->lock);
         if (tree->work.make && tree->work.start)
             start = cpu_tree_keep(tree->work.start);
@@ -107,7 +107,7 @@ struct cpu_tree *cpu_tree_start(struct cpu_tree *tree)
 
 bool cpu_tree_is_top_level(const struct cpu_tree *tree)
 {
-    if (atomic_load_explicit(&tree->is_waiting, memory_order_acquire))
+    if (atomic_load_explicit(&tree->is_unmade, memory_order_acquire))
         return tree->is_top_level;
     return tree->bytes &&
            bytes_are_of_level(tree->bytes, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);

@@ -15,10 +15,10 @@ enum { RECENT_BITS = 6 };
 struct command_buffers {
     struct reader_lock lock; /* guards the tables, the lists of the pools, unused, and incomplete */
     struct handle_table pools, buffers;
-    struct command_buffer *unused; /* records of command buffers that went */
-    bool incomplete;               /* a record was lost for lack of memory */
-    /* What was found last, by hashes of handles. Commands come in long runs for a few command
-     * buffers, so that most look-ups end here, without a lock. */
+    struct command_buffer *unused; /* records of removed command buffers, for reuse */
+    bool incomplete;               /* memory ran out for a record */
+    /* The records found last, by hashes of handles. Commands come in long runs for a few command
+     * buffers, so most look-ups end here, without the lock. */
     struct command_buffer *_Atomic recent[1 << RECENT_BITS];
 };
 
@@ -30,7 +30,7 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
     return VK_SUCCESS;
 }
 
-/* With the lock held for writing, as those below. */
+/* Hold the lock for writing here and in the functions below. */
 static void lay_by(struct command_buffers *command_buffers, struct command_buffer *record)
 {
     record->next = command_buffers->unused;
@@ -48,7 +48,7 @@ static void retire(struct command_buffers *command_buffers, struct command_buffe
     lay_by(command_buffers, command_buffer);
 }
 
-/* An empty record without a handle; NULL without memory. */
+/* Returns an empty record without a handle; NULL if memory runs out. */
 static struct command_buffer *take_record(struct command_buffers *command_buffers)
 {
     struct command_buffer *record = command_buffers->unused;
@@ -87,7 +87,7 @@ void command_buffers_destroy(struct command_buffers *command_buffers)
 
 /* Pools. */
 
-/* Takes a pool and its command buffers out of the tables. */
+/* Removes a pool and its command buffers from the tables. */
 static struct command_pool *take_out_pool(struct command_buffers *command_buffers,
                                           VkCommandPool handle)
 {
@@ -117,7 +117,7 @@ void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommand
 }
 
 void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
-                                 void (*gone)(void *user, VkCommandBuffer handle), void *user)
+                                 void (*removed)(void *user, VkCommandBuffer handle), void *user)
 {
     reader_lock_write(&command_buffers->lock);
     struct command_pool *pool = take_out_pool(command_buffers, handle);
@@ -125,7 +125,7 @@ void command_buffers_remove_pool(struct command_buffers *command_buffers, VkComm
     if (!pool)
         return;
     for (const struct command_buffer *b = pool->first; b; b = b->next)
-        gone(user, b->handle);
+        removed(user, b->handle);
     reader_lock_write(&command_buffers->lock);
     free_pool(pool, command_buffers);
     reader_lock_write_done(&command_buffers->lock);
@@ -215,9 +215,9 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
     reader_lock_write_done(&command_buffers->lock);
 }
 
-/* Spread as in src/base/handle_table.c. */
-static struct command_buffer *_Atomic *shape_slot(struct command_buffers *command_buffers,
-                                                  VkCommandBuffer handle)
+/* Uses the hash of src/base/handle_table.c. */
+static struct command_buffer *_Atomic *recent_slot(struct command_buffers *command_buffers,
+                                                   VkCommandBuffer handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
     return &command_buffers->recent[hash >> (64 - RECENT_BITS)];
@@ -231,19 +231,19 @@ look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
         handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
     reader_lock_leave(&command_buffers->lock, stripe);
     if (found)
-        atomic_store_explicit(shape_slot(command_buffers, handle), found, memory_order_release);
+        atomic_store_explicit(recent_slot(command_buffers, handle), found, memory_order_release);
     return found;
 }
 
-/* Inlined when the library is linked, as each command asks. */
+/* Inlined at link time, because every command calls it. */
 inline struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
                                                    VkCommandBuffer handle)
 {
     struct command_buffer *recent =
-        atomic_load_explicit(shape_slot(command_buffers, handle), memory_order_acquire);
-    bool is_it =
+        atomic_load_explicit(recent_slot(command_buffers, handle), memory_order_acquire);
+    bool matches =
         recent && handle && atomic_load_explicit(&recent->handle, memory_order_acquire) == handle;
-    return is_it ? recent : look_up(command_buffers, handle);
+    return matches ? recent : look_up(command_buffers, handle);
 }
 
 bool command_buffers_incomplete(struct command_buffers *command_buffers)
@@ -254,10 +254,10 @@ bool command_buffers_incomplete(struct command_buffers *command_buffers)
     return incomplete;
 }
 
-/* Of a handle without record. */
-__attribute__((cold)) static void no_facts(struct command_buffers *command_buffers,
-                                           VkCommandBuffer handle,
-                                           struct command_buffer_facts *facts)
+/* Sets the facts of a handle without a record. */
+__attribute__((cold)) static void set_unknown_facts(struct command_buffers *command_buffers,
+                                                    VkCommandBuffer handle,
+                                                    struct command_buffer_facts *facts)
 {
     bool incomplete = command_buffers_incomplete(command_buffers);
     *facts = (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
@@ -268,14 +268,14 @@ void command_buffers_facts(struct command_buffers *command_buffers,
                            struct command_buffer_facts *facts)
 {
     if (!command_buffer) {
-        no_facts(command_buffers, handle, facts);
+        set_unknown_facts(command_buffers, handle, facts);
         return;
     }
     *facts = command_buffer->facts;
     if (command_buffer->facts.state != COMMAND_BUFFER_RECORDING)
         facts->in_render_pass = facts->in_video_coding = facts->suspended = UNKNOWN;
     if (command_buffer->validity &&
-        atomic_load_explicit(&command_buffer->validity->lost, memory_order_relaxed))
+        atomic_load_explicit(&command_buffer->validity->invalidated, memory_order_relaxed))
         facts->state = COMMAND_BUFFER_INVALID;
 }
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The command pools and command buffers of one device: what each is recording and inside what.
+/* The command pools and command buffers of one device, and the recording state of each.
  *
- * The table has a lock of its own; a record is not locked, since the application synchronizes
- * access to a command buffer and its pool. A found record stays good until the application frees
- * it. */
+ * The table has its own lock. A record has none, because the application synchronizes access to a
+ * command buffer and its pool. A found record is valid until the application frees the command
+ * buffer. */
 #ifndef ASSAY_STATE_COMMANDS_COMMAND_BUFFERS_H
 #define ASSAY_STATE_COMMANDS_COMMAND_BUFFERS_H
 
@@ -21,35 +21,32 @@ struct command_buffers;
 
 struct command_pool {
     VkCommandPool handle;
-    VkQueueFlags queue_flags; /* of its family; 0: not known */
+    VkQueueFlags queue_flags; /* of the queue family; 0: unknown */
     bool is_protected;
-    struct command_buffer *first; /* of its command buffers */
+    struct command_buffer *first; /* list of its command buffers */
 };
 
-/* Its memory is that of a record for as long as there is the table, since look-ups without a lock
- * may come upon that of another command buffer, of which they read the handle: null while the
- * record is unused. */
+/* A record is freed only with its table, because a look-up without the lock may read the handle of
+ * a retired record. The handle of a retired record is VK_NULL_HANDLE. */
 struct command_buffer {
-    VkCommandBuffer _Atomic handle; /* first */
+    VkCommandBuffer _Atomic handle; /* first member: take_record() clears all but this */
     struct command_pool *pool;
     struct command_buffer *previous, *next; /* in the pool */
     VkCommandBufferLevel level;
-    /* What rules may see while it is recording. `suspended` is UNKNOWN until the first rendering: a
-     * command buffer before may have suspended one. */
+    /* `suspended` is UNKNOWN until the first rendering, because an earlier command buffer may have
+     * suspended a rendering instance. */
     struct command_buffer_facts facts;
-    bool suspending;           /* the rendering instance in progress will be suspended */
-    struct validity *validity; /* of a recording that executes secondaries; else NULL */
-    struct dependents dependents;
-    struct journal *journal; /* NULL: never recorded, or no memory for it */
-    /* What the journal alone tells of structures; made when first asked for. */
+    bool suspending;              /* the current rendering instance will be suspended */
+    struct validity *validity;    /* NULL if the recording executes no secondary command buffer */
+    struct dependents dependents; /* recordings that execute this command buffer */
+    struct journal *journal;      /* NULL: never recorded, or memory ran out */
+    /* Structure states that follow from the journal alone; made on first use. */
     struct build_states known;
     bool has_known_states;
-    bool
-        work_failed; /* for lack of memory: what a backend should carry out isn't all in the journal
-                      */
-    bool executes_once;       /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */
-    bool inherits_conditions; /* where a secondary executes, queries or conditional rendering may be
-                                 active */
+    bool work_failed;   /* memory ran out: journal->work lacks some commands for the backend */
+    bool executes_once; /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */
+    /* A secondary that may execute inside an active query or conditional rendering. */
+    bool inherits_conditions;
     struct label_stack labels;
     struct previous_shape previous_shape;
 };
@@ -59,9 +56,9 @@ void command_buffers_destroy(struct command_buffers *command_buffers);
 
 void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool handle,
                               VkQueueFlags queue_flags, bool is_protected);
-/* Tells `gone` of each command buffer that goes with it. */
+/* Calls `removed` for each command buffer of the pool, without the lock. */
 void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
-                                 void (*gone)(void *user, VkCommandBuffer handle), void *user);
+                                 void (*removed)(void *user, VkCommandBuffer handle), void *user);
 void command_buffers_reset_pool(struct command_buffers *command_buffers, VkCommandPool handle,
                                 bool releases);
 
@@ -71,14 +68,15 @@ void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool 
 void command_buffers_remove(struct command_buffers *command_buffers, uint32_t count,
                             const VkCommandBuffer *handles);
 
-/* NULL if it isn't known. */
+/* Returns NULL if the handle is unknown. */
 struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
                                             VkCommandBuffer handle);
 
-/* Whether a record was lost for lack of memory, so that a valid handle may be unknown. */
+/* Whether memory ran out for a record, so that a valid handle may be unknown. */
 bool command_buffers_incomplete(struct command_buffers *command_buffers);
 
-/* What rules may see; for a handle without record alive is NO, or UNKNOWN where one was lost. */
+/* Sets `facts` for rules. For a handle without a record (`command_buffer` NULL), alive is NO, or
+ * UNKNOWN if the table is incomplete. */
 void command_buffers_facts(struct command_buffers *command_buffers,
                            const struct command_buffer *command_buffer, VkCommandBuffer handle,
                            struct command_buffer_facts *facts);
@@ -87,12 +85,12 @@ void command_buffers_facts(struct command_buffers *command_buffers,
 struct label_stack *command_buffers_labels(struct command_buffers *command_buffers,
                                            VkCommandBuffer handle);
 
-/* What commands do to a command buffer. All accept NULL. */
+/* These update the record for a command. All accept NULL. */
 void command_buffer_begin(struct command_buffer *command_buffer,
                           const VkCommandBufferBeginInfo *begin_info, uint64_t destroy_count,
                           VkResult result);
 void command_buffer_end(struct command_buffer *command_buffer, VkResult result);
-/* `releases`: what it kept for the next recording is freed, too. */
+/* `releases`: also frees the memory that was kept for the next recording. */
 void command_buffer_reset(struct command_buffer *command_buffer, bool releases, VkResult result);
 void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags);
 void command_buffer_end_rendering(struct command_buffer *command_buffer);

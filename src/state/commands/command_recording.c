@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What recorded commands do to the state of a command buffer. */
+/* Updates the record of a command buffer for each recorded command. */
 #include "src/base/chain.h"
 #include "src/base/recording_path.h"
 #include "src/state/commands/command_buffers.h"
 
-/* What few recordings have. */
-__attribute__((cold, noinline)) static void drop_rest(struct command_buffer *command_buffer)
+/* Clears the parts that few recordings have. */
+__attribute__((cold, noinline)) static void drop_rare_parts(struct command_buffer *command_buffer)
 {
     dependents_invalidate(&command_buffer->dependents);
     validity_release(command_buffer->validity);
@@ -15,7 +15,7 @@ __attribute__((cold, noinline)) static void drop_rest(struct command_buffer *com
     label_stack_clear(&command_buffer->labels);
 }
 
-/* An empty journal: the one that there is, unless somebody shares it. */
+/* Empties the journal, or, if it is shared, releases it. */
 static void renew_journal(struct command_buffer *command_buffer)
 {
     if (!command_buffer->journal)
@@ -41,7 +41,7 @@ ON_RECORDING_PATH static void start_over(struct command_buffer *command_buffer,
     command_buffer->work_failed = false;
     if (command_buffer->dependents.count || command_buffer->validity ||
         command_buffer->has_known_states || !label_stack_is_clear(&command_buffer->labels))
-        drop_rest(command_buffer);
+        drop_rare_parts(command_buffer);
     renew_journal(command_buffer);
 }
 
@@ -69,7 +69,7 @@ void command_buffer_begin(struct command_buffer *command_buffer,
         command_buffer->journal->destroy_count = destroy_count;
     command_buffer->executes_once = begin_info->flags & VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     command_buffer->inherits_conditions = false;
-    /* The flag is ignored for primary command buffers, as is inheritance. */
+    /* RENDER_PASS_CONTINUE and pInheritanceInfo are ignored for primary command buffers. */
     if (command_buffer->level != VK_COMMAND_BUFFER_LEVEL_SECONDARY)
         return;
     if (begin_info->pInheritanceInfo)
@@ -121,7 +121,7 @@ void command_buffer_set_video_coding(struct command_buffer *command_buffer, bool
         command_buffer->facts.in_video_coding = inside ? YES : NO;
 }
 
-/* Without memory the end of the secondary is not noticed. */
+/* If memory runs out, invalidating the secondary does not invalidate the primary. */
 static void depend_on(struct command_buffer *primary, struct command_buffer *secondary)
 {
     if (!primary->validity)
@@ -130,8 +130,8 @@ static void depend_on(struct command_buffer *primary, struct command_buffer *sec
         dependents_add(&secondary->dependents, primary->validity);
 }
 
-/* A secondary command buffer without a rendering of its own leaves a suspension as it was. One that
- * isn't known may have done anything. */
+/* A secondary command buffer that begins no rendering does not change whether a rendering is
+ * suspended. An unknown secondary may have done anything. */
 void command_buffer_execute(struct command_buffer *primary, struct command_buffer *secondary)
 {
     if (!primary)

@@ -12,11 +12,11 @@ struct operation {
     uint64_t ticket; /* of the work */
 };
 
-/* `lock` guards all but `end`, which never changes. */
+/* `lock` guards all members but `end`, which is constant. */
 struct deferred_operations {
     pthread_mutex_t lock;
     struct handle_table table;
-    bool incomplete; /* an operation was lost for lack of memory */
+    bool incomplete; /* memory ran out for an operation */
     uint64_t last_ticket;
     void (*end)(void *work, VkResult result);
 };
@@ -37,7 +37,7 @@ VkResult deferred_operations_create(struct deferred_operations **operations,
     return VK_SUCCESS;
 }
 
-/* Gives the operation other work, or none; what it had ends. */
+/* Gives the operation new work, or none (NULL), and ends its previous work. */
 static void replace_work(struct deferred_operations *operations, struct operation *operation,
                          void *work, VkResult result)
 {

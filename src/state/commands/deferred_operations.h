@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The deferred operations of one device, and the work of the host that each carries out.
+/* The deferred operations of one device, and the host work that each executes.
  *
- * A command that was deferred has its effects when its operation is complete, which any thread may
- * be the first to learn, by joining or by asking for the result. Work is handed to `end` under the
- * lock, so that every thread which has learned of it finds it ended. */
+ * A deferred command takes effect when its operation is complete. Any thread may be the first to
+ * observe that, by joining the operation or getting its result. The table calls `end` under its
+ * lock, so the work has ended for every thread that has observed the completion. */
 #ifndef ASSAY_STATE_COMMANDS_DEFERRED_OPERATIONS_H
 #define ASSAY_STATE_COMMANDS_DEFERRED_OPERATIONS_H
 
@@ -13,32 +13,32 @@
 
 struct deferred_operations;
 
-/* `end` takes work whose operation has completed with `result`, or with VK_ERROR_UNKNOWN where it
- * isn't known how it went. It must not call back. */
+/* `end` takes over the work of an operation that has completed with `result`; VK_ERROR_UNKNOWN if
+ * the result is unknown. It must not call these functions. */
 VkResult deferred_operations_create(struct deferred_operations **operations,
                                     void (*end)(void *work, VkResult result));
 /* Ends all work. */
 void deferred_operations_destroy(struct deferred_operations *operations);
 
 void deferred_operations_add(struct deferred_operations *operations, VkDeferredOperationKHR handle);
-/* Ends its work. */
+/* Ends the operation's work. */
 void deferred_operations_remove(struct deferred_operations *operations,
                                 VkDeferredOperationKHR handle);
 
-/* Whether there is such an operation. */
+/* Returns UNKNOWN if the operation is not in the table, but memory has run out for some. */
 enum tristate deferred_operations_has(struct deferred_operations *operations,
                                       VkDeferredOperationKHR handle);
 
-/* A command was deferred: the operation takes its work over, and ends what it had before. False
- * where the operation isn't known. */
+/* Call if a command was deferred: the operation takes over `work`, and ends its previous work.
+ * Returns false if the operation is unknown; the caller keeps `work` then. */
 bool deferred_operations_defer(struct deferred_operations *operations,
                                VkDeferredOperationKHR handle, void *work);
 
-/* A number, never used twice, of the work that the operation has now; 0: none. */
+/* Returns the unique number of the operation's current work; 0: none. */
 uint64_t deferred_operations_ticket(struct deferred_operations *operations,
                                     VkDeferredOperationKHR handle);
-/* The operation has completed. Nothing happens unless it still has the work of that number. Returns
- * whether it had. */
+/* Call if the operation has completed: ends the work with this ticket. Returns false, and does
+ * nothing, if the operation no longer has it. */
 bool deferred_operations_complete(struct deferred_operations *operations,
                                   VkDeferredOperationKHR handle, uint64_t ticket, VkResult result);
 

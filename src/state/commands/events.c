@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Events: what has set them last. */
+/* The table of events, and which queue or host call set or reset each of them last. */
 #include "src/state/commands/events.h"
 
 #include <pthread.h>
@@ -11,7 +11,7 @@
 struct event {
     bool device_only; /* the host can't set it */
     bool is_set;
-    VkQueue queue; /* that has set or reset it last; null: the host */
+    VkQueue queue; /* the last queue that set or reset it; null: the host did */
 };
 
 struct events {
@@ -68,7 +68,7 @@ void events_remove(struct events *events, VkEvent handle)
     pthread_mutex_unlock(&events->lock);
 }
 
-/* ---- what sets and resets them */
+/* ---- setting and resetting */
 
 static void note(const struct events *events, uint64_t handle, bool is_set, VkQueue queue)
 {
@@ -79,7 +79,8 @@ static void note(const struct events *events, uint64_t handle, bool is_set, VkQu
     event->queue = queue;
 }
 
-/* What a queue has been told to reset may be reset only after this. */
+/* If a submitted command resets the event, it may execute after this host call: the event then
+ * stays unset. */
 static void note_by_host(struct events *events, VkEvent handle, bool is_set)
 {
     pthread_mutex_lock(&events->lock);
@@ -115,7 +116,7 @@ void events_forget(struct events *events)
 
 /* ---- waits */
 
-/* YES where the journal leaves the event set, NO where it resets it, else `before`. */
+/* Returns YES if the event is set after the journal, NO if the journal resets it, else `before`. */
 static enum tristate is_set_by(const struct journal *journal, uint64_t handle, enum tristate before)
 {
     struct journal_cursor cursor = journal_start(journal);

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The events (VkEvent) of one device, as far as it matters who ends a wait for one. The host may
- * set an event after the submission of what waits for it, and what it does before that comes before
- * whatever is behind the wait. Not so where the wait certainly finds the event set: by the host
- * before the submission, or by the same queue earlier. It has its own lock. */
+/* The events (VkEvent) of one device, and whether a wait for an event may have to wait for the
+ * host.
+ *
+ * The host may set an event after the submission that waits for the event. Then all that the host
+ * did before that executes before the commands after the wait. This is impossible if the event is
+ * certainly set when the wait executes: by the host before the submission, or by an earlier command
+ * of the same queue. The table has its own lock. */
 #ifndef ASSAY_STATE_COMMANDS_EVENTS_H
 #define ASSAY_STATE_COMMANDS_EVENTS_H
 
@@ -15,22 +18,22 @@ struct journal;
 VkResult events_create(struct events **events);
 void events_destroy(struct events *events);
 
-/* An event that can't be kept for lack of memory is one that the host may have to set. */
+/* If memory runs out, the event counts as one that the host may have to set. */
 void events_add(struct events *events, VkEvent handle, bool device_only);
 void events_remove(struct events *events, VkEvent handle);
 
-/* By the host: after the call, and before it. */
+/* For vkSetEvent, after the call; and for vkResetEvent, before the call. */
 void events_set(struct events *events, VkEvent handle);
 void events_reset(struct events *events, VkEvent handle);
 
-/* What a command buffer waits for that is being recorded: whether that may be up to the host, as
- * far as the command buffer and the event's kind tell. */
+/* Whether a wait that is being recorded may have to wait for the host. Uses only the command
+ * buffer's journal and the event's flags. */
 bool events_may_be_open(struct events *events, VkEvent handle, const struct journal *journal);
 
-/* A command buffer is about to be submitted, behind all that the queue was given before. Returns
- * whether it may have to wait for the host. */
+/* Call before a command buffer is submitted, in the order of the queue's submissions. Returns
+ * whether the command buffer may have to wait for the host. */
 bool events_submit(struct events *events, VkQueue queue, const struct journal *journal);
-/* A submission has failed: what it was to set isn't. */
+/* Call if a submission has failed: no event counts as set any more. */
 void events_forget(struct events *events);
 
 #endif

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Journals. */
+/* Creates, fills, walks and releases journals. */
 #include "src/state/commands/journal.h"
-#include "src/base/recording_path.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "src/base/array.h"
+#include "src/base/recording_path.h"
 
 struct journal *journal_create(VkCommandBuffer command_buffer)
 {
@@ -92,14 +94,11 @@ uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *
 {
     if (journal->label_count && journal->label_changes == labels->changes)
         return journal->label_count;
-    if (journal->label_count == journal->label_capacity) {
-        uint32_t capacity = journal->label_capacity ? journal->label_capacity * 2 : 4;
-        struct label_stack *grown = realloc(journal->labels, capacity * sizeof(*grown));
-        if (!grown)
-            return 0;
-        journal->labels = grown;
-        journal->label_capacity = capacity;
-    }
+    struct label_stack *grown = array_make_room(journal->labels, journal->label_count,
+                                                &journal->label_capacity, sizeof(*grown));
+    if (!grown)
+        return 0;
+    journal->labels = grown;
     journal->labels[journal->label_count++] = label_stack_copy(labels);
     journal->label_changes = labels->changes;
     return journal->label_count;
@@ -172,7 +171,7 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
     journal->work = NULL;
 }
 
-/* Every recording begins with this, and most have nothing to release. */
+/* Every recording begins with this call, and most recordings have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
     if (journal->has_references || journal->label_count || journal->work)

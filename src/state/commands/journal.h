@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a recording does to acceleration structures, in recorded order, to be replayed at each
- * submission; or what one command of the host does, in no order.
+/* A journal lists what a command buffer does to acceleration structures, in recorded order; each
+ * submission replays it. The journal of one host command has no order.
  *
- * Only its command buffer, whose use the application synchronizes, changes a journal, and only
- * while nobody else holds it: a submission, or a primary command buffer that executes it, shares
- * it, and the next recording then begins another.
+ * Only the journal's command buffer changes it, and only while the journal is not shared; the
+ * application synchronizes use of the command buffer. A submission, or a primary command buffer
+ * that executes the journal's command buffer, shares the journal. The next recording then begins a
+ * new journal.
  *
- * It keeps no more than can be asked later: 128 bytes a build at most, and 32 for each buffer that
- * the build is the first of its neighbours to read. */
+ * An entry takes 128 bytes at most. An input takes 32 bytes; builds that follow each other and read
+ * the same buffer add one input. */
 #ifndef ASSAY_STATE_COMMANDS_JOURNAL_H
 #define ASSAY_STATE_COMMANDS_JOURNAL_H
 
@@ -21,20 +22,18 @@
 enum journal_kind {
     JOURNAL_BUILD,
     JOURNAL_UPDATE,
-    JOURNAL_COPY,    /* a clone, or a compacting copy */
-    JOURNAL_COMPACT, /* as the latter */
-    JOURNAL_FILL,    /* dst gets contents from memory: a deserialization */
+    JOURNAL_COPY,    /* a clone */
+    JOURNAL_COMPACT, /* a compacting copy */
+    JOURNAL_FILL,    /* dst is written from memory: a deserialization; any write of a micromap */
     JOURNAL_EXECUTE, /* a secondary command buffer */
-    /* A build, whose own entry comes behind, reads a micromap: src. A JOURNAL_FILL of a
-     * VkMicromapEXT is whatever writes that. */
-    JOURNAL_USE_MICROMAP,
-    JOURNAL_RANGES, /* those of a call that uses sparse buffers; comes behind its builds */
-    JOURNAL_BIND,   /* dst: a sparse buffer, src: memory */
-    /* Queries of compacted sizes; their ids are those of query_pools.h. */
+    JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
+    JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
+    JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
+    /* Queries of compacted sizes, with the ids of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
-    JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first, info: how many */
+    JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
     JOURNAL_ANSWER,        /* the host read `size`; src: the structure, or src_id: the query */
-    /* dst: a VkEvent. Waits are noted that may be up to the host (events.h). */
+    /* dst: a VkEvent. Only waits that may have to wait for the host have an entry (events.h). */
     JOURNAL_SET_EVENT,
     JOURNAL_RESET_EVENT,
     JOURNAL_WAIT_EVENT,
@@ -46,26 +45,25 @@ struct journal_micromap {
     uint32_t geometry;
     uint32_t first, triangle_count; /* see struct micromap_use */
     bool is_ext, is_unindexed;
-    bool must_stay;               /* an update, which may not change micromaps */
-    uint64_t updated, updated_id; /* what the update reads, as src; 0: it is none */
+    bool must_stay;               /* the build is an update that must not change micromaps */
+    uint64_t updated, updated_id; /* src of the update; 0: the build is no update */
 };
 
 struct journal_entry {
-    unsigned char kind;          /* enum journal_kind */
-    unsigned char command;       /* enum build_command of builds and updates; of copies it tells
-                                    COMMAND_NV from others */
-    bool judged;                 /* an update that recording could judge by itself */
-    bool dst_backed, src_backed; /* by memory, as far as that was known when it was recorded */
-    bool geometry_by_pointer;    /* of ppGeometries */
-    bool dst_is_sparse, src_is_sparse; /* of a sparse buffer */
-    uint32_t info;                     /* index in pInfos, of builds and updates */
+    unsigned char kind;    /* enum journal_kind */
+    unsigned char command; /* enum build_command; a copy only distinguishes COMMAND_NV */
+    bool judged;           /* an update, or use of a micromap, that was validated at recording */
+    bool dst_backed, src_backed;       /* known at recording to lie in live memory */
+    bool geometry_by_pointer;          /* the geometry is in ppGeometries */
+    bool dst_is_sparse, src_is_sparse; /* lies in a sparse buffer */
+    uint32_t info;                     /* builds and updates: index in pInfos */
     uint32_t labels;                   /* see journal_note_labels */
-    /* Structures by handle (of VkAccelerationStructureNV for COMMAND_NV) and by id; the id tells a
-     * handle that was reused. */
+    /* Structures by handle (VkAccelerationStructureNV for COMMAND_NV) and by id; the id changes if
+     * the handle is reused. */
     uint64_t dst, src;
     uint64_t dst_id, src_id;
     union {
-        struct built built; /* a build: what dst becomes; an update: what it asked for */
+        struct built built; /* a build: the new state of dst; an update: its parameters */
         struct journal *secondary;
         struct noted_ranges *ranges; /* owned */
         struct {
@@ -76,7 +74,7 @@ struct journal_entry {
     };
 };
 
-/* What an address that a build uses is to it. */
+/* The use that a build makes of an address. */
 enum input_role {
     INPUT_VERTEX,
     INPUT_INDEX,
@@ -116,43 +114,43 @@ struct journal_input {
 
 enum { JOURNAL_RECENT_INPUTS = 32 };
 
-/* What the host knew when it began a command of its own: which batches had executed, and which had
- * been submitted. */
+/* Which batches had certainly executed, and which had been submitted, when a host command began. */
 struct host_view {
     struct execution_clock executed, submitted;
 };
 
 struct journal {
     atomic_uint references;
-    VkCommandBuffer command_buffer; /* null: a command of the host */
-    struct host_view *host;         /* of a command of the host that reads; else NULL */
+    VkCommandBuffer command_buffer; /* null: a host command */
+    struct host_view *host;         /* owned; NULL unless a host command that reads */
     uint64_t destroy_count;         /* resources_destroy_count when recording began */
     struct chunk_list entries, inputs;
-    struct label_stack *labels; /* each that builds were recorded under */
+    struct label_stack *labels; /* a copy of each label stack under which a build was recorded */
     uint32_t label_count, label_capacity, label_changes;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
-    /* What a backend will carry out when the journal has its turn; or NULL. */
+    /* Commands that a backend executes when the journal is replayed; owned, may be NULL. */
     void *work;
     void (*release_work)(void *work);
-    bool binds;                /* it has entries JOURNAL_BIND, and no others */
-    bool has_references;       /* entries hold something that must be released */
-    bool has_sources_to_check; /* entries ask what a structure was built with, see
-                                  journal_entry_has_source_to_check */
-    bool executes;             /* entries execute secondary command buffers */
-    bool has_events;           /* its own, or those of secondaries */
-    bool incomplete; /* entries were lost for lack of memory: the rest tells nothing for sure */
+    bool binds;                /* all entries are JOURNAL_BIND */
+    bool has_references;       /* see journal_entry_has_references */
+    bool has_sources_to_check; /* see journal_entry_has_source_to_check */
+    bool executes;             /* has JOURNAL_EXECUTE entries */
+    bool has_events;           /* it or a secondary has event entries */
+    bool incomplete;           /* memory ran out for entries: the others prove nothing */
 };
 
-/* NULL without memory. */
+/* Returns NULL if memory runs out. The caller owns one reference. */
 struct journal *journal_create(VkCommandBuffer command_buffer);
+/* Adds a reference, and returns `journal`. */
 struct journal *journal_share(struct journal *journal);
+/* Accepts NULL. */
 void journal_release(struct journal *journal);
 bool journal_is_shared(const struct journal *journal);
 
-/* Whether it is, or executes, the other: which may not execute it, then. */
+/* Whether `journal` is `other` or executes it; then `other` must not execute `journal`. */
 bool journal_contains(const struct journal *journal, const struct journal *other);
 
-/* Whether what an entry means depends on what its source was built with. */
+/* Whether the validation of an entry depends on the build of its source. */
 static inline bool journal_entry_has_source_to_check(const struct journal_entry *entry)
 {
     return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
@@ -166,9 +164,9 @@ static inline bool journal_entry_has_references(const struct journal_entry *entr
     return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
 }
 
-/* The place of one more entry, to be filled by the caller, who hands it to journal_end_entry then;
- * NULL without memory, and the journal is incomplete. The entry takes over the references of
- * `built`, or of `secondary`, or `ranges`. */
+/* Returns a new entry, uninitialized. The caller sets all of it and then calls journal_end_entry.
+ * The entry takes over the references in `built`, `secondary` or `ranges`. Returns NULL if memory
+ * runs out; the journal is incomplete then. */
 static inline struct journal_entry *journal_begin_entry(struct journal *journal)
 {
     struct journal_entry *entry;
@@ -181,39 +179,40 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
     return entry;
 }
 
-/* May be left out for what neither asks nor holds anything. */
+/* Not needed for an entry without references and without a source to check. */
 static inline void journal_end_entry(struct journal *journal, const struct journal_entry *entry)
 {
     journal->has_references |= journal_entry_has_references(entry);
     journal->has_sources_to_check |= journal_entry_has_source_to_check(entry);
 }
 
-/* The same for an entry that is made elsewhere: without memory its references are released. */
+/* Adds a copy of `entry` and takes over its references. Releases them if memory runs out. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
 
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
 struct sparse_binding journal_binding(const struct journal_entry *entry);
 
-/* Keeps the labels that are open, unless they were kept lately. Returns what finds them again; 0:
- * none. */
+/* Copies the open labels, unless the last copy equals them. Returns the value of
+ * journal_entry.labels; 0: no labels, or memory ran out. */
 uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *labels);
 static inline uint32_t journal_note_labels(struct journal *journal,
                                            const struct label_stack *labels)
 {
     return labels->count ? journal_keep_labels(journal, labels) : 0;
 }
-/* Those of the build at a position; NULL: none. */
+/* Returns the labels of the build at a position; NULL: none. They live as long as the entries. */
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
 
-/* Inputs: some are begun and ended together, CHUNK_ITEMS_AT_ONCE at most. Returns the place of the
- * first; NULL without memory: that is one mistake that goes unseen, nothing more. */
+/* Returns room for CHUNK_ITEMS_AT_ONCE inputs. The caller fills some of them and then calls
+ * journal_end_inputs. Returns NULL if memory runs out; the journal stays complete, because an input
+ * only serves to report destroyed buffers. */
 static inline struct journal_input *journal_begin_inputs(struct journal *journal)
 {
     bool has_room = chunk_list_make_room(&journal->inputs, sizeof(struct journal_input));
     return has_room ? (void *)journal->inputs.next : NULL;
 }
 
-/* Whether the use of a buffer is to be noted: unless it was noted lately. */
+/* Whether to add an input for a buffer: false if one was added recently. */
 static inline bool journal_notes_buffer(struct journal *journal, uint64_t buffer_id)
 {
     uint64_t *recent = &journal->recent_inputs[buffer_id % JOURNAL_RECENT_INPUTS];
@@ -222,13 +221,13 @@ static inline bool journal_notes_buffer(struct journal *journal, uint64_t buffer
     return is_new;
 }
 
-/* `end` is behind the last of those that were filled. */
+/* `end` points behind the last filled input. */
 static inline void journal_end_inputs(struct journal *journal, struct journal_input *end)
 {
     journal->inputs.next = (char *)end;
 }
 
-/* A place in a journal: what was added after it can be walked, or taken back. */
+/* A position in a journal. Later entries and inputs can be walked, or removed. */
 struct journal_mark {
     struct chunk_place entries, inputs;
 };
@@ -238,9 +237,10 @@ static inline struct journal_mark journal_mark(const struct journal *journal)
     return (struct journal_mark){chunk_list_end(&journal->entries),
                                  chunk_list_end(&journal->inputs)};
 }
+/* Removes all entries and inputs that were added after the mark. */
 void journal_take_back(struct journal *journal, const struct journal_mark *mark);
 
-/* Where the entries, or the inputs, are walked. */
+/* A position in a walk over the entries, or the inputs. */
 struct journal_cursor {
     const struct chunk_list *list;
     struct chunk_place place;
@@ -250,11 +250,11 @@ struct journal_cursor journal_start(const struct journal *journal);
 struct journal_cursor journal_start_after(const struct journal *journal,
                                           const struct journal_mark *mark);
 struct journal_cursor journal_start_inputs(const struct journal *journal);
-/* The next; NULL at the end. */
+/* Both return NULL at the end. */
 struct journal_entry *journal_next(struct journal_cursor *cursor);
 const struct journal_input *journal_next_input(struct journal_cursor *cursor);
 
-/* Empties it; its memory is kept for what is recorded next. */
+/* Empties the journal. Keeps its memory for the next recording. */
 void journal_clear(struct journal *journal);
 
 #endif

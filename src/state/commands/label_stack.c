@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/array.h"
+
 static char no_name[] = "";
 
 static void drop_innermost(struct label_stack *stack)
@@ -14,7 +16,7 @@ static void drop_innermost(struct label_stack *stack)
         free(name);
 }
 
-/* Each change begins with this. */
+/* Call at the start of each change. */
 static void drop_inserted(struct label_stack *stack)
 {
     stack->changes++;
@@ -25,15 +27,11 @@ static void drop_inserted(struct label_stack *stack)
 
 static bool has_room(struct label_stack *stack)
 {
-    if (stack->count < stack->capacity)
-        return true;
-    uint32_t capacity = stack->capacity ? stack->capacity * 2 : 4;
-    VkDebugUtilsLabelEXT *labels = realloc(stack->labels, capacity * sizeof(*labels));
-    if (!labels)
-        return false;
-    stack->labels = labels;
-    stack->capacity = capacity;
-    return true;
+    VkDebugUtilsLabelEXT *labels =
+        array_make_room(stack->labels, stack->count, &stack->capacity, sizeof(*labels));
+    if (labels)
+        stack->labels = labels;
+    return labels != NULL;
 }
 
 static void append(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
@@ -51,7 +49,7 @@ static void append(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 {
     drop_inserted(stack);
-    /* Above a lost label all are lost, so that each pop finds its own. */
+    /* All labels above a lost label are lost, too, so that each pop matches its push. */
     if (stack->lost || !has_room(stack)) {
         stack->lost++;
         return;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The debug labels open in one command buffer (or queue). Not locked: the application synchronizes
- * command buffers and queues. Zero-initialized is empty. */
+/* The debug labels that are open in one command buffer or queue. No lock: the application
+ * synchronizes command buffers and queues. A zero-initialized stack is empty. */
 #ifndef ASSAY_STATE_COMMANDS_LABEL_STACK_H
 #define ASSAY_STATE_COMMANDS_LABEL_STACK_H
 
@@ -11,9 +11,9 @@
 struct label_stack {
     VkDebugUtilsLabelEXT *labels; /* innermost last; pLabelName owned, never NULL */
     uint32_t count, capacity;
-    uint32_t lost;    /* opened above the others while there was no memory for them */
-    uint32_t changes; /* counts what changed it, so that who copied it knows when to do so again */
-    bool inserted;    /* the innermost is a single label, which stands until the next one */
+    uint32_t lost;    /* open labels above the others for which memory ran out */
+    uint32_t changes; /* generation counter: bumped by every change, so copies can be compared */
+    bool inserted;    /* the innermost label was inserted, and ends at the next label command */
 };
 
 /* `label` may be NULL, and may have no name. */
@@ -21,10 +21,10 @@ void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *lab
 void label_stack_insert(struct label_stack *stack, const VkDebugUtilsLabelEXT *label);
 void label_stack_pop(struct label_stack *stack);
 
-/* A copy of its own; empty without memory. */
+/* Returns a copy that the caller owns. If memory runs out, inner labels are missing. */
 struct label_stack label_stack_copy(const struct label_stack *stack);
 
-/* Empties it and frees its memory. */
+/* Empties the stack and frees its memory. */
 void label_stack_drop_all(struct label_stack *stack);
 static inline bool label_stack_is_clear(const struct label_stack *stack)
 {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Names by handle. Handles of different types may be equal, so those that share one are chained. */
+/* A table of names by handle. Objects of different types may have equal handles; their names form a
+ * chain. */
 #include "src/state/commands/object_names.h"
 
 #include <pthread.h>
@@ -10,12 +11,12 @@
 #include "src/base/text_buffer.h"
 
 struct object_name {
-    struct object_name *next; /* of the same handle, and of another type */
+    struct object_name *next; /* same handle, other type */
     VkObjectType type;
     char text[];
 };
 
-/* `table` is guarded by `lock`; its records are never empty chains. */
+/* `lock` guards `table`. Each record of the table is a chain of at least one name. */
 struct object_names {
     pthread_mutex_t lock;
     struct handle_table table;
@@ -90,7 +91,7 @@ static void remove_name(struct handle_table *table, VkObjectType type, uint64_t 
     free(name);
     handle_table_remove(table, handle);
     if (first)
-        handle_table_set(table, handle, first); /* into the room that was left, so it succeeds */
+        handle_table_set(table, handle, first); /* reuses the removed slot, so it succeeds */
 }
 
 static void add_name(struct handle_table *table, uint64_t handle, struct object_name *name)

@@ -8,7 +8,7 @@
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
 
-/* Ids of queries are apart from those of structures, which count from 1. */
+/* Ids of queries never equal ids of structures, which count from 1. */
 #define FIRST_QUERY_ID ((uint64_t)1 << 63)
 
 struct query_pools {

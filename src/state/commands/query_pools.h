@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The query pools of one device that take compacted sizes of acceleration structures, and ids of
- * their queries, which no query of another pool has, though handles are reused. It has its own
- * lock. */
+/* The query pools of one device that hold compacted sizes of acceleration structures. Each query
+ * has an id that is never reused, even if the handle of its pool is. The table has its own lock. */
 #ifndef ASSAY_STATE_COMMANDS_QUERY_POOLS_H
 #define ASSAY_STATE_COMMANDS_QUERY_POOLS_H
 
@@ -15,17 +14,17 @@ VkResult query_pools_create(struct query_pools **pools);
 void query_pools_destroy(struct query_pools *pools);
 
 struct query_pool {
-    uint64_t first_id; /* of query 0; the others follow */
-    uint32_t count;    /* of queries */
+    uint64_t first_id; /* id of query 0; the ids of the others follow */
+    uint32_t count;    /* number of queries */
 };
 
-/* Of a pool that can't be kept for lack of memory nothing is known. */
+/* If memory runs out, the pool is unknown. */
 void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count);
-/* False where the pool isn't known, as is any of another query type. */
+/* Both return false if the pool is unknown. Pools of other query types are always unknown. */
 bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
 bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
 
-/* How many of `count` queries from `first` on the pool has. */
+/* Returns how many of the `count` queries from `first` on exist in the pool. */
 uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_t count);
 
 #endif

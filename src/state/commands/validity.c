@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Lists of recordings that are told when they lose their validity. */
+/* Lists of recordings that depend on a secondary command buffer. */
 #include "src/state/commands/validity.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@ struct validity *validity_create(void)
     if (!validity)
         return NULL;
     atomic_init(&validity->references, 1);
-    atomic_init(&validity->lost, false);
+    atomic_init(&validity->invalidated, false);
     return validity;
 }
 
@@ -33,8 +33,8 @@ void dependents_release(struct dependents *dependents)
     pthread_mutex_destroy(&dependents->lock);
 }
 
-/* Takes out recordings that have ended, so that a secondary that is executed again and again
- * remembers no more than what still does. */
+/* Removes recordings that no longer exist, so that the list of a secondary that is executed again
+ * and again does not grow without bound. */
 static void prune(struct dependents *dependents)
 {
     uint32_t kept = 0;
@@ -48,7 +48,7 @@ static void prune(struct dependents *dependents)
     dependents->count = kept;
 }
 
-/* Grows where pruning leaves little room, so that it is rarely done. */
+/* Grows the list if pruning leaves it more than half full, so that pruning stays rare. */
 static bool reserve(struct dependents *dependents)
 {
     if (dependents->count < dependents->capacity)
@@ -77,7 +77,8 @@ void dependents_add(struct dependents *dependents, struct validity *validity)
     pthread_mutex_unlock(&dependents->lock);
 }
 
-/* The application lets nobody execute a command buffer that it records anew. */
+/* Reads `count` without the lock: the application must not execute a command buffer while it
+ * records it again. */
 void dependents_invalidate(struct dependents *dependents)
 {
     if (!dependents->count)
@@ -85,7 +86,7 @@ void dependents_invalidate(struct dependents *dependents)
     pthread_mutex_lock(&dependents->lock);
     while (dependents->count) {
         struct validity *validity = dependents->items[--dependents->count];
-        atomic_store_explicit(&validity->lost, true, memory_order_relaxed);
+        atomic_store_explicit(&validity->invalidated, true, memory_order_relaxed);
         validity_release(validity);
     }
     pthread_mutex_unlock(&dependents->lock);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which recordings of command buffers are no longer valid, because a secondary command buffer that
- * they execute was recorded anew, reset or freed.
+/* Tracks recordings of primary command buffers that become invalid because a secondary command
+ * buffer that they execute is recorded again, reset or freed.
  *
- * The secondary tells them: a primary command buffer is asked at each build, and may execute many.
- * Each secondary has a lock of its own for its list; the rest is atomic. */
+ * The secondary marks the recordings that depend on it. So the check at each build is one atomic
+ * load, however many secondaries the primary executes. The list of each secondary has its own lock;
+ * all else is atomic. */
 #ifndef ASSAY_STATE_COMMANDS_VALIDITY_H
 #define ASSAY_STATE_COMMANDS_VALIDITY_H
 
@@ -12,27 +13,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Of one recording; shared by it and what it executes. */
+/* The validity of one recording. The recording and the secondaries that it executes share it. */
 struct validity {
     atomic_uint references;
-    atomic_bool lost;
+    atomic_bool invalidated;
 };
 
-struct validity *validity_create(void); /* with one reference; NULL without memory */
+struct validity *validity_create(void); /* with one reference; NULL if memory runs out */
 void validity_release(struct validity *validity);
 
 /* The recordings that depend on a command buffer. */
 struct dependents {
-    pthread_mutex_t lock; /* guards the rest, but whether there are any is asked without it */
+    pthread_mutex_t lock; /* guards the rest, but `count` may be read without it */
     struct validity **items;
     atomic_uint count;
     uint32_t capacity;
 };
 
 void dependents_init(struct dependents *dependents);
-void dependents_release(struct dependents *dependents); /* tells them first */
+void dependents_release(struct dependents *dependents); /* invalidates them first */
 
-/* Without memory it is not told. */
+/* If memory runs out, `validity` will not be invalidated. */
 void dependents_add(struct dependents *dependents, struct validity *validity);
 void dependents_invalidate(struct dependents *dependents);
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Moments and clocks of sparse bindings, which semaphores and fences alone put in order (Vulkan
+/* Timestamps and clocks of sparse bindings. Only semaphores and fences order them (Vulkan
  * specification, Sparse Resource Memory Binding). */
 #include "src/state/order/records.h"
 
-/* Bindings count apart from the commands of their queue, as neither waits for the other. 0: there
- * are too many queues. */
+/* Bindings have an index of their own, because they and the commands of their queue don't wait for
+ * each other. Returns 0 if there are too many queues. */
 static uint32_t index_of_bindings(struct order_queue *queue, struct execution_order *order)
 {
     if (!queue->bindings_index && order->queue_count < EXECUTION_QUEUES) {
@@ -15,7 +15,8 @@ static uint32_t index_of_bindings(struct order_queue *queue, struct execution_or
     return queue->bindings_index;
 }
 
-/* A clock that names a batch names all before it, so that it can't name one without those. */
+/* A clock that covers a batch covers all earlier batches of that index. So the batch is only added
+ * if the clock covers the batch before. */
 static void add_bindings(struct execution_clock *clock, const struct order_batch *batch)
 {
     struct timestamp before = {batch->timestamp.queue, batch->timestamp.count - 1};
@@ -23,7 +24,7 @@ static void add_bindings(struct execution_clock *clock, const struct order_batch
         execution_clock_add(clock, batch->timestamp);
 }
 
-/* The fence is signalled after all of its submission. */
+/* The fence of the submission is signaled after all of its batches. */
 static void signal_after_bindings(struct order_batch *batch, struct queue_clocks *clocks)
 {
     const struct submission *submission = batch->submission;
@@ -38,9 +39,9 @@ static void signal_after_bindings(struct order_batch *batch, struct queue_clocks
             order_batch_set_signal(batch, &operations[i], &carried);
             signals = true;
         }
-    for (const struct order_batch *of = submission->batches; has_fence && of <= batch; of++) {
-        execution_clock_join(&carried, &of->clock);
-        add_bindings(&carried, of);
+    for (const struct order_batch *each = submission->batches; has_fence && each <= batch; each++) {
+        execution_clock_join(&carried, &each->clock);
+        add_bindings(&carried, each);
     }
     if (signals) {
         execution_clock_join(&clocks->signalled, &carried);
@@ -48,14 +49,14 @@ static void signal_after_bindings(struct order_batch *batch, struct queue_clocks
     }
 }
 
-/* An open wait can't be followed through bindings. */
+/* The layer does not track open waits through bindings, so one makes the order unknown. */
 void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks *clocks)
 {
     struct submission *submission = batch->submission;
     execution_clock_copy(&batch->clock, &submission->host);
     if (order_batch_follow_waits(batch, &batch->clock, &batch->clock))
         execution_order_set_unknown_locked(submission->order, ORDER_UNKNOWN_TOO_MANY_WAITS);
-    batch->predecessors_known = !submission->uncertain;
+    batch->predecessors_known = !submission->may_follow_held;
     batch->timestamp = (struct timestamp){0};
     if (batch->command_count) {
         uint32_t index = index_of_bindings(submission->queue_record, submission->order);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Vector clocks: when something executed, and what is certain to have executed before.
+/* Vector clocks: when a batch executed, and which batches certainly executed before it.
  *
- * Each queue counts its batches, the host its commands. A clock names, for every queue, how many of
- * its batches certainly executed before; so does it for the host. What a clock doesn't name may
- * still have executed before: nothing is known of it (Mattern, Virtual Time and Global States of
- * Distributed Systems, 1988). */
+ * Each queue counts its batches; the host counts its commands. A clock holds, for each queue and
+ * for the host, how many of them certainly executed before. The order of a batch that the clock
+ * doesn't cover is unknown: it may have executed before, too (Mattern, Virtual Time and Global
+ * States of Distributed Systems, 1988). */
 #ifndef ASSAY_STATE_ORDER_CLOCK_H
 #define ASSAY_STATE_ORDER_CLOCK_H
 
@@ -17,20 +17,20 @@ enum {
     EXECUTION_QUEUES = 32, /* the host and the queues that may be submitted to */
 };
 
-/* When something executed: in the count-th batch of a queue, from 1. */
+/* When something executed: in batch `count` of a queue. Batches count from 1. */
 struct timestamp {
     uint32_t queue;
     uint64_t count;
 };
 
-/* A moment that nothing follows: that of writes of undetermined order. */
+/* A timestamp that no clock covers, for writes whose order is unknown. */
 static inline struct timestamp timestamp_never(void)
 {
     return (struct timestamp){.count = UINT64_MAX};
 }
 
 struct execution_clock {
-    uint32_t queues; /* that have a count; those of the others are 0, and not stored */
+    uint32_t queues; /* stored counts; counts beyond these are 0 */
     uint64_t counts[EXECUTION_QUEUES];
 };
 
@@ -69,7 +69,7 @@ static inline void execution_clock_add(struct execution_clock *clock, struct tim
         clock->counts[timestamp.queue] = timestamp.count;
 }
 
-/* Whether `clock` names all that `other` names. */
+/* Whether `clock` covers all that `other` covers. */
 static inline bool execution_clock_covers(const struct execution_clock *clock,
                                           const struct execution_clock *other)
 {

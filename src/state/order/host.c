@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The semaphores and fences of an order, and what the host has seen complete. */
+/* The semaphores and fences of an order, and the completions that the host has observed. */
 #include <stdlib.h>
 
 #include "src/state/order/records.h"
@@ -25,7 +25,7 @@ struct order_fence *execution_order_fence(const struct execution_order *order, V
     return handle_table_find(&order->fences, key_of_fence(handle));
 }
 
-/* False where the order is lost or missing; the lock is held otherwise. */
+/* Returns true with the lock held; false, without it, if the order is unknown or missing. */
 static bool enter(struct execution_order *order)
 {
     if (!order)
@@ -154,10 +154,11 @@ void execution_order_reset_fence(struct execution_order *order, VkFence handle)
     leave(order);
 }
 
-/* ---- what the host has seen
+/* ---- completions that the host has observed
  *
- * A batch that is held back and yet complete was released by something that the layer didn't see,
- * unless a call that released it is still under way: then it counts when that call has returned. */
+ * If a held batch is complete, either a call that released it is still under way, and the
+ * completion counts when that call has returned; or something that the layer can't track released
+ * it, and the order becomes unknown. */
 
 void execution_order_observe_fence(struct execution_order *order, VkFence handle)
 {
@@ -238,7 +239,7 @@ bool execution_order_host_is_current(struct execution_order *order, struct execu
     if (!enter(order))
         return false;
     execution_clock_copy(clock, &order->host);
-    bool is_reported = !order->run_list && !order->busy;
+    bool all_ran = !order->run_list && !order->busy;
     leave(order);
-    return is_reported;
+    return all_ran;
 }

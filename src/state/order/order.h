@@ -1,31 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The order in which the batches of one device execute, over all queues, as far as it is certain.
  *
- * A call that submits goes through three steps: its batches are collected (submission_begin and
- * submission_add_*), prepared before the call goes down, and finished after it. From semaphores,
- * fences and what the host has seen complete each batch gets a moment, and a clock of all that it
- * certainly follows. A batch that waits for a timeline value whose signal has not been submitted is
- * held back, with all later ones of its queue that come after it, until the signal is.
+ * A submitting call takes three steps: its batches are collected (submission_begin and
+ * submission_add_*), prepared before the call goes down, and finished after it. Semaphores, fences
+ * and the completions that the host has observed give each batch a timestamp, and a clock of all
+ * work that certainly executes before the batch. A batch is held if it waits for a timeline value
+ * whose signal has not been submitted. Later batches of its queue that must follow it are also
+ * held.
  *
- * Who uses the order (execution_hooks) is told of each batch when all that it certainly follows has
- * been told before it. Batches that no signal holds back stand in a run list from the moment that
- * they are prepared, so one never runs before another whose submission began earlier, however the
- * application came to know that the earlier one is complete. A batch at the head of the list whose
- * call is under way blocks the list: from its check until its run, or its drop, nothing else runs.
+ * The hooks (execution_hooks) get a batch after all batches that certainly precede it. A batch that
+ * is not held enters the run list when it is prepared, so batches run in the order in which their
+ * submissions began. The batch at the head of the list blocks the list while its call is under
+ * way: between its check and its run or drop, no other batch runs.
  *
- * Work of the host may take long, and blocks nobody: it runs twice, when it has begun and when it
- * has ended, which is its moment. What it follows is what was known when it began. A check of it
- * must not change anything, so it is never dropped.
+ * Host work (a host command that works on structures) may take long and does not block the list.
+ * It runs twice: when it has begun, and when it has ended. Its timestamp is that of its end; its
+ * clock is taken when it begins. A check of host work must not change anything, because no drop
+ * follows it.
  *
- * One lock guards everything; it is held neither while a call goes down nor while a hook runs.
- * `check`, `run`, `drop` and `lost` are called by one thread at a time: one that finds another at
- * it leaves its batches to that one. So a hook's thread need not be the one that submitted, and its
- * submission may even have completed; what a batch needs of its command buffers is captured at
- * submission.
+ * One lock guards everything; it is released while a call goes down and while a hook runs. `check`,
+ * `run`, `drop` and `order_unknown` are called by one thread at a time: if one thread is in a hook,
+ * it also runs the batches of the others. So the thread that runs a batch may differ from the one
+ * that submitted it, and the submission may have completed by then. Therefore `capture` takes at
+ * submission all that a batch needs of its command buffers.
  *
- * Without memory, with a lost device, with more queues than there are indices, or where what the
- * host sees contradicts the order, the order is lost for the rest of the device's life: no batch
- * runs any more. All functions accept NULL for a lost or missing order. */
+ * The order can become unknown (enum order_unknown_reason), and stays unknown for the rest of the
+ * device's life: no batch runs any more. All functions accept NULL as an unknown or missing order.
+ */
 #ifndef ASSAY_STATE_ORDER_ORDER_H
 #define ASSAY_STATE_ORDER_ORDER_H
 
@@ -43,121 +44,130 @@ struct submitted_commands {
     void *captured;
 };
 
-/* What has become of work of the host. */
+/* The phase of host work that a batch stands for. */
 enum work_phase {
-    WORK_OF_QUEUE, /* it isn't the host's */
+    WORK_OF_QUEUE, /* the batch is work of a queue */
     WORK_BEGINS,
     WORK_ENDS,
-    WORK_FAILS, /* it ends, too, and what it did isn't known */
+    WORK_FAILS, /* the work ends, and its effects are unknown */
 };
 
-/* A batch, when its turn has come. */
+/* A batch as the hooks get it. */
 struct batch_run {
     VkQueue queue; /* VK_NULL_HANDLE: the host */
     enum work_phase work;
-    struct timestamp timestamp;          /* of work of the host when it ends */
-    const struct execution_clock *clock; /* what it certainly follows */
+    struct timestamp timestamp;          /* host work: set at WORK_ENDS and WORK_FAILS only */
+    const struct execution_clock *clock; /* all work that certainly executes before the batch */
     const struct submitted_commands *commands;
     uint32_t command_count;
-    bool checked; /* `check` has seen it */
-    /* False: batches that have not been submitted yet may execute before it, so that nothing can be
-     * said against it. What it does counts as ever. */
+    bool checked; /* `check` was called with this batch */
+    /* False: batches that have not been submitted yet may execute before this one, so nothing about
+     * it may be reported. Its effects still count. */
     bool predecessors_known;
 };
 
-/* Why the order is lost. */
+/* Why the order is unknown. */
 enum order_unknown_reason {
-    ORDER_UNKNOWN_DEVICE_LOST,      /* that is lost itself */
-    ORDER_UNKNOWN_OUT_OF_MEMORY,    /* there was none */
-    ORDER_UNKNOWN_TOO_MANY_QUEUES,  /* of which there are more than are told apart */
-    ORDER_UNKNOWN_RACING_THREADS,   /* that submit to one queue at once */
-    ORDER_UNKNOWN_TOO_MANY_WAITS,   /* for signals that aren't submitted: of too many batches, or of
-                              sparse   bindings */
-    ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* that saw complete what nothing known has released */
+    ORDER_UNKNOWN_DEVICE_LOST,
+    ORDER_UNKNOWN_OUT_OF_MEMORY,
+    ORDER_UNKNOWN_TOO_MANY_QUEUES,  /* more than EXECUTION_QUEUES can number */
+    ORDER_UNKNOWN_RACING_THREADS,   /* two threads submit to one queue at the same time */
+    ORDER_UNKNOWN_TOO_MANY_WAITS,   /* too many batches, or a sparse binding, wait for signals that
+                                       were not submitted */
+    ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* a held batch completed without a tracked signal */
 };
 
-/* What the order is for. Each may be NULL. */
+/* Callbacks of the order's user. Each may be NULL. */
 struct execution_hooks {
     void *user;
-    /* What `run` will need of a command buffer that is being submitted: a reference to its journal.
-     * On the submitting thread, before the call goes down. `release` may come on any thread. */
+    /* Returns what `run` will need of a command buffer that is being submitted: a reference to its
+     * journal, which `release` gives back. Called on the submitting thread before the call goes
+     * down; `release` may be called on any thread. */
     void *(*capture)(void *user, VkCommandBuffer command_buffer);
     void (*release)(void *user, void *captured);
-    /* Whether it waits for what only the host may do, after the submission: what comes before the
-     * rest of the queue is not known then. At once after `capture`. */
+    /* Whether the command buffer waits for something that only the host may do after the
+     * submission, such as vkSetEvent. Work before the rest of the queue is unknown then. Called
+     * right after `capture`. */
     bool (*is_open)(void *user, VkQueue queue, const void *captured);
-    /* Before the call goes down: a batch with nothing before it that has not run, save for batches
-     * of the same call that were checked just before. True: skip the call. */
+    /* Called before the call goes down, if all earlier batches have run, or belong to the same call
+     * and were checked just before. Returns true to skip the call. */
     bool (*check)(void *user, const struct batch_run *batch);
-    /* The call has failed or is skipped: what was checked since the last run will not run. */
+    /* The call has failed or is skipped: batches that were checked since the last run won't run. */
     void (*drop)(void *user);
-    /* The batch is submitted, and its turn has come. */
+    /* The batch is submitted, and all batches that certainly precede it have run. */
     void (*run)(void *user, const struct batch_run *batch);
-    /* The order is lost: anything may have executed. */
+    /* The order became unknown: any batch may have executed. */
     void (*order_unknown)(void *user, enum order_unknown_reason why);
 };
 
 VkResult execution_order_create(struct execution_order **order,
                                 const struct execution_hooks *hooks);
-/* Batches that never ran are dropped without a word. */
+/* Releases batches that never ran without calling `run` or `drop`. */
 void execution_order_destroy(struct execution_order *order);
 
 /* ---- submissions */
 
 enum submission_kind {
     SUBMIT_COMMANDS,
-    SUBMIT_BINDINGS,    /* vkQueueBindSparse: order by semaphores and fences only, and no check;
-                           run where it has work */
+    SUBMIT_BINDINGS,    /* vkQueueBindSparse: ordered by semaphores and fences only; never checked;
+                           run if submission_add_work added work */
     SUBMIT_HOST_WORK,   /* a host command that works on structures: one batch of no queue */
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
 };
 
-/* What a semaphore operation orders besides other semaphore operations. */
+/* The work that a semaphore operation orders, besides other semaphore operations. */
 enum semaphore_scope {
-    SCOPE_NOTHING, /* none of the work on acceleration structures */
+    SCOPE_NOTHING, /* no work on acceleration structures */
     SCOPE_BUILDS,  /* work on acceleration structures */
     SCOPE_ALL,     /* all commands */
 };
 
-/* NULL where nothing needs to be observed. */
+/* Returns NULL if the order is unknown or missing. The submission belongs to the order;
+ * submission_finish, or submission_prepare that returns true, ends the caller's use of it. All
+ * functions below accept NULL. submission_begin, submission_prepare and the functions that finish
+ * take the order's lock; the others run on the submitting thread without it. */
 struct submission *submission_begin(struct execution_order *order, enum submission_kind kind,
                                     VkQueue queue);
 void submission_add_batch(struct submission *submission);
 
-/* To the last batch. Values of binary semaphores are ignored. */
+/* These add to the last batch. The value of a binary semaphore is ignored. */
 void submission_add_wait(struct submission *submission, VkSemaphore semaphore, uint64_t value,
                          enum semaphore_scope scope);
 void submission_add_commands(struct submission *submission, VkCommandBuffer command_buffer);
-/* Of the host, or bindings; `captured` goes to `release` in the end. Not for NULL. */
+/* Adds host work or bindings. The submission takes over `captured` and gives it to `release`. If
+ * `submission` is NULL, the caller keeps `captured`. */
 void submission_add_work(struct submission *submission, void *captured);
 void submission_add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
                            enum semaphore_scope scope);
 
-/* Prepared, it is to be skipped whatever the checks say. */
+/* Makes submission_prepare skip the call, whatever the checks return. */
 void submission_set_skip(struct submission *submission);
 
-/* Signalled when all of it has executed. */
+/* The fence is signaled when the whole submission has executed. */
 void submission_set_fence(struct submission *submission, VkFence fence);
 
-/* Before the call goes down. True: a check asks to skip the call, and the submission is over. */
+/* Call before the call goes down, without a lock: calls `check`. Returns true if the call is to be
+ * skipped; the submission has ended then. */
 bool submission_prepare(struct submission *submission);
 
-/* After the call. Errors mean that nothing was submitted, or that work of the host has failed; but
- * a lost device loses the order. */
+/* Call after the call, without a lock: runs the batches that are ready. An error in `result` means
+ * that nothing was submitted, or that host work has failed; VK_ERROR_DEVICE_LOST makes the order
+ * unknown. */
 void submission_finish(struct submission *submission, VkResult result);
-/* The same in two parts, for callers with a lock: no hook is called but `release`; and what has its
- * turn by now runs. */
+/* The same in two parts, for callers that hold a lock: the first calls no hook but `release`, the
+ * second runs the batches that are ready. */
 void submission_finish_silently(struct submission *submission, VkResult result);
 void execution_order_run(struct execution_order *order);
 
 /* ---- semaphores and fences */
 
-/* `foreign`: it may also be signalled by what the layer doesn't see. */
+/* These functions take the order's lock and may call hooks.
+ * `foreign`: operations that the layer does not intercept may also signal the object. */
 void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
                                    VkSemaphoreType type, uint64_t initial_value, bool foreign);
 void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle);
 void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle);
-/* A binary semaphore was waited for by presentation, or is signalled by acquisition. */
+/* A presentation has waited for the binary semaphore, or an acquisition will signal it. */
 void execution_order_forget_signal(struct execution_order *order, VkSemaphore handle);
 
 void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign);
@@ -165,29 +175,29 @@ void execution_order_remove_fence(struct execution_order *order, VkFence handle)
 void execution_order_set_fence_foreign(struct execution_order *order, VkFence handle);
 void execution_order_reset_fence(struct execution_order *order, VkFence handle);
 
-/* ---- what the host has seen */
+/* ---- completions that the host has observed */
 
 void execution_order_observe_fence(struct execution_order *order, VkFence handle);
-/* Its value is that (`exact`), or at least that. */
+/* The semaphore's value is `value` (`exact`), or at least `value`. */
 void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
                                        uint64_t value, bool exact);
 
-/* What has been submitted before a wait for idle; the wait may overlap other submissions. */
+/* All work that was submitted before a wait for idle. Other submissions may overlap the wait. */
 struct idle_wait {
     struct execution_clock clock;
-    uint64_t serial;
-    VkQueue queue; /* VK_NULL_HANDLE: all */
+    uint64_t serial; /* of the last submitting call before the wait */
+    VkQueue queue;   /* VK_NULL_HANDLE: all */
 };
 void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait);
 void execution_order_observe_idle(struct execution_order *order, const struct idle_wait *wait);
 
-/* A call has returned VK_ERROR_DEVICE_LOST, say. */
+/* Makes the order unknown, for example after a call returned VK_ERROR_DEVICE_LOST. */
 void execution_order_set_unknown(struct execution_order *order, enum order_unknown_reason why);
 
-/* What certainly executed before a command that the host is about to carry out. */
+/* Sets `clock` to all work that has certainly executed before a host command that begins now. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
-/* The same; false where not all of that has had its turn. */
+/* The same. Returns false if part of that work has not run through the hooks yet. */
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock);
 
 #endif

@@ -64,7 +64,7 @@ void execution_order_set_unknown(struct execution_order *order, enum order_unkno
 
 /* ---- preparing */
 
-/* Queues get their indices when they are first submitted to. NULL: there are too many. */
+/* A queue gets its index at its first submission. Returns NULL if there are too many queues. */
 static struct order_queue *find_queue(struct execution_order *order, VkQueue handle)
 {
     for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
@@ -84,8 +84,8 @@ static bool has_queue(enum submission_kind kind)
     return kind == SUBMIT_COMMANDS || kind == SUBMIT_BINDINGS;
 }
 
-/* Two calls may submit to one queue at once (VK_KHR_internally_synchronized_queues); which of them
- * comes first can't be known: then the order is lost. */
+/* Two calls may submit to one queue at the same time (VK_KHR_internally_synchronized_queues). The
+ * layer can't know which of them comes first, so the order becomes unknown. */
 static bool take_queue(struct submission *submission)
 {
     struct order_queue *queue = find_queue(submission->order, submission->queue);
@@ -100,9 +100,9 @@ static bool take_queue(struct submission *submission)
     return true;
 }
 
-/* A held batch counts as not submitted until the call that releases it has returned. By then the
- * application may have seen it complete, in ways that the layer doesn't see, and may have submitted
- * something that builds on it: hence `uncertain`. */
+/* A held batch counts as not submitted until the call that releases it has returned. Before that,
+ * the application may learn of its completion in ways that the layer can't track, and submit work
+ * that depends on it. If that is possible, `may_follow_held` is set. */
 static void start(struct submission *submission)
 {
     struct execution_order *order = submission->order;
@@ -111,7 +111,7 @@ static void start(struct submission *submission)
     if (order->order_unknown || (has_queue(submission->kind) && !take_queue(submission)))
         return;
     submission->state = SUBMISSION_PREPARED;
-    submission->uncertain = order->in_flight && order->held_count;
+    submission->may_follow_held = order->in_flight && order->held_count;
     execution_clock_copy(&submission->host, &order->host);
     if (submission->kind != SUBMIT_HOST_WORK)
         order->in_flight++;
@@ -142,7 +142,7 @@ static void stop(struct submission *submission, enum submission_state state)
         submission->queue_record->in_flight = false;
 }
 
-/* Its second batch is its end. */
+/* The second batch of host work is its end. */
 static void add_end_of_work(struct submission *submission)
 {
     submission_add_batch(submission);
@@ -152,7 +152,8 @@ static void add_end_of_work(struct submission *submission)
     submission->batches[1].command_count = submission->batches[0].command_count;
 }
 
-/* Whatever begins from now on follows it, on the host and, as the host submits it, elsewhere. */
+/* All work that begins from now on follows the host work: the host's own, and submissions, because
+ * the host makes them. */
 static void end_work(struct submission *submission)
 {
     struct execution_order *order = submission->order;

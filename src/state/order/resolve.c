@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Moments and clocks of batches, from the semaphores that they wait for; and which batches are held
- * back (Vulkan specification, Semaphore Signaling, Semaphore Waiting).
+/* Gives batches their timestamps and clocks from the semaphores that they wait for, and decides
+ * which batches are held (Vulkan specification, Semaphore Signaling, Semaphore Waiting).
  *
- * A batch of commands follows all earlier ones of its queue. What a wait brings counts for the
- * batch's work on acceleration structures only if the wait's stages include it, and for later
- * signals in any case; what a signal carries depends on its stages in the same way. Sparse bindings
- * are ordered by semaphores alone: their signals carry them, what they waited for, and what earlier
- * signals of the queue carried. */
+ * A batch of commands follows all earlier batches of commands of its queue. The clock of a wait
+ * counts for later signals in any case, but for the batch's work on acceleration structures only if
+ * the wait's stages include that work. The stages of a signal limit the clock that it carries in
+ * the same way. Semaphores alone order sparse bindings: the signal of a binding carries the binding
+ * itself, its waits, and the clocks of earlier signals of the queue. */
 #include "src/state/order/records.h"
 
 static struct semaphore_clock *find_semaphore(const struct execution_order *order,
@@ -67,7 +67,8 @@ void submission_retract(struct submission *submission)
     }
 }
 
-/* A batch that is held, or will be, doesn't follow what the host has seen since its call began. */
+/* A batch that is held, or will be, must not follow completions that the host has observed since
+ * its call began. So signals are only dropped if there is no such batch. */
 void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore)
 {
     if (!order->held_count && !order->waiting)
@@ -102,7 +103,7 @@ bool order_batch_is_last(const struct order_batch *batch)
     return batch == &batch->submission->batches[batch->submission->batch_count - 1];
 }
 
-/* The last batch is resolved; `clocks` are those of the queue after it. */
+/* Call if the last batch is resolved; `clocks` are those of the queue after it. */
 static void give_fence_clock(const struct order_batch *last, const struct queue_clocks *clocks)
 {
     struct submission *submission = last->submission;
@@ -116,7 +117,7 @@ static void give_fence_clock(const struct order_batch *last, const struct queue_
         execution_clock_join(&submission->order->host, &fence->clock);
 }
 
-static void hold(struct order_batch *batch)
+static void hold_back(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
     struct order_queue *queue = submission->queue_record;
@@ -140,7 +141,7 @@ void submission_publish(struct submission *submission)
     if (queue && submission->ready_count)
         queue->clocks = submission->clocks;
     for (uint32_t i = submission->ready_count; i < submission->batch_count; i++)
-        hold(&submission->batches[i]);
+        hold_back(&submission->batches[i]);
     for (uint32_t i = 0; i < submission->ready_count; i++)
         publish_batch(&submission->batches[i]);
     if (submission->ready_count == submission->batch_count)
@@ -149,16 +150,16 @@ void submission_publish(struct submission *submission)
 
 /* ---- waits */
 
-static enum semaphore_answer ask(const struct order_batch *batch,
-                                 const struct semaphore_operation *operation,
-                                 const struct execution_clock **clock)
+static enum semaphore_wait_status wait_status(const struct order_batch *batch,
+                                              const struct semaphore_operation *operation,
+                                              const struct execution_clock **clock)
 {
     struct submission *submission = batch->submission;
     struct semaphore_clock *semaphore = find_semaphore(submission->order, operation);
     *clock = NULL;
     if (semaphore)
         return semaphore_clock_wait(semaphore, operation->value, submission, clock);
-    return operation->id ? SEMAPHORE_OPEN : SEMAPHORE_REACHED; /* destroyed, or never known */
+    return operation->id ? SEMAPHORE_OPEN : SEMAPHORE_REACHED; /* destroyed : never tracked */
 }
 
 static bool is_held_back(const struct order_batch *batch)
@@ -166,7 +167,8 @@ static bool is_held_back(const struct order_batch *batch)
     const struct semaphore_operation *operations = order_batch_operations(batch);
     const struct execution_clock *clock;
     for (uint32_t i = 0; i < batch->operation_count; i++)
-        if (!operations[i].is_signal && ask(batch, &operations[i], &clock) == SEMAPHORE_NOT_YET)
+        if (!operations[i].is_signal &&
+            wait_status(batch, &operations[i], &clock) == SEMAPHORE_NOT_YET)
             return true;
     return false;
 }
@@ -180,7 +182,7 @@ bool order_batch_follow_waits(const struct order_batch *batch, struct execution_
         const struct execution_clock *clock;
         if (operations[i].is_signal)
             continue;
-        if (ask(batch, &operations[i], &clock) == SEMAPHORE_OPEN)
+        if (wait_status(batch, &operations[i], &clock) == SEMAPHORE_OPEN)
             open = true;
         if (!clock)
             continue;
@@ -203,7 +205,7 @@ static void add_open(struct submission *submission, struct queue_clocks *clocks)
     submission->order->has_open = true;
 }
 
-/* Whether the batch follows an open one that the host had not seen complete. */
+/* Whether the batch follows an open batch whose completion the host had not observed. */
 static bool follows_open(const struct order_batch *batch, const struct queue_clocks *own)
 {
     const struct submission *submission = batch->submission;
@@ -229,7 +231,7 @@ void order_batch_set_signal(struct order_batch *batch, const struct semaphore_op
         semaphore_clock_set(semaphore, operation->value, batch->submission, carried);
 }
 
-/* Signals of one batch have no order among themselves: `signalled` is what came before all. */
+/* The signals of one batch are not ordered among themselves: `signalled` precedes all of them. */
 static void signal_after_commands(struct order_batch *batch, struct queue_clocks *clocks)
 {
     const struct submission *submission = batch->submission;
@@ -267,8 +269,8 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
     execution_clock_add(&clocks->all, batch->timestamp);
     if (open)
         add_open(submission, clocks);
-    batch->predecessors_known =
-        !submission->uncertain && !(submission->order->has_open && follows_open(batch, clocks));
+    batch->predecessors_known = !submission->may_follow_held &&
+                                !(submission->order->has_open && follows_open(batch, clocks));
 
     signal_after_commands(batch, clocks);
 }
@@ -276,8 +278,8 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
 static void resolve_host(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
-    batch->timestamp = (struct timestamp){EXECUTION_HOST, 0}; /* work gets its own when it ends */
-    batch->predecessors_known = !submission->uncertain;
+    batch->timestamp = (struct timestamp){EXECUTION_HOST, 0}; /* end_work sets that of host work */
+    batch->predecessors_known = !submission->may_follow_held;
     execution_clock_copy(&batch->clock, &submission->host);
     for (uint32_t i = 0; i < batch->operation_count; i++)
         order_batch_set_signal(batch, &submission->operations[batch->first_operation + i],
@@ -321,9 +323,9 @@ static bool signals(const struct order_batch *batch)
     return found;
 }
 
-/* The first held batch that nothing holds back: neither what it waits for, nor one held before it.
- * Commands wait for all earlier commands of their queue, but commands and bindings don't wait for
- * each other, nor bindings for bindings; only signals come in the order of submission. */
+/* Finds the first held batch whose waits are all met and which no earlier held batch blocks.
+ * Commands wait for all earlier commands of their queue. Commands and bindings don't wait for each
+ * other, and bindings don't wait for bindings; only signals come in submission order. */
 static struct order_batch **find_releasable(struct order_queue *queue)
 {
     bool behind_commands = false, behind_signals = false;

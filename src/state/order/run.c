@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The run list: hooks are called here, one thread at a time and never with the lock held. */
+/* The run list. It calls the hooks, on one thread at a time and without the lock. */
 #include "src/state/order/records.h"
 
 void execution_order_append_run(struct execution_order *order, struct order_batch *batch)
@@ -10,7 +10,7 @@ void execution_order_append_run(struct execution_order *order, struct order_batc
     order->run_end = &batch->next;
 }
 
-/* Held batches go to the run list to be freed with the others. */
+/* Moves held batches to the run list, which frees them with the others. */
 void execution_order_set_unknown_locked(struct execution_order *order,
                                         enum order_unknown_reason why)
 {
@@ -90,14 +90,14 @@ static void report_unknown(struct execution_order *order)
     order->busy = false;
 }
 
-/* Whether the batch runs only when its call has returned. */
+/* Whether the batch must wait for the return of its call. */
 static bool is_under_way(const struct order_batch *batch)
 {
     return batch->submission->state == SUBMISSION_PREPARED &&
            batch->submission->kind != SUBMIT_HOST_WORK;
 }
 
-/* The first batch, unless its call is under way. */
+/* Removes and returns the first batch of the run list. Returns NULL if its call is under way. */
 static struct order_batch *take_first(struct execution_order *order)
 {
     struct order_batch *batch = order->run_list;
@@ -160,7 +160,7 @@ bool submission_check(struct submission *submission)
     return skip;
 }
 
-/* Checked batches are at the head of the list, so nobody else is in a hook. */
+/* Checked batches are at the head of the list, so no other thread is in a hook. */
 static void report_drop(struct execution_order *order)
 {
     order->busy = true;

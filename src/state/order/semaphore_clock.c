@@ -4,9 +4,9 @@
 
 #include <stdlib.h>
 
-enum { FIRST_SIGNALS = 4 };
+#include "src/base/array.h"
 
-/* Index of the first signal of at least that value. */
+/* Returns the index of the first signal of at least `value`. */
 static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value)
 {
     uint32_t i = 0;
@@ -15,8 +15,9 @@ static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value
     return i;
 }
 
-enum semaphore_answer semaphore_clock_wait(const struct semaphore_clock *semaphore, uint64_t value,
-                                           const void *owner, const struct execution_clock **clock)
+enum semaphore_wait_status semaphore_clock_wait(const struct semaphore_clock *semaphore,
+                                                uint64_t value, const void *owner,
+                                                const struct execution_clock **clock)
 {
     *clock = NULL;
     if (value <= semaphore->reached)
@@ -44,7 +45,7 @@ static void drop_first(struct semaphore_clock *semaphore, uint32_t count)
             semaphore->count * sizeof(semaphore->signals[0]));
 }
 
-/* An unpublished signal may yet be retracted, so it and what comes after it stay. */
+/* An unpublished signal may still be retracted, so it and all later signals stay. */
 static void drop_old(struct semaphore_clock *semaphore)
 {
     uint32_t i = 0;
@@ -57,16 +58,11 @@ static bool reserve(struct semaphore_clock *semaphore)
 {
     if (semaphore->count >= SEMAPHORE_SIGNALS)
         drop_old(semaphore);
-    if (semaphore->count < semaphore->capacity)
-        return true;
-    uint32_t capacity = semaphore->capacity ? semaphore->capacity * 2 : FIRST_SIGNALS;
-    struct semaphore_signal *signals =
-        realloc(semaphore->signals, capacity * sizeof(semaphore->signals[0]));
-    if (!signals)
-        return false;
-    semaphore->signals = signals;
-    semaphore->capacity = capacity;
-    return true;
+    struct semaphore_signal *signals = array_make_room(semaphore->signals, semaphore->count,
+                                                       &semaphore->capacity, sizeof(*signals));
+    if (signals)
+        semaphore->signals = signals;
+    return signals != NULL;
 }
 
 bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, const void *owner)
@@ -75,7 +71,7 @@ bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value,
         return true;
     if (!reserve(semaphore))
         return false;
-    uint32_t at = semaphore->count; /* nearly always the last */
+    uint32_t at = semaphore->count; /* signals nearly always come in order of their values */
     while (at && semaphore->signals[at - 1].value > value)
         at--;
     struct semaphore_signal *signal = &semaphore->signals[at];

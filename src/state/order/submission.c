@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Collecting what one call submits. A submission keeps its arrays when it is used again, so nothing
- * is allocated once the application has submitted the like before. */
+/* Collects the batches of one submitting call. Submissions are reused and keep their arrays, so a
+ * call allocates nothing if an earlier one was as large. */
 #include <stdlib.h>
 
+#include "src/base/array.h"
 #include "src/state/order/records.h"
-
-enum { FIRST_ELEMENTS = 4 };
 
 static void start_over(struct submission *submission)
 {
@@ -14,7 +13,7 @@ static void start_over(struct submission *submission)
     submission->fence = VK_NULL_HANDLE;
     submission->queue_record = NULL;
     submission->references = 1;
-    submission->out_of_memory = submission->checked = submission->uncertain = false;
+    submission->out_of_memory = submission->checked = submission->may_follow_held = false;
     submission->skip = false;
     submission->ready_count = 0;
     submission->batch_count = submission->operation_count = submission->command_count = 0;
@@ -54,20 +53,16 @@ void submission_free(struct submission *submission)
     free(submission);
 }
 
-/* Room for one more element. */
+/* Makes room for one more element. */
 static bool reserve(struct submission *submission, void **elements, uint32_t count,
                     uint32_t *capacity, size_t size)
 {
-    if (count < *capacity)
-        return true;
-    uint32_t larger = *capacity ? *capacity * 2 : FIRST_ELEMENTS;
-    void *moved = realloc(*elements, larger * size);
+    void *moved = array_make_room(*elements, count, capacity, size);
     if (!moved) {
         submission->out_of_memory = true;
         return false;
     }
     *elements = moved;
-    *capacity = larger;
     return true;
 }
 
@@ -85,7 +80,7 @@ void submission_add_batch(struct submission *submission)
     batch->is_open = false;
 }
 
-/* NULL where something was lost for lack of memory before. */
+/* Returns NULL if the submission is incomplete because memory ran out. */
 static struct order_batch *last_batch(struct submission *submission)
 {
     return submission && !submission->out_of_memory && submission->batch_count

@@ -132,6 +132,9 @@ void resources_look_up_accel(struct resources *resources, VkAccelerationStructur
                              struct accel_facts *facts);
 void resources_look_up_address(struct resources *resources, VkDeviceAddress address,
                                struct address_facts *facts);
+void resources_ask_buffer(struct resources *resources, VkBuffer handle, struct buffer_facts *facts);
+void resources_ask_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                            struct nv_accel_facts *facts);
 
 /* A batch of look-ups. */
 enum { RESOURCE_ACCEL_QUERIES = 32, RESOURCE_ADDRESS_QUERIES = 64 };
