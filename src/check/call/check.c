@@ -111,7 +111,7 @@ static void find_sizes(const struct walk *walk, struct build_view *build, bool i
     else
         view_build_sizes(context, build, walk->passes);
     if (!is_like || (walk->passes && !context->previous_shape->passes))
-        view_keep_recent(context, build, walk->passes);
+        view_set_previous_shape(context, build, walk->passes);
 }
 
 /* Puts a build to the rules about itself; one that they find valid may be kept as such. */
@@ -122,7 +122,7 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
     bool with_state = context->level >= LEVEL_STATE;
     uint32_t findings_before = walk->findings;
     walk->hides_sizes = false;
-    bool is_like = view_is_like_recent(context, build);
+    bool is_like = view_has_previous_shape(context, build);
     walk->same_shape = is_like && previous_shape_matches(context->previous_shape, build->info);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
@@ -158,7 +158,7 @@ static void collect_ranges(const struct walk *walk, struct sweep *sweep,
     bool is_alone = build->call->info_count == 1 && !walk->instances;
     if (is_alone && pairs_has_none_within(walk->context, build))
         return;
-    if (!sweep->is_begun)
+    if (!sweep->is_initialized)
         sweep_init(sweep);
     pairs_collect(walk->context, sweep, build);
     if (walk->instances)
@@ -224,15 +224,15 @@ __attribute__((always_inline)) static inline void check_all_builds(struct walk *
 {
     struct check_context *context = walk->context;
     struct sweep own, *sweep = context->sweep ? context->sweep : &own;
-    own.is_begun = false;
+    own.is_initialized = false;
     if (sweep != &own)
         sweep_empty(sweep);
     for (uint32_t i = 0; i < call->info_count; i += VIEWS_MAX)
         check_some_builds(walk, sweep, call, i,
                           call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
-    if (sweep->is_begun)
+    if (sweep->is_initialized)
         check_pairs(walk, call, sweep);
-    if (own.is_begun)
+    if (own.is_initialized)
         sweep_release(&own);
     free(walk->micromaps.items);
     content_free_instances(walk->instances);

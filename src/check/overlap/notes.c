@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ranges of a call that are noted, to be swept when it executes. */
+/* Ranges of a call that the journal keeps, to be compared when the call executes. */
 #include <stdlib.h>
 #include <string.h>
 
