@@ -178,7 +178,7 @@ static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_v
         context->recorder->record_build(context->user, build,
                                         comes_with_build(build, first) ? first : NULL);
     if (walk->inputs)
-        content_forget_inputs(walk);
+        content_release_inputs(walk);
 }
 
 /* Checks `count` builds, VIEWS_MAX at most, from `begin` on. */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The order in which the rows about micromaps are walked. */
+/* Validates the micromaps of builds and geometries. */
 #include "src/base/array.h"
 #include "src/check/assemble/micromap_views.h"
 #include "src/check/call/extensions.h"
 #include "src/rules/micromap/usages.h"
 
-/* What the build in hand has of micromaps. */
+/* The micromaps of the current build. */
 
 const struct micromap_uses *found_micromaps(const struct walk *walk)
 {
@@ -58,7 +58,7 @@ static void note_data(struct walk *walk, const struct micromap_data_view *view)
     walk->micromaps.built_triangle_count = (uint32_t)sum;
 }
 
-/* Whether a build says anything of micromaps itself. */
+/* Returns whether the build info has a type or flags of micromaps. */
 static bool is_about_micromaps(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     const VkBuildAccelerationStructureFlagsKHR flags =
@@ -82,7 +82,7 @@ void check_micromap_build(struct walk *walk, const struct build_view *build, boo
         walk_micromap_build(walk, &view, LEVEL_STATE);
 }
 
-/* Geometries. Each subject at both levels, if the geometry has its structure. */
+/* ---- geometries: each subject at both levels, if the geometry has its structure */
 
 static void check_opacity(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {

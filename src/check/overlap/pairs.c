@@ -202,50 +202,50 @@ void pairs_collect_instances(struct sweep *sweep, const struct build_view *build
 }
 
 /* Returns whether a rule is active about a dst that is the same structure as a range of a kind. */
-static bool is_active_for_equal(const bool *wants, enum range_kind kind)
+static bool is_active_for_equal(const bool *active, enum range_kind kind)
 {
     switch (kind) {
     case KIND_DST:
-        return wants[RULE_no_dst_is_built_twice];
+        return active[RULE_no_dst_is_built_twice];
     case KIND_SRC:
-        return wants[RULE_no_src_is_the_dst_of_another_build];
+        return active[RULE_no_src_is_the_dst_of_another_build];
     case KIND_MICROMAP:
-        return wants[RULE_no_dst_is_a_micromap_of_another_build];
+        return active[RULE_no_dst_is_a_micromap_of_another_build];
     case KIND_INSTANCE:
-        return wants[RULE_no_dst_is_an_instance_of_another_build];
+        return active[RULE_no_dst_is_an_instance_of_another_build];
     default:
         return false;
     }
 }
 
 /* Returns whether a rule is active about a dst that shares memory with a range of a kind. */
-static bool is_active_for_shared(const bool *wants, enum range_kind kind)
+static bool is_active_for_shared(const bool *active, enum range_kind kind)
 {
     switch (kind) {
     case KIND_DST:
-        return wants[RULE_dst_and_dst_are_apart];
+        return active[RULE_dst_and_dst_are_apart];
     case KIND_SRC:
-        return wants[RULE_update_src_and_dst_do_not_alias] ||
-               wants[RULE_dst_and_update_src_are_apart];
+        return active[RULE_update_src_and_dst_do_not_alias] ||
+               active[RULE_dst_and_update_src_are_apart];
     case KIND_MICROMAP:
-        return wants[RULE_dst_and_micromaps_of_other_builds_are_apart];
+        return active[RULE_dst_and_micromaps_of_other_builds_are_apart];
     case KIND_INSTANCE:
-        return wants[RULE_dst_and_instances_of_other_builds_are_apart];
+        return active[RULE_dst_and_instances_of_other_builds_are_apart];
     default:
-        return wants[RULE_dst_and_scratch_are_apart];
+        return active[RULE_dst_and_scratch_are_apart];
     }
 }
 
 /* Returns whether a rule is active about two ranges of kinds `a` <= `b`. */
-static bool is_active_for_pair(const bool *wants, enum range_kind a, enum range_kind b,
+static bool is_active_for_pair(const bool *active, enum range_kind a, enum range_kind b,
                                bool shares_memory)
 {
     if (!shares_memory)
-        return is_active_for_equal(wants, b);
+        return is_active_for_equal(active, b);
     if (a == KIND_DST)
-        return is_active_for_shared(wants, b);
-    return wants[a == KIND_SCRATCH ? RULE_scratch_and_scratch_are_apart
-                                   : RULE_scratch_and_update_src_are_apart];
+        return is_active_for_shared(active, b);
+    return active[a == KIND_SCRATCH ? RULE_scratch_and_scratch_are_apart
+                                    : RULE_scratch_and_update_src_are_apart];
 }
 
 struct pair_walk {
@@ -267,7 +267,7 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
     const struct location location = {
         .command = pairs->call->command, .subject = SUBJECT_BUILD, .build = a->build};
     walk_pair(pairs->walk, &pair, &location);
-    return is_active_for_pair(pairs->walk->wants, range_kind(a), range_kind(b), shared != NULL);
+    return is_active_for_pair(pairs->walk->active, range_kind(a), range_kind(b), shared != NULL);
 }
 
 ON_RECORDING_PATH void pairs_walk(struct walk *walk, const struct call_view *call,

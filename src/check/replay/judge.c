@@ -52,6 +52,6 @@ void judge_begin_entry(struct judge *judge, struct replay *replay, const struct 
 
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding)
 {
-    if (judge->walk.wants[rule])
+    if (judge->walk.active[rule])
         report(judge, rule, &judge->location, finding);
 }
