@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where judged builds are, and the one way by which a replay's findings are reported. */
+/* Locates builds of a replay and reports all of its findings. */
 #include "src/check/replay/judge.h"
 
 static bool report(void *user, enum rule rule, const struct location *location,
