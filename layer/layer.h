@@ -23,7 +23,6 @@
 #include "src/check/call/check.h"
 #include "src/report/reporter.h"
 #include "src/state/builds/built_flags.h"
-#include "src/state/builds/known_builds.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/commands/command_buffers.h"
 #include "src/state/commands/deferred_operations.h"
@@ -94,16 +93,12 @@ struct layer_device {
      * opacity micromaps. */
     struct built_flags *built_flags;
 
-    /* What checks leave to each other, for each of the stripes that threads have, and each in cache
-     * lines of its own: builds that were found valid; memory for large calls, NULL while one uses
-     * it. */
+    /* Memory for large calls, which one call leaves to the next. Threads of different stripes use
+     * different cache lines. NULL while a call uses it. */
     union {
-        struct {
-            struct known_builds known;
-            struct sweep *_Atomic spare_sweep;
-        };
-        char size[2 * READER_LOCK_STRIPE_SIZE];
-    } kept[READER_LOCK_STRIPES];
+        struct sweep *_Atomic sweep;
+        char size[READER_LOCK_STRIPE_SIZE];
+    } spare_sweeps[READER_LOCK_STRIPES];
 
     /* enum tristate of whether builds take a VkFormat below FORMAT_CACHE_SIZE as vertices, and as
      * radii of spheres; see formats.h. */

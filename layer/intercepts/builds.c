@@ -35,7 +35,7 @@ enum { LARGE_CALL = 16 };
 
 static struct sweep *_Atomic *spare_of_thread(const struct build_call *call)
 {
-    return &call->device->kept[reader_lock_stripe()].spare_sweep;
+    return &call->device->spare_sweeps[reader_lock_stripe()].sweep;
 }
 
 static struct sweep *take_sweep(const struct build_call *call)
@@ -47,15 +47,6 @@ static struct sweep *take_sweep(const struct build_call *call)
 static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
 {
     check_free_sweep(atomic_exchange(spare_of_thread(call), sweep));
-}
-
-/* Those of the thread, where what they say is asked for. */
-static inline struct known_builds *take_known_builds(const struct build_call *call)
-{
-    const struct layer_device *device = call->device;
-    if (call->view.command != COMMAND_DEVICE || device->level < LEVEL_STATE)
-        return NULL;
-    return known_builds_take(&call->device->kept[reader_lock_stripe()].known);
 }
 
 static const struct check_hooks hooks = {
@@ -87,7 +78,6 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .level = device->level,
         .active = device->active_rules[call->view.command],
         .previous_shape = call->previous_shape,
-        .known = take_known_builds(call),
         .readable = readable,
         .resources = device->resources,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
@@ -95,7 +85,6 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .point = call->point,
     };
     check_builds(&context, &call->view);
-    known_builds_give_back(context.known);
     if (context.sweep)
         give_back_sweep(call, context.sweep);
     build_call_settle_journal(call);

@@ -50,10 +50,8 @@ static void free_device(struct layer_device *device)
     object_names_destroy(device->names);
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
-    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++) {
-        known_builds_release(&device->kept[i].known);
-        check_free_sweep(atomic_load(&device->kept[i].spare_sweep));
-    }
+    for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
+        check_free_sweep(atomic_load(&device->spare_sweeps[i].sweep));
     free(device->queue_families);
     free(device);
 }

@@ -164,17 +164,9 @@ static void compact(struct run *run)
     }
 }
 
-/* What is as it was before isn't judged: in each round the builds' ranges are others. */
-static void change(struct scene *scene)
-{
-    for (uint32_t i = FIRST; i < FIRST + BUILDS; i++)
-        scene->ranges[i][0].transformOffset += 16;
-}
-
 static void record(struct run *run)
 {
     struct scene *scene = run->scene;
-    change(scene);
     scene_begin(scene, run->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene->infos_argument = &scene->infos[FIRST];
     scene->ranges_argument = &scene->range_pointers[FIRST];

@@ -149,14 +149,6 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
     }
 }
 
-/* What is as it was before isn't judged. Nothing is transformed, so the offset is for nobody to
- * use. */
-static void change(const struct workload *workload)
-{
-    for (uint32_t i = 0; i < workload->count; i++)
-        workload->ranges[i].transformOffset += 16;
-}
-
 void workload_run(const struct workload *workload)
 {
     struct scene *scene = workload->scene;
@@ -167,7 +159,6 @@ void workload_run(const struct workload *workload)
                        "vkBuildAccelerationStructuresKHR");
         return;
     }
-    change(workload);
     scene_begin(scene, workload->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene->vk->CmdBuildAccelerationStructuresKHR(workload->command_buffer, workload->count,
                                                  workload->infos, workload->range_pointers);

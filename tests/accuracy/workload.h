@@ -30,8 +30,7 @@ void workload_open(struct workload *workload, struct scene *scene, enum workload
                    bool is_quick);
 void workload_close(struct workload *workload);
 
-/* Records the call, submits it and waits; or calls the host's command. By the device each build is
- * another than in the run before, so that it is judged. */
+/* Records the call, submits it and waits; or calls the host's command. */
 void workload_run(const struct workload *workload);
 
 #endif

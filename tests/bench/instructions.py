@@ -16,10 +16,9 @@ from collections import namedtuple
 STRUCTURES, TIMES = 1000, 10
 
 # Of STRUCTURES, in calls of so many builds.
-Case = namedtuple("Case", "buffers order builds call")
-CASES = [Case(buffers, order, builds, call) for call in (STRUCTURES, 1)
-         for buffers in ("shared", "separate") for order in ("created", "shuffled")
-         for builds in ("as before", "changing")]
+Case = namedtuple("Case", "buffers order call")
+CASES = [Case(buffers, order, call) for call in (STRUCTURES, 1)
+         for buffers in ("shared", "separate") for order in ("created", "shuffled")]
 MARGIN = 0.15  # compilers and C libraries differ,
 PROBES_SLACK = 5  # and so do the pages that arrays begin in
 
@@ -39,8 +38,7 @@ def count(arguments, case, layer):
              "--collect-atstart=no", "--toggle-collect=profiled_recording",
              arguments.record, "--profile", layer, "--driver", "null", "--buffers",
              case.buffers, "--order", case.order, "--sizes", str(case.call), "--alive",
-             str(STRUCTURES), "--times", str(TIMES),
-             *(["--changing"] if case.builds == "changing" else [])],
+             str(STRUCTURES), "--times", str(TIMES)],
             capture_output=True, text=True)
     collected = re.search(r"Collected : (\d+)", run.stderr)
     recorded = re.search(r"recorded (\d+) builds, (\d+) probes", run.stdout)
@@ -52,7 +50,7 @@ def count(arguments, case, layer):
 def read_expected(path):
     try:
         with open(path, newline="", encoding="utf-8") as file:
-            return {Case(row["buffers"], row["order"], row["builds"], int(row["call"])):
+            return {Case(row["buffers"], row["order"], int(row["call"])):
                     Counts(int(row["instructions"]), int(row["probes"]))
                     for row in csv.DictReader(file)}
     except (OSError, KeyError, ValueError) as error:
@@ -89,7 +87,7 @@ def main():
     added = {}
     worse = False
     print(f"Null driver, {STRUCTURES} structures: instructions a build, probes of memory a round\n")
-    print(f"{'buffers':10}{'order':10}{'builds':10}{'a call':>6}{'without':>9}{'with':>9}"
+    print(f"{'buffers':10}{'order':10}{'a call':>6}{'without':>9}{'with':>9}"
           f"{'overhead':>10}{'expected':>10}{'probes':>8}{'expected':>10}")
     for case in CASES:
         without, with_layer = (count(arguments, case, layer) for layer in ("off", "on"))
@@ -99,7 +97,7 @@ def main():
             fail(f"{arguments.expected} has no row for {', '.join(map(str, case))}")
         told = verdict(added[case], wanted)
         worse = worse or told == "MORE"
-        print(f"{case.buffers:10}{case.order:10}{case.builds:10}{case.call:6}"
+        print(f"{case.buffers:10}{case.order:10}{case.call:6}"
               f"{without.instructions:9.0f}{with_layer.instructions:9.0f}"
               f"{added[case].instructions:10.0f}{wanted.instructions:10.0f}"
               f"{added[case].probes:8.0f}{wanted.probes:10.0f}  {told}", flush=True)

@@ -23,7 +23,6 @@ static const char usage[] =
     "                   (four buffers a build; default: both)\n"
     "  --order NAME     created or shuffled: the order of builds in a call, by the creation\n"
     "                   of their structures and buffers (default: both)\n"
-    "  --changing       no build is recorded as it was before\n"
     "  --conflicts      all builds have the same dst and scratch\n"
     "  --samples N      a side (default: 31)\n"
     "  --quick          few short samples, and sizes up to 1000\n"
@@ -120,9 +119,6 @@ static void read_option(void *read, int option)
         choose(options->with_order,
                read_name(optarg, order_name(ORDER_CREATED), order_name(ORDER_SHUFFLED)));
         break;
-    case 'C':
-        options->changing = true;
-        break;
     case 'x':
         options->conflicts = true;
         break;
@@ -157,23 +153,15 @@ static void read_option(void *read, int option)
     }
 }
 
-static const struct option names[] = {{"alive", required_argument, NULL, 'a'},
-                                      {"driver", required_argument, NULL, 'd'},
-                                      {"sizes", required_argument, NULL, 's'},
-                                      {"buffers", required_argument, NULL, 'b'},
-                                      {"order", required_argument, NULL, 'o'},
-                                      {"changing", no_argument, NULL, 'C'},
-                                      {"conflicts", no_argument, NULL, 'x'},
-                                      {"samples", required_argument, NULL, 'n'},
-                                      {"quick", no_argument, NULL, 'q'},
-                                      {"level", required_argument, NULL, 'l'},
-                                      {"csv", required_argument, NULL, 'c'},
-                                      {"no-bars", no_argument, NULL, 'B'},
-                                      {"no-time-bars", no_argument, NULL, 'T'},
-                                      {"profile", required_argument, NULL, 'p'},
-                                      {"times", required_argument, NULL, 't'},
-                                      {"help", no_argument, NULL, 'h'},
-                                      {NULL, 0, NULL, 0}};
+static const struct option names[] = {
+    {"alive", required_argument, NULL, 'a'},   {"driver", required_argument, NULL, 'd'},
+    {"sizes", required_argument, NULL, 's'},   {"buffers", required_argument, NULL, 'b'},
+    {"order", required_argument, NULL, 'o'},   {"conflicts", no_argument, NULL, 'x'},
+    {"samples", required_argument, NULL, 'n'}, {"quick", no_argument, NULL, 'q'},
+    {"level", required_argument, NULL, 'l'},   {"csv", required_argument, NULL, 'c'},
+    {"no-bars", no_argument, NULL, 'B'},       {"no-time-bars", no_argument, NULL, 'T'},
+    {"profile", required_argument, NULL, 'p'}, {"times", required_argument, NULL, 't'},
+    {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
 
 static const struct command_line line = {
     .program = "record", .usage = usage, .names = names, .read_option = read_option};

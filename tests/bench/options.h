@@ -16,7 +16,6 @@ struct options {
     uint32_t sizes[MOST_SIZES], size_count; /* builds a call, ascending */
     uint32_t alive;                         /* structures; a call's builds where those are more */
     bool with_buffers[2], with_order[2];    /* by enum buffers and enum order */
-    bool changing;                          /* no build is as it was before */
     bool conflicts;                         /* see scene_conflict */
     uint32_t samples;
     uint32_t builds_per_sample; /* at least; a call's builds where those are more */

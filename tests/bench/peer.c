@@ -34,13 +34,11 @@ static const struct scene_kind {
     enum buffers buffers;
     enum order order;
     uint32_t alive; /* structures; a call's builds where those are more */
-    bool changes;   /* no build is as it was before */
 } scene_kinds[] = {
-    {"in order", BUFFERS_SHARED, ORDER_CREATED, ALIVE, false},
-    {"in order with a buffer for each input", BUFFERS_SEPARATE, ORDER_CREATED, ALIVE, false},
-    {"shuffled with a buffer for each input", BUFFERS_SEPARATE, ORDER_SHUFFLED, ALIVE, false},
-    {"in order, the same over and over", BUFFERS_SHARED, ORDER_CREATED, 0, false},
-    {"in order, none as it was before", BUFFERS_SHARED, ORDER_CREATED, ALIVE, true}};
+    {"in order", BUFFERS_SHARED, ORDER_CREATED, ALIVE},
+    {"in order with a buffer for each input", BUFFERS_SEPARATE, ORDER_CREATED, ALIVE},
+    {"shuffled with a buffer for each input", BUFFERS_SEPARATE, ORDER_SHUFFLED, ALIVE},
+    {"in order, the same over and over", BUFFERS_SHARED, ORDER_CREATED, 0}};
 enum { SCENE_KINDS = sizeof(scene_kinds) / sizeof(scene_kinds[0]) };
 
 struct comparison {
@@ -116,7 +114,6 @@ static void begin_figure(struct comparison *comparison, const struct scene_kind 
             continue;
         scene_create(&comparison->scenes[c], &comparison->sides[c], kind->buffers, kind->order,
                      builds > kind->alive ? builds : kind->alive);
-        comparison->scenes[c].changes = kind->changes;
         comparison->samples[c] = bench_alloc(comparison->options->samples, sizeof(double));
     }
 }
@@ -200,7 +197,7 @@ static void measure_recording(struct comparison *comparison, const struct scene_
 /* ---- submissions */
 
 /* Submissions and threads take builds of these alone. */
-static const struct scene_kind same_builds = {"in order", BUFFERS_SHARED, ORDER_CREATED, 0, false};
+static const struct scene_kind same_builds = {"in order", BUFFERS_SHARED, ORDER_CREATED, 0};
 
 struct submit_samples {
     double again[CONTENDERS][SUBMIT_SAMPLES];

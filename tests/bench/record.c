@@ -84,7 +84,6 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
     for (int s = 0; s < SIDES; s++) {
         samples[s] = bench_alloc(count, sizeof(double));
         scene_create(&scenes[s], &bench->sides[s], which->buffers, which->order, which->alive);
-        scenes[s].changes = bench->options->changing;
         if (bench->options->conflicts)
             scene_conflict(&scenes[s]);
     }
@@ -197,7 +196,6 @@ static void profile(const struct options *options)
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,
                  options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED,
                  larger_of(options->sizes[0], options->alive));
-    scene.changes = options->changing;
     if (options->conflicts)
         scene_conflict(&scene);
     probes_advance_clock();

@@ -60,8 +60,6 @@ static void build(const struct recorder *recorder, const struct scene *scene, ui
 static void record_call(const struct recorder *recorder, const struct scene *scene, uint32_t first,
                         uint32_t count)
 {
-    if (scene->changes)
-        scene_change(scene, first, count);
     begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     build(recorder, scene, first, count);
     end(recorder);

@@ -33,14 +33,13 @@ struct scene_ranges {
 struct scene {
     const struct side *side;
     uint32_t count; /* of builds */
-    bool changes;   /* each build is made another, as valid, before it is recorded again */
     struct scene_ranges parts[PART_COUNT];
     VkAccelerationStructureKHR *structures;
 
     /* The arrays of the call, count elements each. Any run of them is a valid call. */
     VkAccelerationStructureBuildGeometryInfoKHR *infos;
     VkAccelerationStructureGeometryKHR *geometries;
-    VkAccelerationStructureBuildRangeInfoKHR *ranges; /* see scene_change */
+    VkAccelerationStructureBuildRangeInfoKHR *ranges;
     const VkAccelerationStructureBuildRangeInfoKHR **range_pointers;
 };
 
@@ -55,14 +54,6 @@ static inline void scene_conflict(const struct scene *scene)
         scene->infos[i].dstAccelerationStructure = scene->infos[0].dstAccelerationStructure;
         scene->infos[i].scratchData = scene->infos[0].scratchData;
     }
-}
-
-/* Makes builds others than they were: nothing is transformed, so their offset to a transform is for
- * nobody to use; who compares them sees another. */
-static inline void scene_change(const struct scene *scene, uint32_t first, uint32_t count)
-{
-    for (uint32_t i = first; i < first + count; i++)
-        scene->ranges[i].transformOffset += 16;
 }
 
 #endif

@@ -15,7 +15,6 @@ struct play {
     bool geometry_pointers; /* ppGeometries instead of pGeometries */
     const char *level;      /* NULL, or a setting instead of the case's own */
     bool is_mutation_alone; /* neither the valid call nor the twin is played */
-    bool is_known;          /* the valid call has been recorded before, which the layer remembers */
 };
 
 enum { REPORT_TEXT_MAX = 16384 };

@@ -196,10 +196,10 @@ static bool wants_pointers(const struct test_case *test_case)
 
 static void play_one(struct run *run, const struct case_list *list, const struct play *play)
 {
-    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s%s", list->name,
+    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name,
              play->test_case->name, command_words[play->command],
-             play->geometry_pointers ? "+ppGeometries" : "", play->is_known ? "+known" : "",
-             play->level != NULL ? "@" : "", play->level != NULL ? play->level : "");
+             play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
+             play->level != NULL ? play->level : "");
     if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
         return;
     if (run->tally.list) {
@@ -251,19 +251,6 @@ static void play_at_lower_levels(struct run *run, const struct case_list *list,
 {
     play_at_level(run, list, test_case, "parameters");
     play_at_level(run, list, test_case, "state");
-}
-
-/* What was found valid before is none the less judged, when it is otherwise. */
-static void play_known(struct run *run, const struct case_list *list,
-                       const struct test_case *test_case)
-{
-    const struct play play = {.platform = &run->platform,
-                              .test_case = test_case,
-                              .command = COMMAND_DEVICE,
-                              .is_mutation_alone = true,
-                              .is_known = true};
-    if (fits_command(test_case, COMMAND_DEVICE))
-        play_one(run, list, &play);
 }
 
 static void for_all_cases(struct run *run,
@@ -353,8 +340,6 @@ int main(int argc, char **argv)
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);
-    if (run.platform.is_null && run.tally.level == NULL)
-        for_all_cases(&run, play_known);
     fixture_close(&run.fixture);
     if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
         check_every_rule_has_a_case(&run);

@@ -77,8 +77,6 @@ static bool make_call(const struct play *play, struct fixture *fixture, const st
     messages_clear(&fixture->messages);
     fixture->messages.answer = VK_FALSE;
     struct scene *scene = scene_open(fixture, play->command);
-    if (play->is_known && scene->skip == NULL)
-        scene_become_known(scene);
     if (call->mutate != NULL)
         call->mutate(scene);
     judge_apply(scene, call->edits);

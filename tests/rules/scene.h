@@ -160,9 +160,6 @@ void scene_fit(struct scene *scene, uint32_t build);
  * inputs as they are now if those are staged. */
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
 
-/* Records the builds as often as the layer wants before it knows them, and executes none. */
-void scene_become_known(struct scene *scene);
-
 /* What updates start from: on the host, where they are judged when they are called, their sources
  * have to be built before. */
 void scene_build_source(struct scene *scene, uint32_t update);

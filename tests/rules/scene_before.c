@@ -26,19 +26,6 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
     scene_end_before(scene, command_buffer);
 }
 
-void scene_become_known(struct scene *scene)
-{
-    enum { TIMES = 2 }; /* once is what many structures are built */
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    for (int i = 0; i < TIMES; i++) {
-        const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
-        scene_begin(scene, command_buffer, 0);
-        scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, scene->info_count,
-                                                     scene->infos_argument, scene->ranges_argument);
-        scene_end(scene, command_buffer);
-    }
-}
-
 void scene_build_source(struct scene *scene, uint32_t update)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[update];

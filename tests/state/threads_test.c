@@ -96,14 +96,22 @@ static void look_up(unsigned n, unsigned others)
     resources_find_id(device.resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(others));
 }
 
+/* Shapes that have the same last bits replace each other in the cache. */
 static void query_sizes(struct random *random)
 {
-    struct build_shape shape = {.low = random_below(random, 64), .high = 1};
-    struct size_facts sizes;
-    if (size_cache_find(device.sizes, &shape, &sizes))
-        EXPECT(sizes.acceleration_structure == shape.low + 1);
-    sizes = (struct size_facts){.known = true, .acceleration_structure = shape.low + 1};
-    size_cache_add(device.sizes, &shape, &sizes);
+    const struct build_shape shape = {
+        .low = random_below(random, 4) << 16 | random_below(random, 4), .high = 1};
+    const struct size_facts sizes = {.known = true,
+                                     .acceleration_structure = shape.low + 1,
+                                     .build_scratch = shape.low + 2,
+                                     .update_scratch = shape.low + 3};
+    struct size_facts found;
+    if (size_cache_find(device.sizes, &shape, &found))
+        EXPECT(found.known && found.acceleration_structure == sizes.acceleration_structure &&
+               found.build_scratch == sizes.build_scratch &&
+               found.update_scratch == sizes.update_scratch);
+    else
+        size_cache_add(device.sizes, &shape, &sizes);
 }
 
 static void send(unsigned n, const struct label_stack *labels)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Looks up the handles and addresses of views in the state, in batches. */
 #include "src/check/assemble/views.h"
-#include "src/state/builds/known_builds.h"
 #include "src/view/geometry_data.h"
 
 enum { ACCELS_OF_BUILD = 2, ADDRESSES_OF_BUILD = 1, ADDRESSES_OF_GEOMETRY = 3 };
@@ -58,43 +57,17 @@ static inline void queue_geometry(struct resource_queries *queries, struct geome
         queue_address(queries, instances->data.deviceAddress, &geometry->data);
 }
 
-/* What is kept of them is fetched together, too. False where none is to be looked for, or kept. */
-static bool recall_all(const struct check_context *context, struct build_view *builds,
-                       struct geometry_view *first_geometries, bool *is_known, unsigned count)
-{
-    struct known_build *known[VIEWS_MAX];
-    unsigned found = 0, in_vain = 0;
-    if (!context->known || known_builds_rest(context->known, count))
-        return false;
-    for (unsigned i = 0; i < count; i++)
-        known[i] = known_builds_find(context->known, builds[i].info->dstAccelerationStructure);
-    for (unsigned i = 0; i < count; i++) {
-        if (!known[i])
-            continue;
-        is_known[i] = view_recall(context, known[i], &builds[i], &first_geometries[i]);
-        found += is_known[i];
-        in_vain += !is_known[i] && known[i]->in_vain;
-    }
-    known_builds_note(context->known, found, in_vain);
-    return true;
-}
-
-bool view_builds_found(struct check_context *context, struct build_view *builds,
-                       struct geometry_view *first_geometries, bool *is_known, unsigned count)
+void view_builds_found(struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, unsigned count)
 {
     struct resource_queries queries;
     queries.accel_count = queries.address_count = 0;
-    bool keeps = recall_all(context, builds, first_geometries, is_known, count);
     for (unsigned i = 0; i < count; i++) {
-        if (is_known[i])
-            continue;
         queue_build(&queries, &builds[i]);
         if (builds[i].geometry_count)
             queue_geometry(&queries, &first_geometries[i]);
     }
-    if (queries.accel_count + queries.address_count)
-        resources_find_all(context->resources, &queries);
-    return keeps;
+    resources_find_all(context->resources, &queries);
 }
 
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry)

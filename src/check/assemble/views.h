@@ -6,8 +6,6 @@
 
 #include "src/check/walk/context.h"
 
-struct known_build;
-
 /* Fills the flags of a call view: which arrays are readable. */
 void view_call(struct check_context *context, struct call_view *call);
 
@@ -22,21 +20,11 @@ void view_geometry(struct check_context *context, const struct build_view *build
 bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count);
 
 /* Adds what the state knows of handles and addresses: of up to VIEWS_MAX builds and the first
- * geometry of each that has one, together; of one geometry. Where is_known, all false before, is
- * set the build was found valid before, and its view has no more than what is wanted of such a one.
- * Returns whether those that are found valid now are to be kept. */
+ * geometry of each that has one, together; of one geometry. */
 enum { VIEWS_MAX = 16 };
-bool view_builds_found(struct check_context *context, struct build_view *builds,
-                       struct geometry_view *first_geometries, bool *is_known, unsigned count);
+void view_builds_found(struct check_context *context, struct build_view *builds,
+                       struct geometry_view *first_geometries, unsigned count);
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry);
-
-/* Whether a build with its first geometry was found valid, by what was kept of it: adds
- * what was known then. */
-bool view_recall(const struct check_context *context, struct known_build *known,
-                 struct build_view *build, struct geometry_view *geometry);
-/* Keeps one, if what it was judged by is certain. */
-void view_keep_known(const struct check_context *context, const struct build_view *build,
-                     struct geometry_view *geometry);
 
 /* Adds the remaining facts, after view_builds_found() or view_geometry_found(). */
 void view_build_state(struct check_context *context, struct build_view *build);

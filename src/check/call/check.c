@@ -114,13 +114,11 @@ static void find_sizes(const struct walk *walk, struct build_view *build, bool i
         view_set_previous_shape(context, build, walk->passes);
 }
 
-/* Puts a build to the rules about itself; one that they find valid may be kept as such. */
-static void judge_build(struct walk *walk, struct build_view *build, struct geometry_view *first,
-                        bool keeps)
+/* Checks a build by the rules about itself. */
+static void judge_build(struct walk *walk, struct build_view *build, struct geometry_view *first)
 {
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
-    uint32_t findings_before = walk->findings;
     walk->hides_sizes = false;
     bool is_like = view_has_previous_shape(context, build);
     walk->same_shape = is_like && previous_shape_matches(context->previous_shape, build->info);
@@ -140,13 +138,10 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
         view_build_state(context, build);
         if (!walk->hides_sizes)
             find_sizes(walk, build, is_like);
-        bool state_passes = build_state_passes(build);
-        if (!state_passes)
+        if (!build_state_passes(build))
             walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)
             check_host_build(walk, build);
-        if (keeps && walk->passes && state_passes && walk->findings == findings_before)
-            view_keep_known(context, build, first);
     }
 }
 
@@ -165,8 +160,7 @@ static void collect_ranges(const struct walk *walk, struct sweep *sweep,
         pairs_collect_instances(sweep, build, walk->instances);
 }
 
-/* Puts a build that was judged, now or before, beside the others of its call, and shows it to the
- * witness. */
+/* Adds a checked build to the others of its call, and shows it to the witness. */
 static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
                           const struct geometry_view *first)
 {
@@ -188,17 +182,15 @@ static void check_some_builds(struct walk *walk, struct sweep *sweep, const stru
     struct check_context *context = walk->context;
     struct build_view builds[VIEWS_MAX];
     struct geometry_view first_geometries[VIEWS_MAX];
-    bool is_known[VIEWS_MAX] = {false};
     for (uint32_t i = 0; i < count; i++) {
         view_build(context, call, begin + i, &builds[i]);
         if (builds[i].geometry_count)
             view_geometry(context, &builds[i], 0, &first_geometries[i]);
     }
-    bool keeps = context->level >= LEVEL_STATE &&
-                 view_builds_found(context, builds, first_geometries, is_known, count);
+    if (context->level >= LEVEL_STATE)
+        view_builds_found(context, builds, first_geometries, count);
     for (uint32_t i = 0; i < count; i++) {
-        if (!is_known[i])
-            judge_build(walk, &builds[i], &first_geometries[i], keeps);
+        judge_build(walk, &builds[i], &first_geometries[i]);
         take_in_build(walk, sweep, &builds[i], &first_geometries[i]);
     }
 }
@@ -244,8 +236,6 @@ ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_v
     struct walk walk;
     walk_start(&walk, context);
     context->copies = &copies;
-    if (context->known)
-        context->changes = resources_generation(context->resources);
     view_call(context, call);
     if (!call_passes(call))
         walk_all_of_call(&walk, call);

@@ -15,7 +15,6 @@
 #include "src/view/view.h"
 
 struct built_flags;
-struct known_builds;
 struct previous_shape;
 struct sweep;
 
@@ -63,10 +62,8 @@ struct check_context {
     struct aligned_copies *copies; /* of misaligned parameters; filled while a call is checked */
     struct resources *resources;
     struct previous_shape *previous_shape; /* kept between calls; or NULL */
-    struct known_builds *known; /* likewise, taken for this check; of COMMAND_DEVICE alone */
-    uint64_t changes;           /* resources_generation when it began */
-    struct sweep *sweep;        /* memory kept between calls, see check_make_sweep; or NULL */
-    struct built_flags *flags;  /* of structures that builds have found; or NULL */
+    struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
+    struct built_flags *flags; /* of structures that builds have found; or NULL */
     const struct execution_point *point; /* of the host's call; NULL: it isn't known */
     uint64_t destroy_count; /* resources_destroy_count when what is checked after it executed was
                                submitted */

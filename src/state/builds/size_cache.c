@@ -1,44 +1,46 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The cache of build sizes: direct-mapped, an entry a set, a mutex a stripe of entries. */
+/* The cache of build sizes: direct-mapped. Its readers neither lock nor write, as each build of
+ * each thread is one. */
 #include "src/state/builds/size_cache.h"
 
-#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "src/base/recording_path.h"
 #include "src/state/builds/build_info.h"
 #include "src/state/builds/small_shape.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-enum { ENTRIES = 1024, STRIPES = 16 };
+enum { ENTRIES = 1024, CACHE_LINE = 64 };
+enum { SHAPE_LOW, SHAPE_HIGH, STRUCTURE_SIZE, BUILD_SCRATCH, UPDATE_SCRATCH, WORDS };
+
+/* What the words say is valid if the version is even, not 0, and the same before and after they
+ * are read: a writer makes it odd first and even last. */
+struct size_entry {
+    atomic_uint_fast64_t version;
+    atomic_uint_fast64_t words[WORDS];
+    uint64_t unused[2];
+};
+_Static_assert(sizeof(struct size_entry) == CACHE_LINE, "a look-up reads one line");
 
 struct size_cache {
-    struct size_stripe {
-        pthread_mutex_t mutex;
-        struct {
-            struct build_shape shape;
-            struct size_facts sizes;
-        } entries[ENTRIES / STRIPES];
-    } stripes[STRIPES];
+    struct size_entry entries[ENTRIES];
 };
 
 VkResult size_cache_create(struct size_cache **cache)
 {
-    *cache = calloc(1, sizeof(**cache));
+    *cache = aligned_alloc(CACHE_LINE, sizeof(**cache));
     if (!*cache)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    for (unsigned i = 0; i < STRIPES; i++)
-        pthread_mutex_init(&(*cache)->stripes[i].mutex, NULL);
+    memset((void *)*cache, 0, sizeof(**cache));
     return VK_SUCCESS;
 }
 
 void size_cache_destroy(struct size_cache *cache)
 {
-    if (!cache)
-        return;
-    for (unsigned i = 0; i < STRIPES; i++)
-        pthread_mutex_destroy(&cache->stripes[i].mutex);
     free(cache);
 }
 
@@ -70,31 +72,48 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
     return true;
 }
 
-static bool same_shape(const struct build_shape *a, const struct build_shape *b)
+/* A reader that sees a word of a writer, which releases each, then sees its version, too. */
+static inline uint64_t read_word(const struct size_entry *entry, int word)
 {
-    return a->low == b->low && a->high == b->high;
+    return atomic_load_explicit(&entry->words[word], memory_order_acquire);
 }
 
-bool size_cache_find(struct size_cache *cache, const struct build_shape *shape,
-                     struct size_facts *sizes)
+static inline void write_word(struct size_entry *entry, int word, uint64_t value)
 {
-    struct size_stripe *stripe = &cache->stripes[shape->low % STRIPES];
-    size_t at = shape->low / STRIPES % (ENTRIES / STRIPES);
-    pthread_mutex_lock(&stripe->mutex);
-    bool found = stripe->entries[at].sizes.known && same_shape(&stripe->entries[at].shape, shape);
-    if (found)
-        *sizes = stripe->entries[at].sizes;
-    pthread_mutex_unlock(&stripe->mutex);
-    return found;
+    atomic_store_explicit(&entry->words[word], value, memory_order_release);
+}
+
+ON_RECORDING_PATH bool size_cache_find(const struct size_cache *cache,
+                                       const struct build_shape *shape, struct size_facts *sizes)
+{
+    const struct size_entry *entry = &cache->entries[shape->low % ENTRIES];
+    uint64_t version = atomic_load_explicit(&entry->version, memory_order_acquire);
+    if (!version || version % 2 || read_word(entry, SHAPE_LOW) != shape->low ||
+        read_word(entry, SHAPE_HIGH) != shape->high)
+        return false;
+    const struct size_facts found = {.known = true,
+                                     .acceleration_structure = read_word(entry, STRUCTURE_SIZE),
+                                     .build_scratch = read_word(entry, BUILD_SCRATCH),
+                                     .update_scratch = read_word(entry, UPDATE_SCRATCH)};
+    if (atomic_load_explicit(&entry->version, memory_order_relaxed) != version)
+        return false;
+    *sizes = found;
+    return true;
 }
 
 void size_cache_add(struct size_cache *cache, const struct build_shape *shape,
                     const struct size_facts *sizes)
 {
-    struct size_stripe *stripe = &cache->stripes[shape->low % STRIPES];
-    size_t at = shape->low / STRIPES % (ENTRIES / STRIPES);
-    pthread_mutex_lock(&stripe->mutex);
-    stripe->entries[at].shape = *shape;
-    stripe->entries[at].sizes = *sizes;
-    pthread_mutex_unlock(&stripe->mutex);
+    struct size_entry *entry = &cache->entries[shape->low % ENTRIES];
+    uint64_t version = atomic_load_explicit(&entry->version, memory_order_relaxed);
+    if (version % 2 ||
+        !atomic_compare_exchange_strong_explicit(&entry->version, &version, version + 1,
+                                                 memory_order_acquire, memory_order_relaxed))
+        return; /* another thread writes it */
+    write_word(entry, SHAPE_LOW, shape->low);
+    write_word(entry, SHAPE_HIGH, shape->high);
+    write_word(entry, STRUCTURE_SIZE, sizes->acceleration_structure);
+    write_word(entry, BUILD_SCRATCH, sizes->build_scratch);
+    write_word(entry, UPDATE_SCRATCH, sizes->update_scratch);
+    atomic_store_explicit(&entry->version, version + 2, memory_order_release);
 }

@@ -13,7 +13,7 @@
 
 #include "src/state/facts.h"
 
-struct size_cache; /* one per device; has its own locks */
+struct size_cache; /* one per device; any thread may use it at any time */
 
 VkResult size_cache_create(struct size_cache **cache);
 void size_cache_destroy(struct size_cache *cache);
@@ -28,8 +28,12 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                     const uint32_t *primitive_counts,
                     VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape);
 
-bool size_cache_find(struct size_cache *cache, const struct build_shape *shape,
+/* False if the sizes of the shape aren't there, or if they are just being replaced; `sizes` are
+ * left alone then. */
+bool size_cache_find(const struct size_cache *cache, const struct build_shape *shape,
                      struct size_facts *sizes);
+/* Keeps sizes that are known, in place of those of another shape; or keeps none, if another thread
+ * replaces the same ones. */
 void size_cache_add(struct size_cache *cache, const struct build_shape *shape,
                     const struct size_facts *sizes);
 

@@ -36,7 +36,6 @@ static void remove_address(struct resources *resources, struct buffer_record *bu
 {
     address_map_remove(&resources->addresses, &buffer->where);
     buffer->where.address = 0;
-    resources_bump_generation(resources);
 }
 
 static void remove_buffer(struct resources *resources, VkBuffer handle)
@@ -113,25 +112,15 @@ struct memory_record *resources_memory(const struct resources *resources, VkDevi
     return handle_table_find(&resources->memories, (uint64_t)(uintptr_t)handle);
 }
 
-static void find_shared(const struct address_facts *place, void *is_shared)
-{
-    *(bool *)is_shared |= place->is_shared;
-}
-
-/* Sets the address of a buffer. If other buffers share the address, the facts about it change. */
+/* Sets the address of a buffer. If there is no memory, the state is incomplete from then on. */
 static void add_address(struct resources *resources, struct buffer_record *buffer,
                         VkDeviceAddress address)
 {
-    bool is_shared = false;
     buffer->where.address = address;
     if (!address_map_add(&resources->addresses, &buffer->where)) {
         buffer->where.address = 0;
         resources_become_incomplete(resources);
-        return;
     }
-    address_map_find(&resources->addresses, address, find_shared, &is_shared);
-    if (is_shared)
-        resources_bump_generation(resources);
 }
 
 /* Applications retrieve the same address often, so this compares it before it takes the write

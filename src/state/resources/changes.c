@@ -22,19 +22,12 @@ bool resources_publish(struct resources *resources, struct handle_table *table, 
     return published;
 }
 
-void resources_bump_generation(struct resources *resources)
-{
-    atomic_fetch_add_explicit(&resources->generation, 1, memory_order_relaxed);
-}
-
 void resources_count_destroyed(struct resources *resources)
 {
     atomic_fetch_add_explicit(&resources->destroy_count, 1, memory_order_relaxed);
-    resources_bump_generation(resources);
 }
 
 void resources_become_incomplete(struct resources *resources)
 {
     resources->incomplete = true;
-    resources_bump_generation(resources);
 }

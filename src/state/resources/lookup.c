@@ -65,8 +65,6 @@ void resources_refresh_accel(struct accel_record *accel)
 
 void resources_refresh(struct resources *resources, struct buffer_record *buffer)
 {
-    if (buffer->backed == YES)
-        resources_bump_generation(resources);
     buffer->where.is_sparse = buffer->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT;
     buffer->backed = backing(buffer);
     buffer->where.status = status_of(buffer);
@@ -121,19 +119,6 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
 uint64_t resources_destroy_count(struct resources *resources)
 {
     return atomic_load_explicit(&resources->destroy_count, memory_order_relaxed);
-}
-
-uint64_t resources_generation(struct resources *resources)
-{
-    return atomic_load_explicit(&resources->generation, memory_order_relaxed);
-}
-
-size_t resources_accel_count(struct resources *resources)
-{
-    unsigned token = resources_begin_reading(resources);
-    size_t count = resources->accels.count;
-    resources_end_reading(resources, token);
-    return count;
 }
 
 static uint64_t find_id(const struct resources *resources, enum resource_kind kind, uint64_t handle)

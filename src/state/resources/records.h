@@ -117,7 +117,6 @@ struct resources {
     struct address_map addresses;        /* copies of `where` of all buffers that have an address */
     struct memory_record *mapped;        /* list of the memory that the host has mapped */
     atomic_uint_fast64_t destroy_count;  /* of destroyed records of any kind */
-    atomic_uint_fast64_t generation;     /* see resources_generation */
     bool incomplete;
     uint32_t unknown_references; /* number of structures whose address was set to unknown */
     /* The application may use a capture address that it never retrieved: an address in no known
@@ -131,7 +130,6 @@ struct resources {
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
 void resources_count_destroyed(struct resources *resources);
-void resources_bump_generation(struct resources *resources);
 /* From now on, an object that isn't found counts as unknown. */
 void resources_become_incomplete(struct resources *resources);
 void resources_release_nv(struct resources *resources);

@@ -193,14 +193,6 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
  * found alive is alive. Takes no lock. */
 uint64_t resources_destroy_count(struct resources *resources);
 
-/* Returns a generation counter. While it stays the same, all facts found about structures that are
- * backed by memory, and about addresses that are in exactly one non-sparse buffer, remain true.
- * Takes no lock. */
-uint64_t resources_generation(struct resources *resources);
-
-/* Returns the number of live acceleration structures. */
-size_t resources_accel_count(struct resources *resources);
-
 /* Returns the id of a live object of the device, or 0 if the handle is unknown. */
 enum resource_kind { RESOURCE_ACCEL, RESOURCE_ACCEL_NV, RESOURCE_BUFFER, RESOURCE_MICROMAP };
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
