@@ -19,8 +19,8 @@ void view_geometry(struct check_context *context, const struct build_view *build
  * unreadable. */
 bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count);
 
-/* Adds what the state knows of handles and addresses: of up to VIEWS_MAX builds and the first
- * geometry of each that has one, together; of one geometry. */
+/* Add facts from the state about handles and addresses: in one batch of up to VIEWS_MAX builds and
+ * the first geometry of each, or of one geometry. */
 enum { VIEWS_MAX = 16 };
 void view_builds_found(struct check_context *context, struct build_view *builds,
                        struct geometry_view *first_geometries, unsigned count);

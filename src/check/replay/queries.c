@@ -53,5 +53,5 @@ void replay_answer(struct replay *replay, const struct host_view *host,
     struct compacted_size *compacted =
         entry->src ? compacted_size_of(replay, entry) : state->built.compacted_size;
     if (compacted)
-        compacted_size_learn(compacted, entry->size);
+        compacted_size_update(compacted, entry->size);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Helpers for every change of the tables: publishing, releasing, and the counters of destroyed
- * records and changes. */
+/* Helpers for every change of the tables: publishing and releasing records, counting destroyed
+ * ones. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
