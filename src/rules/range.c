@@ -88,7 +88,7 @@ bool instance_count_is_within_limit(const struct range_view *range, struct findi
                     number(limit));
 }
 
-/* ---- build ranges that the indirect command reads */
+/* The build ranges that the indirect command reads from a buffer. */
 
 bool indirect_build_ranges_are_valid(const struct indirect_range_view *indirect_range,
                                      struct finding *finding)

@@ -13,7 +13,7 @@ const struct micromap_uses *found_micromaps(const struct walk *walk)
     return uses->count || uses->incomplete || uses->built_count_known ? uses : NULL;
 }
 
-static void note_use(struct walk *walk, const struct micromap_use *use)
+static void add_use(struct walk *walk, const struct micromap_use *use)
 {
     struct micromap_uses *uses = &walk->micromaps;
     struct micromap_use *items =
@@ -38,7 +38,7 @@ static void note_opacity(struct walk *walk, const struct opacity_view *view)
         use.first = opacity->baseTriangle;
         use.triangle_count = view->primitive_count;
     }
-    note_use(walk, &use);
+    add_use(walk, &use);
 }
 
 static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *view)
@@ -47,7 +47,7 @@ static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *v
                                .is_ext = true,
                                .handle = (uint64_t)(uintptr_t)view->opacity->micromap,
                                .id = view->micromap.id};
-    note_use(walk, &use);
+    add_use(walk, &use);
 }
 
 static void note_data(struct walk *walk, const struct micromap_data_view *view)

@@ -92,7 +92,9 @@ struct instance_uses {
     uint32_t count, capacity;
     struct handle_table indices; /* reference to index in `items` + 1 */
 };
+/* Removes all structures. Keeps the memory of `items`. */
 void content_forget_instances(struct instance_uses *instances);
+/* Accepts NULL. */
 void content_free_instances(struct instance_uses *instances);
 
 /* Each evaluates the rules of its subject. */

@@ -94,7 +94,7 @@ static void read_direct(struct executed_call *call, const struct executed_build 
 
 static WALK_ALL(indirect_range)
 
-    /* The rule for a micromap that is used without indices, whose evaluation needs the primitive
+    /* Evaluates the rule about a micromap that is used without indices: it needs the primitive
      * count. */
     static void check_unindexed_opacity(struct walk *walk, const struct range_view *range,
                                         const struct chained_input *chained,

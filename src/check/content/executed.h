@@ -20,13 +20,16 @@ struct executed_build {
 
 /* The builds of one call, in the call's order. Builds of unknown structures may be missing. */
 struct executed_call;
+/* Begins a call. The caller ends it with executed_call_end(). Returns NULL if there is no
+ * memory. */
 struct executed_call *executed_call_begin(struct check_context *context,
                                           const struct device_facts *device,
-                                          enum build_command command); /* NULL if there is no
-                                                                        * memory */
+                                          enum build_command command);
+/* Validates the input data of one build of the call. */
 void executed_call_read(struct executed_call *call, const struct executed_build *build);
 /* Returns whether executed_call_end() has pairs to validate, in which case it calls down. */
 bool executed_call_has_instances(const struct executed_call *call);
+/* Validates the pairs of builds and instances, then frees the call. */
 void executed_call_end(struct executed_call *call);
 
 #endif

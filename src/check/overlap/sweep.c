@@ -139,12 +139,12 @@ static void visit_active(struct active_sets *sets, enum range_kind kind,
                          const struct used_range *range, pair_visitor visit, void *user)
 {
     struct active_set *set = &sets->kinds[kind];
-    uint32_t kept = 0;
+    uint32_t remaining = 0;
     for (uint32_t i = 0; i < set->count; i++)
         if (set->items[i]->span.end > range->span.begin)
-            set->items[kept++] = set->items[i];
-    set->count = kept;
-    for (uint32_t i = 0; i < kept && is_enabled(sets, kind, range_kind(range)); i++)
+            set->items[remaining++] = set->items[i];
+    set->count = remaining;
+    for (uint32_t i = 0; i < remaining && is_enabled(sets, kind, range_kind(range)); i++)
         visit_pair(sets, set->items[i], range, visit, user);
 }
 

@@ -47,6 +47,7 @@ struct sweep {
     size_t space_size;   /* in bytes */
 };
 
+/* Makes an empty sweep. */
 void sweep_init(struct sweep *sweep);
 void sweep_empty(struct sweep *sweep); /* removes all ranges, keeps the memory */
 void sweep_release(struct sweep *sweep);
@@ -83,6 +84,7 @@ static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role
     return &list->items[list->count];
 }
 
+/* Adds the range that sweep_room() returned last for its role. */
 static inline void sweep_keep(struct sweep *sweep, const struct used_range *range)
 {
     struct range_list *list = &sweep->roles[range->role];
@@ -91,7 +93,9 @@ static inline void sweep_keep(struct sweep *sweep, const struct used_range *rang
         sweep_note_order(list, range - 1, range);
 }
 
+/* Adds a copy of a range. */
 void sweep_add(struct sweep *sweep, const struct used_range *range);
+/* Adds a copy of a range that is compared when the call executes. */
 __attribute__((cold)) void sweep_note(struct sweep *sweep, const struct noted_range *noted);
 /* Returns all ranges that have known memory or were noted; the caller frees them. Returns NULL if
  * there is no memory. */

@@ -187,8 +187,8 @@ static void judge_sparse(struct replay *replay, const struct journal *journal,
         replay_ranges(replay, journal, entry);
 }
 
-static void judge_live(struct replay *replay, const struct journal *journal,
-                       const struct journal_entry *entry)
+static void judge_by_live_states(struct replay *replay, const struct journal *journal,
+                                 const struct journal_entry *entry)
 {
     if (entry->kind == JOURNAL_UPDATE)
         judge_update(replay, journal, entry, replay_read(replay, entry));
@@ -200,7 +200,7 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
                          const struct journal_entry *entry)
 {
     if (!entry->judged)
-        judge_live(replay, journal, entry);
+        judge_by_live_states(replay, journal, entry);
     judge_sparse(replay, journal, entry);
     write_entry(replay, journal, entry);
 }
@@ -244,7 +244,7 @@ void replay_judge_work(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        judge_live(replay, journal, entry);
+        judge_by_live_states(replay, journal, entry);
         judge_sparse(replay, journal, entry);
     }
 }

@@ -37,6 +37,7 @@ struct input_notes {
     struct execution_point_note *points;
     uint32_t point_count, point_capacity;
 };
+/* Frees all notes and makes them empty. */
 void input_notes_release(struct input_notes *notes);
 
 /* Note a build, and attach the note's inputs to `built`; note an update, before its source changes;

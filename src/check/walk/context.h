@@ -19,7 +19,7 @@ struct previous_shape;
 struct sweep;
 
 /* Functions that a check calls with the context's `user`. They may call down the layer chain; no
- * lock is held meanwhile. */
+ * lock is held when they are called. */
 struct check_hooks {
     /* Reports a finding. Returns false if it needs no more findings of this rule. */
     bool (*found)(void *user, enum rule rule, const struct location *location,

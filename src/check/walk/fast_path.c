@@ -109,7 +109,7 @@ ROWS_PASS geometry_and_range_pass(const struct range_view *range, bool has_count
                             (!has_count || range_rows_pass(range, LEVEL_STATE))));
 }
 
-/* Most geometries are triangles: their own chains leave out the rules of other types. */
+/* Most geometries are triangles: a separate chain for them leaves out the rules of other types. */
 ON_RECORDING_PATH __attribute__((flatten)) bool
 geometry_passes(const struct range_view *range, bool has_count, bool with_state, bool same_shape)
 {

@@ -30,6 +30,7 @@ struct walk {
                                           * check_host_inputs; NULL: none */
 };
 
+/* Starts a walk with all active rules of the context, which must outlive it. */
 void walk_start(struct walk *walk, struct check_context *context);
 /* Deactivates a rule. */
 void walk_stop_rule(struct walk *walk, enum rule rule);

@@ -108,14 +108,15 @@ bool nv_geometry_data_is_filled(const struct nv_geometry_view *nv_geometry, stru
                     structure_type(aabbs_stype(nv_geometry)));
 }
 
-static bool triangles_alone_are_wrong(const struct nv_geometry_view *geometry,
-                                      VkGeometryTypeKHR type)
+static bool only_triangles_stype_is_wrong(const struct nv_geometry_view *geometry,
+                                          VkGeometryTypeKHR type)
 {
     return is_of_type(geometry, type) && !triangles_are_typed(geometry) &&
            aabbs_are_typed(geometry);
 }
 
-static bool aabbs_alone_are_wrong(const struct nv_geometry_view *geometry, VkGeometryTypeKHR type)
+static bool only_aabbs_stype_is_wrong(const struct nv_geometry_view *geometry,
+                                      VkGeometryTypeKHR type)
 {
     return is_of_type(geometry, type) && triangles_are_typed(geometry) &&
            !aabbs_are_typed(geometry);
@@ -124,14 +125,14 @@ static bool aabbs_alone_are_wrong(const struct nv_geometry_view *geometry, VkGeo
 bool nv_triangles_have_their_stype(const struct nv_geometry_view *nv_geometry,
                                    struct finding *finding)
 {
-    return !triangles_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
+    return !only_triangles_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
            violated(finding, TRIANGLES "sType", "{} is not VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV",
                     structure_type(triangles_stype(nv_geometry)));
 }
 
 bool nv_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
-    return !aabbs_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
+    return !only_aabbs_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
            violated(finding, BOXES "sType", "{} is not VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV",
                     structure_type(aabbs_stype(nv_geometry)));
 }
@@ -139,7 +140,7 @@ bool nv_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry, struc
 bool nv_unused_triangles_have_their_stype(const struct nv_geometry_view *nv_geometry,
                                           struct finding *finding)
 {
-    return !triangles_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
+    return !only_triangles_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
            violated(finding, TRIANGLES "sType",
                     "{} is not VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV, which it has to be of "
                     "AABBs, too",
@@ -149,7 +150,7 @@ bool nv_unused_triangles_have_their_stype(const struct nv_geometry_view *nv_geom
 bool nv_unused_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry,
                                       struct finding *finding)
 {
-    return !aabbs_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
+    return !only_aabbs_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
            violated(finding, BOXES "sType",
                     "{} is not VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV, which it has to be of "
                     "triangles, too",

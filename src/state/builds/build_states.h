@@ -54,12 +54,15 @@ struct build_undo {
  * Moves `built` to the record and makes the state BUILT_UNKNOWN. Returns false and changes nothing
  * if there is no memory. */
 bool build_undo_note(struct build_undo *undo, uint64_t id, struct build_state *state);
+/* Restores all recorded states, newest first, and removes the records. */
 void build_undo_carry_out(struct build_undo *undo, struct build_states *states);
 void build_undo_forget(struct build_undo *undo); /* removes all records; keeps the memory if it is
                                                   * small */
 void build_undo_release(struct build_undo *undo);
 
+/* Removes the state of a structure if there is one. */
 void build_states_remove(struct build_states *states, uint64_t id);
+/* Frees all states and makes the map empty. */
 void build_states_release(struct build_states *states);
 
 #endif

@@ -96,6 +96,7 @@ struct built {
 
 /* Returns a compacted size with one reference, or NULL if there is no memory. */
 struct compacted_size *compacted_size_create(void);
+/* Lowers the compacted size to `size`, a query result. Ignores 0. */
 void compacted_size_update(struct compacted_size *compacted, VkDeviceSize size);
 
 /* Returns a copy that shares the members it points to. Release each copy with built_release(). */
@@ -142,6 +143,7 @@ static inline void built_describe(struct built *built,
 /* Makes a description unknown except for its position. */
 void built_forget(struct built *built);
 
+/* Returns whether the shapes of a build are kept. */
 static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     return (info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
@@ -166,6 +168,7 @@ struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *inf
 /* Returns the number of triangles or AABBs of a geometry. */
 uint32_t nv_primitive_count(const VkGeometryNV *geometry);
 
+/* Adds the shapes of a build. Makes the description unknown if that fails. */
 void built_add_shapes(struct built *built, const struct build_description *description);
 
 #endif

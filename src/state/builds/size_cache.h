@@ -16,6 +16,7 @@
 
 struct size_cache; /* one per device; any thread may use it at any time */
 
+/* The caller destroys `*cache`. Returns VK_ERROR_OUT_OF_HOST_MEMORY if there is no memory. */
 VkResult size_cache_create(struct size_cache **cache);
 void size_cache_destroy(struct size_cache *cache);
 

@@ -52,8 +52,8 @@ struct choice {
     uint64_t cost; /* items that are tried and don't match before every range is found */
 };
 
-static void attempt(struct address_guesses *guesses, unsigned grain_shift, uint64_t factor,
-                    struct choice *best)
+static void try_parameters(struct address_guesses *guesses, unsigned grain_shift, uint64_t factor,
+                           struct choice *best)
 {
     uint64_t cost = 0;
     guesses->grain_shift = grain_shift;
@@ -76,10 +76,10 @@ void address_guesses_tune(struct address_guesses *guesses, const uint64_t *addre
     const uint64_t in_order = (uint64_t)1 << 32, good = count / 16;
     struct choice best = {.addresses = addresses, .count = count, .cost = UINT64_MAX};
     for (unsigned shift = LARGEST_GRAIN; shift >= SMALLEST_GRAIN && best.cost > good; shift--)
-        attempt(guesses, shift, in_order, &best);
+        try_parameters(guesses, shift, in_order, &best);
     uint64_t factor = 0x9e3779b97f4a7c15u; /* 2^64 / phi, and its powers */
     for (unsigned i = 0; i < FACTORS && best.cost > good; i++, factor *= 0x9e3779b97f4a7c15u)
-        attempt(guesses, SMALLEST_GRAIN, factor, &best);
+        try_parameters(guesses, SMALLEST_GRAIN, factor, &best);
     guesses->grain_shift = best.grain_shift;
     guesses->factor = best.factor;
     forget_all(guesses);

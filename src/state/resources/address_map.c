@@ -338,10 +338,10 @@ void address_map_update(struct address_map *map, const struct address_facts *ran
     struct position position;
     if (!find_range(map, range, &position))
         return;
-    struct address_facts *kept = range_at(map, position);
-    bool is_shared = kept->is_shared;
-    *kept = *range;
-    kept->is_shared = is_shared;
+    struct address_facts *stored = range_at(map, position);
+    bool is_shared = stored->is_shared;
+    *stored = *range;
+    stored->is_shared = is_shared;
 }
 
 void address_map_remove(struct address_map *map, const struct address_facts *range)

@@ -55,6 +55,7 @@ void address_map_find(const struct address_map *map, uint64_t address, buffer_ra
  * map. */
 void address_map_each(const struct address_map *map, buffer_range_visitor visit, void *context);
 
+/* Frees the memory of the map and makes it empty. */
 void address_map_release(struct address_map *map);
 
 #endif

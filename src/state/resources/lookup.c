@@ -39,7 +39,7 @@ static enum address_status status_of(const struct buffer_record *buffer)
     return ADDRESS_UNKNOWN;
 }
 
-/* Returns UNKNOWN if there is no record, else `value` as YES or NO. */
+/* Returns UNKNOWN if available is no record, else `value` as YES or NO. */
 static enum tristate tristate_of(const void *record, bool value)
 {
     return !record ? UNKNOWN : value ? YES : NO;
@@ -350,10 +350,10 @@ uint64_t resources_find_readable(struct resources *resources, VkDeviceAddress ad
     resources_look_up_address(resources, address, &facts);
     if (facts.status != ADDRESS_IN_BUFFER || facts.is_protected)
         return 0;
-    uint64_t there = size < facts.bytes_left ? size : facts.bytes_left;
+    uint64_t available = size < facts.bytes_left ? size : facts.bytes_left;
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
-                                       facts.begin + there};
+                                       facts.begin + available};
     if (facts.is_sparse && resources_sparse_backing(resources, &bytes, clock, &missing) != YES)
         return 0;
-    return there;
+    return available;
 }

@@ -58,10 +58,10 @@ void resources_add_nv_accel(struct resources *resources, VkAccelerationStructure
     remove_record(resources, (uint64_t)(uintptr_t)handle);
     if (accel)
         accel->id = ++resources->last_id;
-    bool kept =
+    bool published =
         resources_publish(resources, &resources->nv_accels, (uint64_t)(uintptr_t)handle, accel);
     reader_lock_write_done(&resources->lock);
-    if (!kept)
+    if (!published)
         nv_shape_release(created);
 }
 

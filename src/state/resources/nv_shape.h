@@ -13,6 +13,7 @@ struct nv_counts {
     uint32_t vertices, indices, aabbs;
 };
 
+/* Returns the counts of a geometry. */
 struct nv_counts nv_counts_of(const VkGeometryNV *geometry);
 
 /* Immutable. Reference counted: freed with the last reference. Any thread may share and release

@@ -129,14 +129,18 @@ struct resources {
  * frees the record, marks the state incomplete and returns false. */
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
+/* Increments the number of destroyed records. */
 void resources_count_destroyed(struct resources *resources);
 /* From now on, an object that isn't found counts as unknown. */
 void resources_become_incomplete(struct resources *resources);
+/* Free the records of nv.c and of references.c when the state is destroyed. */
 void resources_release_nv(struct resources *resources);
 void resources_release_references(struct resources *resources);
 
+/* Drop a reference and free the record with the last one. Both accept NULL. */
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);
+/* Removes the record from its buffer and frees it. */
 void accel_record_free(struct accel_record *accel);
 /* Called when the structure is destroyed: removes it from the structures at its address and stores
  * the destroy count there. */

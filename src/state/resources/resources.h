@@ -5,12 +5,12 @@
  *
  * The bytes of a structure are identified by memory and offset, not by device address. They are
  * found through the binding of its buffer, which may come before or after the structure's creation,
- * and which ends when the memory is freed. Records refer to each other by pointer. A destroyed
- * record is marked dead and kept until nothing refers to it, so a handle that the driver reuses is
- * never mistaken for its predecessor.
+ * and which ends when the memory is freed. Records refer to each other by pointer. The record of a
+ * destroyed object is marked as destroyed and stays until nothing refers to it, so a handle that
+ * the driver reuses is never mistaken for its predecessor.
  *
  * If there is no memory for a record, the state is `incomplete`: from then on an object that isn't
- * found counts as unknown, and so does every address, because the lost buffer may share it. */
+ * found counts as unknown, and so does every address, because the missing buffer may share it. */
 #ifndef ASSAY_STATE_RESOURCES_RESOURCES_H
 #define ASSAY_STATE_RESOURCES_RESOURCES_H
 
@@ -23,7 +23,9 @@
 struct resources;
 struct nv_shape;
 
+/* The caller destroys `*resources`. Returns VK_ERROR_OUT_OF_HOST_MEMORY if there is no memory. */
 VkResult resources_create(struct resources **resources);
+/* Accepts NULL. No other thread may use `resources`. Takes no lock. */
 void resources_destroy(struct resources *resources);
 
 /* Memory. `multi_instance`: the memory has one instance for each physical device of the group. */
@@ -41,6 +43,7 @@ void resources_unmap_memory(struct resources *resources, VkDeviceMemory handle);
 void resources_add_buffer(struct resources *resources, VkBuffer handle,
                           const VkBufferCreateInfo *create_info);
 void resources_remove_buffer(struct resources *resources, VkBuffer handle);
+/* Sets the device address of a buffer; 0 if it has none. */
 void resources_set_address(struct resources *resources, VkBuffer handle, VkDeviceAddress address);
 
 /* Called after a bind command succeeded. `instances_differ`: the binding chooses a memory instance
@@ -111,6 +114,7 @@ enum nv_reference {
 };
 enum nv_reference resources_find_nv_reference(struct resources *resources, uint64_t reference,
                                               uint64_t destroy_count);
+/* Called after a bind command failed: the binding is unknown from then on. */
 void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle);
 
 /* Look-ups of several objects under one read lock. Between begin and end the caller must call only
