@@ -32,8 +32,8 @@ static size_t count_up_to(const struct address_chunk *chunk, uint64_t address)
     return count;
 }
 
-/* Returns the last chunk that begins at or before `address`, or chunk 0 if none does. Branchless,
- * because no processor could predict the branches. */
+/* Returns the last chunk that begins at or before `address`, else chunk 0. Branchless, because no
+ * processor could predict the branches. */
 static size_t chunk_of(const struct address_map *map, uint64_t address)
 {
     size_t low = 0, count = map->chunk_count;
@@ -105,7 +105,7 @@ static uint32_t take_slot(const struct address_guesses *guesses, uint64_t addres
     return (uint32_t)*cursor;
 }
 
-/* Copies a range into a slot. Returns whether its guess is stored without overwriting another. */
+/* Copies a range into a slot. Returns whether its guess overwrites no other. */
 static bool store_range(const struct address_guesses *guesses, const struct address_facts *range,
                         size_t *cursor, uint32_t *slot)
 {
@@ -114,8 +114,7 @@ static bool store_range(const struct address_guesses *guesses, const struct addr
     return address_guesses_remember(guesses, range->address, *slot) < ADDRESS_WAYS;
 }
 
-/* Returns the addresses where ranges begin, in ascending order. The caller frees them. Returns NULL
- * if there is no memory. */
+/* Returns the ascending addresses of all ranges; the caller frees them. NULL: no memory. */
 static uint64_t *begins_of_all(const struct address_map *map)
 {
     uint64_t *begins = malloc((map->range_count + 1) * sizeof(*begins)), *next = begins;
@@ -174,7 +173,7 @@ static bool reserve_slot(struct address_map *map)
 }
 
 /* Tunes the guesses again if too many ranges have none, or if the number of ranges has doubled or
- * halved since the last time. Halving frees slots. The old guesses stay if there is no memory. */
+ * halved. Halving frees slots. Keeps the old guesses if there is no memory. */
 static void retune_if_needed(struct address_map *map)
 {
     uint32_t count = map->range_count;
@@ -238,8 +237,7 @@ static void remove_chunk(struct address_map *map, size_t c)
     map->chunk_count--;
 }
 
-/* Moves `count` ranges from index `from` of `source` to index `to` of `target`, which may be the
- * same chunk. */
+/* Moves `count` ranges to index `to` of `target`; `source` may be the same chunk. */
 static void move_ranges(struct address_chunk *target, size_t to, const struct address_chunk *source,
                         size_t from, size_t count)
 {
@@ -264,8 +262,7 @@ static bool split_chunk(struct address_map *map, size_t c, size_t from)
 
 /* ---- changes */
 
-/* Returns the index of a chunk that has room for a range at `address`, or chunk_count if there is
- * no memory. */
+/* Returns a chunk that has room for a range at `address`, or chunk_count if there is no memory. */
 static size_t make_room(struct address_map *map, uint64_t address)
 {
     if (!map->chunk_count)
