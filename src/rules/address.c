@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about what the addresses of a build lead to. */
+/* Rules about the buffers that contain the addresses of a build. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
@@ -8,8 +8,7 @@ static struct value buffer(const struct address_view *address)
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)address->facts->buffer);
 }
 
-/* Transforms, scratch and build ranges have rules of their own for that: 03808, 12258, 12259 and
- * 03646. */
+/* Transforms, scratch and build ranges have their own rules: 03808, 12258, 12259 and 03646. */
 bool input_address_is_in_a_buffer(const struct address_view *address, struct finding *finding)
 {
     return address->facts->status != ADDRESS_NOWHERE || !address->geometry ||
@@ -38,7 +37,7 @@ static bool has_build_input_usage(const struct address_view *address, struct fin
                     hex(facts->address), buffer(address), hex(facts->usage));
 }
 
-/* The sentence names these members; those of the structures of extensions are not among them. */
+/* The valid usage names these members only, not those of extension structures. */
 static bool is_input_of_geometry(enum input_role role)
 {
     return role == INPUT_VERTEX || role == INPUT_INDEX || role == INPUT_TRANSFORM ||

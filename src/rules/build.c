@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about one build of a call: what its VkAccelerationStructureBuildGeometryInfoKHR says. */
+/* Rules about one VkAccelerationStructureBuildGeometryInfoKHR of a call. */
 #include "src/rules/predicates.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/enabled.h"
@@ -78,7 +78,7 @@ static bool is_micromap(const struct build_view *build)
     return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
 }
 
-/* The sentence makes no exception for micromaps, which can't be updated at all. */
+/* The valid usage doesn't exempt micromaps, which can't be updated at all. */
 bool update_has_a_source(const struct build_view *build, struct finding *finding)
 {
     return !build_is_update(build->info) || build->info->srcAccelerationStructure ||

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules of VK_AMDX_dense_geometry_format: builds of compressed triangles, and their updates. */
+/* Rules of VK_AMDX_dense_geometry_format: builds and updates of compressed triangles. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/rules/update.h"
@@ -7,7 +7,7 @@
 #include "src/view/names.h"
 #include "src/view/phrases.h"
 
-/* Builds. */
+/* ---- builds */
 
 bool dense_geometry_is_alone(const struct dense_build_view *dense_build, struct finding *finding)
 {
@@ -33,7 +33,7 @@ bool dense_geometry_has_no_build_ranges(const struct dense_build_view *dense_bui
                     number(build->index), hex((uint64_t)(uintptr_t)ranges));
 }
 
-/* Geometries. */
+/* ---- geometries */
 
 static const struct device_facts *device_of(const struct dense_view *dense)
 {
@@ -55,7 +55,7 @@ bool dense_geometry_feature_is_enabled(const struct dense_view *dense, struct fi
                             "which was not enabled for the device");
 }
 
-/* A structure is told by its sType: what has another one isn't there. */
+/* A structure is identified by its sType: with a wrong sType it counts as missing. */
 bool dense_triangles_have_their_stype(const struct dense_view *dense, struct finding *finding)
 {
     return dense->data || !dense->missing ||
@@ -79,7 +79,7 @@ static const char *data_field(const struct dense_view *dense)
                : DENSE_DATA "compressedData.deviceAddress";
 }
 
-/* Of addresses that are not 0 the rules about all inputs speak. */
+/* The rules about all inputs cover addresses other than 0. */
 bool dense_data_is_valid(const struct dense_view *dense, struct finding *finding)
 {
     return !dense->data || dense_is_empty(dense->data) ||
@@ -115,7 +115,7 @@ bool dense_buffer_has_compressed_data_usage(const struct dense_view *dense, stru
                     hex(facts->usage));
 }
 
-/* Updates. */
+/* ---- updates */
 
 static bool matches(const struct updated_dense_view *dense, struct finding *finding,
                     const char *field, uint64_t now, uint64_t then)

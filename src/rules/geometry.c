@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the structures of one geometry; its addresses are in input.c. */
+/* Rules about the structures of one geometry. Rules about its addresses are in input.c. */
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
 #include "src/view/formats.h"
@@ -92,8 +92,11 @@ bool blas_geometry_is_not_instances(const struct geometry_view *geometry, struct
                             "structure");
 }
 
-/* The union. A wrong sType that another member of the union owns says that the wrong member was
- * filled, or the wrong geometryType given; any other that the structure isn't set up. */
+/* ---- the union
+ *
+ * If the wrong sType belongs to another member of the union, the application filled the wrong
+ * member or gave the wrong geometryType. Any other wrong sType means that it didn't set the
+ * sType. */
 
 static VkStructureType data_stype(const struct geometry_view *geometry)
 {
@@ -208,7 +211,7 @@ bool triangles_chain_has_no_duplicates(const struct geometry_view *geometry,
     return chain_has_no_duplicates(&geometry->triangles_chain, finding, "geometry.triangles.pNext");
 }
 
-/* Triangles. */
+/* ---- triangles */
 
 bool vertex_format_is_valid(const struct geometry_view *geometry, struct finding *finding)
 {
@@ -250,7 +253,7 @@ bool vertex_stride_fits_32_bits(const struct geometry_view *geometry, struct fin
            stride_fits_32_bits(finding, "geometry.triangles.vertexStride", triangles->vertexStride);
 }
 
-/* VK_INDEX_TYPE_UINT8 has a rule of its own. */
+/* VK_INDEX_TYPE_UINT8 has its own rule. */
 bool index_type_is_valid(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
@@ -272,7 +275,7 @@ bool index_type_is_16_or_32_bits_or_none(const struct geometry_view *geometry,
                             "is VK_INDEX_TYPE_UINT8, which builds do not take");
 }
 
-/* AABBs. */
+/* ---- AABBs */
 
 bool aabb_stride_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {

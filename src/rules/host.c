@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules that only vkBuildAccelerationStructuresKHR has. */
+/* Rules that apply to vkBuildAccelerationStructuresKHR only. */
 #include "src/view/host_view.h"
 
 #include "src/rules/predicates.h"
@@ -7,7 +7,7 @@
 #include "src/view/geometry_data.h"
 #include "src/view/phrases.h"
 
-/* The call. */
+/* ---- the call */
 
 static struct value operation(const struct call_view *call)
 {
@@ -44,7 +44,7 @@ bool previous_deferred_operation_is_complete(const struct call_view *call, struc
                     operation(call));
 }
 
-/* Its structures. */
+/* ---- structures */
 
 static bool is_update(const struct host_build_view *host_build)
 {
@@ -129,7 +129,7 @@ bool host_build_src_has_one_memory_instance(const struct host_build_view *host_b
            has_one_memory_instance(&host_build->build->src, finding, "srcAccelerationStructure");
 }
 
-/* Its scratch. */
+/* ---- scratch */
 
 static bool scratch_is_readable(const struct host_build_view *host_build, struct finding *finding,
                                 const char *size_name)
@@ -153,7 +153,7 @@ bool update_scratch_is_host_memory(const struct host_build_view *host_build,
     return !is_update(host_build) || scratch_is_readable(host_build, finding, "updateScratchSize");
 }
 
-/* Its geometries. */
+/* ---- geometries */
 
 static bool is_readable(const struct host_bytes *bytes, struct finding *finding, const char *field)
 {

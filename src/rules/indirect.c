@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about where the indirect command reads its build ranges. */
+/* Rules about the addresses from which vkCmdBuildAccelerationStructuresIndirectKHR reads build
+ * ranges. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
@@ -23,7 +24,7 @@ static struct value buffer(const struct address_facts *facts)
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
 }
 
-/* Of a build without geometries no address is read. */
+/* A build without geometries reads no address. */
 bool indirect_ranges_are_in_one_buffer(const struct indirect_view *indirect,
                                        struct finding *finding)
 {

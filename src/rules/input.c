@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the addresses that a geometry reads from. */
+/* Rules about the addresses of a geometry's inputs. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/formats.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The addresses that builds use, by what they are to the build. */
+/* Paths of the members that hold the input addresses of a build. */
 #ifndef ASSAY_RULES_INPUT_H
 #define ASSAY_RULES_INPUT_H
 
@@ -8,7 +8,7 @@
 
 struct geometry_view;
 
-/* Paths of structures that extensions chain, relative to their geometry. */
+/* Paths of the structures that extensions chain, relative to their geometry. */
 #define MOTION_DATA                                                                                \
     "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>."
 #define SPHERES_DATA "pNext<VkAccelerationStructureGeometrySpheresDataNV>."
@@ -21,12 +21,14 @@ struct geometry_view;
     "geometry.triangles.pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>."
 #define DENSE_DATA "pNext<VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX>."
 
-/* The member that gives the address, relative to its geometry, or to the build for scratch. */
+/* Returns the path of the member that holds the device address of `role`, relative to the geometry,
+ * or to the build info for scratch. */
 const char *input_field(enum input_role role);
-/* The same for the data that a command reads, which host builds have at host addresses. */
+/* Returns the path of the member that holds the data which a build reads. Host builds use the host
+ * address. */
 const char *input_data_field(enum build_command command, enum input_role role);
 
-/* The member that leads to that data, by the geometry's command. */
+/* Returns input_data_field() for the command that builds the geometry. */
 const char *content_field(const struct geometry_view *geometry, enum input_role role);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules of VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of moving
- * triangles. */
+/* Rules of VK_NV_ray_tracing_motion_blur: builds with motion, and the vertex positions of moving
+ * triangles at the end of the motion. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"
@@ -12,7 +12,7 @@ static bool has_motion_flag(const struct build_view *build)
     return build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
 }
 
-/* Builds. */
+/* ---- builds */
 
 static struct value dst(const struct build_view *build)
 {
@@ -59,10 +59,10 @@ bool motion_build_is_not_generic(const struct motion_build_view *motion_build,
                     hex(build->info->flags));
 }
 
-/* Triangles. */
+/* ---- triangles */
 
-/* The one structure of a build with motion that may not stand there, where motion data is missing,
- * is motion data with another sType. */
+/* If a build with motion lacks motion data and the chain has exactly one unexpected structure, that
+ * structure is motion data with a wrong sType. */
 bool motion_triangles_have_their_stype(const struct motion_triangles_view *motion_triangles,
                                        struct finding *finding)
 {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about pairs of ranges. A pair is of equal structures, or of two that share memory; equal
- * structures have rules of their own and are not also reported as sharing memory. */
+/* Rules about pairs of ranges: either two ranges of the same structure, or two ranges that share
+ * memory. Pairs of the same structure have their own rules and aren't also reported as sharing
+ * memory. */
 #include "src/rules/predicates.h"
 
 static bool is_pair_of(const struct pair_view *pair, enum range_role a, enum range_role b)
@@ -54,7 +55,7 @@ static bool is_same(const struct pair_view *pair, struct finding *finding)
                     field_of(pair->b.build, field_name(pair->b.role)));
 }
 
-/* Of two scratch ranges only. */
+/* Both ranges are scratch. */
 static bool shares_host_memory(const struct pair_view *pair, struct finding *finding)
 {
     return violated(finding, "scratchData", "shares host memory [{}, {}) with {}",

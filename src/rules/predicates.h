@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One predicate a row: true where its statement holds or can't be decided, else false and a
- * finding.
+/* Declares one predicate for each row of the rules. A predicate returns true if its statement holds
+ * or can't be decided; else it fills the finding and returns false.
  *
- * The prototypes come from the rows, so a predicate whose signature isn't its subject's, or that
- * has no row, does not compile, and a row without a predicate does not link. */
+ * The prototypes come from the rows. A predicate whose signature differs from its subject's, or
+ * that has no row, fails to compile; a row without a predicate fails to link. */
 #ifndef ASSAY_RULES_PREDICATES_H
 #define ASSAY_RULES_PREDICATES_H
 

@@ -4,7 +4,8 @@
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
-/* The geometry of a range whose offsets are known, if it is of that type. */
+/* Returns the triangles of a range. Returns NULL if its offsets are unknown or its geometry has
+ * another type. */
 static const VkAccelerationStructureGeometryTrianglesDataKHR *
 triangles_of(const struct range_view *range)
 {
@@ -39,7 +40,8 @@ static bool offset_is_multiple(struct finding *finding, const char *field, uint3
                                                number(offset), number(alignment));
 }
 
-/* transformOffset is not used without transform data, but the rule makes no exception. */
+/* The valid usage applies even if the geometry has no transform data, which leaves transformOffset
+ * unused. */
 bool transform_offset_is_aligned(const struct range_view *range, struct finding *finding)
 {
     return !triangles_of(range) ||
@@ -58,7 +60,7 @@ bool instance_offset_is_aligned(const struct range_view *range, struct finding *
            offset_is_multiple(finding, "primitiveOffset", range->range->primitiveOffset, 16);
 }
 
-/* Without primitives firstVertex + 0 - 1 names no vertex. */
+/* A range without primitives uses no vertex. */
 bool unindexed_vertices_are_within_max_vertex(const struct range_view *range,
                                               struct finding *finding)
 {
@@ -86,7 +88,7 @@ bool instance_count_is_within_limit(const struct range_view *range, struct findi
                     number(limit));
 }
 
-/* The structures that command buffers read indirectly. */
+/* The build ranges that the indirect command reads from a buffer. */
 
 bool indirect_build_ranges_are_valid(const struct indirect_range_view *indirect_range,
                                      struct finding *finding)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules of VK_NV_ray_tracing_linear_swept_spheres: spheres and linear swept spheres, whose
- * structures have most members in common. They are asked for geometries of their type. */
+ * structures share most members. They apply to geometries of these types only. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/formats.h"
@@ -43,8 +43,9 @@ bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_sph
                             "linearSweptSpheres, which was not enabled for the device");
 }
 
-/* Members have a rule in each structure: `check` makes the statement of the member at `path`. */
-#define OF_BOTH(rule, check, member)                                                               \
+/* Defines the rule of a shared member for both structures: `check` is the statement about the
+ * member at `path`. */
+#define RULE_FOR_BOTH(rule, check, member)                                                         \
     bool spheres_##rule(const struct spheres_view *spheres, struct finding *finding)               \
     {                                                                                              \
         return check(&spheres->data, finding, SPHERES_DATA member);                                \
@@ -55,8 +56,9 @@ bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_sph
         return check(&swept_spheres->data, finding, SWEPT_DATA member);                            \
     }
 
-/* The same of an address, which has two spellings. */
-#define ADDRESS_OF_BOTH(rule, check, member)                                                       \
+/* Defines the rule of an address for both structures. The path depends on whether the build is a
+ * host build. */
+#define ADDRESS_RULE_FOR_BOTH(rule, check, member)                                                 \
     bool spheres_##rule(const struct spheres_view *spheres, struct finding *finding)               \
     {                                                                                              \
         return check(&spheres->data, finding,                                                      \
@@ -71,15 +73,15 @@ bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_sph
                                                    : SWEPT_DATA member ".deviceAddress");          \
     }
 
-/* A structure is told by its sType: what has another one isn't there. */
-static bool is_there(const struct sphere_data *data, struct finding *finding, const char *path)
+/* A structure is identified by its sType: with a wrong sType it counts as missing. */
+static bool has_structure(const struct sphere_data *data, struct finding *finding, const char *path)
 {
     return data->given || !data->missing ||
            violated(finding, path, "is no structure's in the chain, but geometryType {} needs one",
                     geometry_type(data->geometry->geometry->geometryType));
 }
 
-OF_BOTH(have_their_stype, is_there, "sType")
+RULE_FOR_BOTH(have_their_stype, has_structure, "sType")
 
 static bool format_is_valid(const struct sphere_data *data, struct finding *finding,
                             const char *path, VkFormat format)
@@ -120,10 +122,10 @@ static bool radius_format_has_feature(const struct sphere_data *data, struct fin
                     format(data->radius_format));
 }
 
-OF_BOTH(vertex_format_is_valid, vertex_format_is_a_format, "vertexFormat")
-OF_BOTH(radius_format_is_valid, radius_format_is_a_format, "radiusFormat")
-OF_BOTH(vertex_format_is_supported, vertex_format_has_feature, "vertexFormat")
-OF_BOTH(radius_format_is_supported, radius_format_has_feature, "radiusFormat")
+RULE_FOR_BOTH(vertex_format_is_valid, vertex_format_is_a_format, "vertexFormat")
+RULE_FOR_BOTH(radius_format_is_valid, radius_format_is_a_format, "radiusFormat")
+RULE_FOR_BOTH(vertex_format_is_supported, vertex_format_has_feature, "vertexFormat")
+RULE_FOR_BOTH(radius_format_is_supported, radius_format_has_feature, "radiusFormat")
 
 static bool vertex_stride_is_multiple(const struct sphere_data *data, struct finding *finding,
                                       const char *path)
@@ -134,7 +136,7 @@ static bool vertex_stride_is_multiple(const struct sphere_data *data, struct fin
                     number(data->vertex_stride), format(data->vertex_format), number(size));
 }
 
-OF_BOTH(vertex_stride_is_aligned, vertex_stride_is_multiple, "vertexStride")
+RULE_FOR_BOTH(vertex_stride_is_aligned, vertex_stride_is_multiple, "vertexStride")
 
 static bool strides_are_small(const struct sphere_data *data, struct finding *finding,
                               const char *vertex_path, const char *radius_path)
@@ -159,7 +161,7 @@ bool swept_spheres_strides_fit_32_bits(const struct swept_spheres_view *swept_sp
                              SWEPT_DATA "radiusStride");
 }
 
-/* Addresses. Of those that are given, device addresses have rules of their own. */
+/* ---- addresses: presence and host addresses. Other rules cover nonzero device addresses. */
 
 static bool union_is_given(const struct sphere_data *data, struct finding *finding,
                            const char *path, VkDeviceOrHostAddressConstKHR address)
@@ -201,10 +203,10 @@ static bool no_indices_are_given(const struct sphere_data *data, struct finding 
                                 hex(address));
 }
 
-ADDRESS_OF_BOTH(vertex_address_is_given, vertices_are_given, "vertexData")
-ADDRESS_OF_BOTH(radius_address_is_given, radii_are_given, "radiusData")
-ADDRESS_OF_BOTH(index_address_is_given, indices_are_given, "indexData")
-ADDRESS_OF_BOTH(without_indices_have_no_index_address, no_indices_are_given, "indexData")
+ADDRESS_RULE_FOR_BOTH(vertex_address_is_given, vertices_are_given, "vertexData")
+ADDRESS_RULE_FOR_BOTH(radius_address_is_given, radii_are_given, "radiusData")
+ADDRESS_RULE_FOR_BOTH(index_address_is_given, indices_are_given, "indexData")
+ADDRESS_RULE_FOR_BOTH(without_indices_have_no_index_address, no_indices_are_given, "indexData")
 
 static bool host_address_is_readable(struct finding *finding, const char *path,
                                      VkDeviceOrHostAddressConstKHR address, bool is_unreadable)
@@ -231,14 +233,14 @@ static bool indices_are_readable(const struct sphere_data *data, struct finding 
     return host_address_is_readable(finding, path, data->indices, data->indices_unreadable);
 }
 
-ADDRESS_OF_BOTH(vertex_data_is_valid, vertices_are_readable, "vertexData")
-ADDRESS_OF_BOTH(radius_data_is_valid, radii_are_readable, "radiusData")
-ADDRESS_OF_BOTH(index_data_is_valid, indices_are_readable, "indexData")
+ADDRESS_RULE_FOR_BOTH(vertex_data_is_valid, vertices_are_readable, "vertexData")
+ADDRESS_RULE_FOR_BOTH(radius_data_is_valid, radii_are_readable, "radiusData")
+ADDRESS_RULE_FOR_BOTH(index_data_is_valid, indices_are_readable, "indexData")
 
-/* Indices. VK_INDEX_TYPE_UINT8 has a rule of its own. */
+/* ---- indices. VK_INDEX_TYPE_UINT8 has its own rule. */
 
-static bool index_type_is_one(const struct sphere_data *data, struct finding *finding,
-                              const char *path)
+static bool index_type_is_known(const struct sphere_data *data, struct finding *finding,
+                                const char *path)
 {
     return !data->given || has_indices(data) || data->index_type == VK_INDEX_TYPE_NONE_KHR ||
            device_of(data)->newer_than_registry ||
@@ -252,10 +254,10 @@ static bool index_type_is_not_8_bits(const struct sphere_data *data, struct find
            violated_plainly(finding, path, "is VK_INDEX_TYPE_UINT8, which builds do not take");
 }
 
-OF_BOTH(index_type_is_valid, index_type_is_one, "indexType")
-OF_BOTH(index_type_is_16_or_32_bits_or_none, index_type_is_not_8_bits, "indexType")
+RULE_FOR_BOTH(index_type_is_valid, index_type_is_known, "indexType")
+RULE_FOR_BOTH(index_type_is_16_or_32_bits_or_none, index_type_is_not_8_bits, "indexType")
 
-/* Linear swept spheres alone. */
+/* ---- linear swept spheres only */
 
 bool swept_spheres_indexing_mode_is_valid(const struct swept_spheres_view *swept_spheres,
                                           struct finding *finding)
@@ -280,7 +282,7 @@ bool swept_spheres_end_caps_mode_is_valid(const struct swept_spheres_view *swept
                     "{} is not a VkRayTracingLssPrimitiveEndCapsModeNV", number((uint32_t)mode));
 }
 
-/* The sentence makes no exception for an indexType, of which 11851 and 11827 say the same. */
+/* The valid usage applies whatever the indexType; 11851 and 11827 overlap with it. */
 bool successive_swept_spheres_have_index_data(const struct swept_spheres_view *swept_spheres,
                                               struct finding *finding)
 {

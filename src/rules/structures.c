@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the structures and the scratch memory of one build. */
+/* Rules about the acceleration structures and the scratch memory of one build. */
 #include "src/rules/predicates.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/names.h"
@@ -14,21 +14,21 @@ static struct value structure(VkAccelerationStructureKHR handle)
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
 }
 
-static bool is_no_structure(const struct accel_facts *accel)
+static bool is_invalid(const struct accel_facts *accel)
 {
     return !accel->handle || (accel->alive == NO && !accel->of_another_device);
 }
 
 bool dst_is_a_valid_handle(const struct build_view *build, struct finding *finding)
 {
-    return !is_no_structure(&build->dst) ||
+    return !is_invalid(&build->dst) ||
            violated_by_handle(finding, "dstAccelerationStructure", structure(build->dst.handle),
                               "an acceleration structure of this device");
 }
 
 bool src_is_a_valid_handle(const struct build_view *build, struct finding *finding)
 {
-    return !build->src.handle || !is_no_structure(&build->src) ||
+    return !build->src.handle || !is_invalid(&build->src) ||
            violated_by_handle(finding, "srcAccelerationStructure", structure(build->src.handle),
                               "an acceleration structure of this device");
 }
@@ -101,20 +101,22 @@ static bool has_size_of_build(const struct build_view *build, struct finding *fi
                     number(build->sizes.acceleration_structure));
 }
 
-/* An update may go into a structure of compacted size; what that is only execution knows. */
+/* An update may write a structure of compacted size, which is known only when the build
+ * executes. */
 bool dst_is_large_enough(const struct build_view *build, struct finding *finding)
 {
     return !is_build(build) || has_size_of_build(build, finding);
 }
 
-/* The maxima are what the call gives as counts, and no exception is made for updates. */
+/* The call gives maxPrimitiveCounts in place of counts, and the valid usage doesn't exempt
+ * updates. */
 bool dst_is_large_enough_for_max_primitive_counts(const struct build_view *build,
                                                   struct finding *finding)
 {
     return has_size_of_build(build, finding);
 }
 
-/* Scratch. */
+/* ---- scratch */
 
 bool scratch_address_is_aligned(const struct build_view *build, struct finding *finding)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about updates, measured by what their source was last built with. They are asked only where
- * that is known. */
+/* Rules that compare an update with the last build of its source. They are evaluated only if that
+ * build is known. */
 #include "src/rules/update.h"
 #include "src/rules/predicates.h"
 #include "src/view/names.h"
@@ -12,7 +12,7 @@ static struct value source(const struct update_view *update)
                   update->src);
 }
 
-static struct value where(const struct built *built)
+static struct value last_build(const struct built *built)
 {
     return built_at(built->command_buffer, built->position);
 }
@@ -23,7 +23,7 @@ bool update_differs(const struct update_view *update, struct finding *finding, c
                     struct value now, struct value then)
 {
     return violated(finding, field, "is {}, but " LAST_BUILT, now, source(update), then,
-                    where(update->source));
+                    last_build(update->source));
 }
 
 bool update_source_was_built_with_allow_update(const struct update_view *update,
@@ -37,7 +37,7 @@ bool update_source_was_built_with_allow_update(const struct update_view *update,
            violated(finding, field,
                     "{} was last built with flags {}, without "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR ({})",
-                    source(update), hex(last->flags), where(last));
+                    source(update), hex(last->flags), last_build(last));
 }
 
 bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
@@ -48,7 +48,7 @@ bool geometry_count_matches_source(const struct update_view *update, struct find
                           number(update->source->geometry_count));
 }
 
-/* A source that doesn't allow updates at all has a rule of its own. */
+/* A source built without ALLOW_UPDATE has its own rule. */
 bool build_flags_match_source(const struct update_view *update, struct finding *finding)
 {
     const struct built *last = update->source;
@@ -64,7 +64,7 @@ bool build_type_matches_source(const struct update_view *update, struct finding 
                           accel_type(update->source->type));
 }
 
-/* Geometries. */
+/* ---- geometries */
 
 static bool geometry_differs(const struct updated_geometry_view *geometry, struct finding *finding,
                              const char *field, struct value now, struct value then)
@@ -147,7 +147,7 @@ bool transform_is_given_where_source_had_one(const struct updated_geometry_view 
                             text("an address"));
 }
 
-/* What an indirect build was built with is in its contents. */
+/* The primitive counts of an indirect build are in its recorded inputs. */
 static bool find_count(const struct geometry_shape *shape, const struct built *built,
                        uint32_t geometry, uint32_t *count)
 {
@@ -161,14 +161,14 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
 {
     const struct update_view *update = geometry->update;
     uint32_t now, then;
-    /* Once: of what command buffers read, when it was read, though the source may be known
-     * before. */
+    /* Reports once: if the command buffer reads the count, after it was read, although the source
+     * may be known before. */
     bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
                     build_inputs_of(update->asked->inputs, geometry->index);
     return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
            !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
-                    number(now), source(update), number(then), where(update->source));
+                    number(now), source(update), number(then), last_build(update->source));
 }
 
 bool primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,

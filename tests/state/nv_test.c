@@ -193,7 +193,7 @@ static void test_references_of_what_was_destroyed(void **state)
     resources_add_nv_reference(resources, nv(1), REFERENCE);
     resources_add_nv_reference(resources, nv(1), REFERENCE); /* asked for twice */
     assert_reference(resources, REFERENCE, 0, NV_REFERENCE_BOTTOM_LEVEL);
-    assert_reference(resources, NOBODYS, 0, NV_REFERENCE_OF_NOBODY);
+    assert_reference(resources, NOBODYS, 0, NV_REFERENCE_INVALID);
 
     /* What was submitted before may have executed before. */
     uint64_t before = resources_destroy_count(resources);

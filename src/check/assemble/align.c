@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copying what is misaligned; nearly nothing is. */
+/* Copies misaligned parameters. Nearly all parameters are aligned. */
 #include "src/check/assemble/align.h"
 
 #include <string.h>
@@ -41,9 +41,10 @@ static VkBaseInStructure read_base(const void *structure)
     return base;
 }
 
-/* The members of a structure that lead to usages; false: it has none. */
+/* The offsets of the members that lead to the usage counts of a structure. find_usage_members()
+ * returns false if the structure has none. */
 struct usage_members {
-    size_t count, array, pointers; /* offsets */
+    size_t count, array, pointers;
 };
 
 static bool find_usage_members(VkStructureType type, struct usage_members *members)
@@ -114,7 +115,8 @@ static bool chain_is_aligned(struct check_context *context, const void *chain)
     return true;
 }
 
-/* An array of pointers to elements, both aligned; what can't be read stays. NULL without memory. */
+/* Aligns an array of pointers and the elements it points to. Leaves unreadable elements as they
+ * are. Returns NULL if there is no memory. */
 static const void *align_pointers(struct check_context *context, const void *pointers,
                                   uint32_t count, size_t size, size_t alignment)
 {
@@ -131,7 +133,7 @@ static const void *align_pointers(struct check_context *context, const void *poi
     return copy;
 }
 
-/* The usages of a structure that is a copy. */
+/* Aligns the usage counts of `structure`, which is a copy. */
 static bool align_usages(struct check_context *context, char *structure, VkStructureType type)
 {
     const size_t size = sizeof(VkMicromapUsageEXT), alignment = _Alignof(VkMicromapUsageEXT);
@@ -148,8 +150,8 @@ static bool align_usages(struct check_context *context, char *structure, VkStruc
            (*pointers = align_pointers(context, *pointers, count, size, alignment));
 }
 
-/* Copies a chain as far as it can be read: of structures that nobody knows no more is read than
- * what all have. */
+/* Copies a chain up to its first unreadable structure. Copies only sType and pNext of a structure
+ * of unknown type. */
 static bool copy_chain(struct check_context *context, const void **chain)
 {
     for (int i = 0; *chain && i < CHAIN_MAX; i++) {
@@ -189,12 +191,12 @@ bool build_is_misaligned(struct check_context *context, const struct build_view 
     return !aligned;
 }
 
-/* The chain of the member of a geometry that its type names; NULL where there is none. */
+/* Returns the chain of the union member that geometryType selects, or NULL if there is none. */
 static const void **data_chain(geometry_data *geometry)
 {
     if (!triangles_in(geometry) && !aabbs_in(geometry) && !instances_in(geometry))
         return NULL;
-    return &geometry->geometry.triangles.pNext; /* all begin alike */
+    return &geometry->geometry.triangles.pNext; /* all members begin with sType and pNext */
 }
 
 static bool copy_chains(struct check_context *context, geometry_data *geometry)
@@ -203,7 +205,7 @@ static bool copy_chains(struct check_context *context, geometry_data *geometry)
     return copy_chain(context, &geometry->pNext) && (!chain || copy_chain(context, chain));
 }
 
-/* Copies all geometries of a build with their chains, or as many as can be read. */
+/* Copies all readable geometries of a build with their chains. */
 static bool copy_geometries(struct check_context *context,
                             VkAccelerationStructureBuildGeometryInfoKHR *info)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walking the chains of geometries. */
+/* Walks the chains of geometries. */
 #include "src/check/assemble/chains.h"
 
 #include <vulkan/vulkan.h>
@@ -35,7 +35,7 @@ static bool may_follow_triangles(const struct device_facts *device, VkStructureT
     }
 }
 
-/* Whether one of the first `count` structures of a chain is of that type. */
+/* Returns whether one of the first `count` structures of a chain has a type. */
 static bool comes_before(const VkBaseInStructure *chain, int count, VkStructureType type)
 {
     for (; count; chain = chain->pNext, count--)
@@ -132,8 +132,8 @@ static bool are_readable(struct readable_cache *cache, uint32_t count, const voi
     return usages.count == count;
 }
 
-/* Whether what a structure, itself readable, points to is readable, as far as drivers read it to
- * tell the sizes of a build. */
+/* Returns whether the usage counts of a readable structure are readable: drivers read them for the
+ * sizes of a build. */
 static bool usages_are_readable(struct check_context *context, const VkBaseInStructure *structure)
 {
     const VkAccelerationStructureGeometryMicromapDataKHR *data = (const void *)structure;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What all extensions of geometries share, and the compressed triangles of dense geometry. */
+/* Functions for all geometries of extensions, and for the compressed triangles of dense
+ * geometry. */
 #include "src/check/assemble/extended.h"
 
 #include "src/base/chain.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the state knows of the handles and addresses in views, asked for together. */
+/* Looks up the handles and addresses of views in the state, in batches. */
 #include "src/check/assemble/views.h"
 #include "src/view/geometry_data.h"
 

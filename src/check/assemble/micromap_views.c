@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making the views of micromaps. */
+/* Makes the views of micromaps. */
 #include "src/check/assemble/micromap_views.h"
 
 #include "src/base/chain.h"
@@ -10,7 +10,8 @@
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
-static const void *find_behind_triangles(const struct geometry_view *geometry, VkStructureType type)
+static const void *find_in_triangles_chain(const struct geometry_view *geometry,
+                                           VkStructureType type)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
@@ -37,7 +38,7 @@ bool view_micromap_data(struct check_context *context, const struct geometry_vie
 
 bool view_opacity(const struct geometry_view *geometry, struct opacity_view *view)
 {
-    const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = find_behind_triangles(
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = find_in_triangles_chain(
         geometry, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR);
     const struct build_view *build = geometry->build;
     if (!opacity || !build->call->device->extension.opacity_micromap_khr)
@@ -53,7 +54,7 @@ bool view_opacity(const struct geometry_view *geometry, struct opacity_view *vie
 bool view_opacity_ext(struct check_context *context, const struct geometry_view *geometry,
                       struct opacity_ext_view *view)
 {
-    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = find_behind_triangles(
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = find_in_triangles_chain(
         geometry, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT);
     if (!opacity || !geometry->build->call->device->extension.opacity_micromap_ext)
         return false;
@@ -71,7 +72,7 @@ bool view_displacement(struct check_context *context, const struct geometry_view
                        struct displacement_view *view)
 {
     const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
-        find_behind_triangles(
+        find_in_triangles_chain(
             geometry, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV);
     if (!displacement || !geometry->build->call->device->extension.displacement_micromap_nv)
         return false;
@@ -100,9 +101,10 @@ bool is_micromap_build_for_device(const struct build_view *build)
            build_geometry(build->info, 0)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
 }
 
-/* State. */
+/* ---- state */
 
-/* Host builds have host addresses, but for the indices of micromaps of VK_KHR_opacity_micromap. */
+/* Host builds use host addresses, except for the indices of micromaps of
+ * VK_KHR_opacity_micromap. */
 static bool has_addresses(const struct geometry_view *geometry)
 {
     return geometry->build->call->command != COMMAND_HOST;
@@ -111,10 +113,10 @@ static bool has_addresses(const struct geometry_view *geometry)
 void view_micromap_data_state(struct check_context *context, struct geometry_view *geometry,
                               struct micromap_data_view *view)
 {
-    static const struct address_facts of_nothing = {.status = ADDRESS_UNKNOWN};
+    static const struct address_facts unknown_address = {.status = ADDRESS_UNKNOWN};
     if (!has_addresses(geometry))
         return;
-    view->triangles_facts = &of_nothing;
+    view->triangles_facts = &unknown_address;
     if (usages_are_empty(&view->usages, view->data->usageCountsCount))
         return;
     chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);

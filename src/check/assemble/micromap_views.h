@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making the views of micromaps: which of their structures a geometry has, and what the state knows
- * of what they name. */
+/* Makes the views of micromaps: which micromap structures a geometry has, and the facts about the
+ * objects and addresses in them. */
 #ifndef ASSAY_CHECK_ASSEMBLE_MICROMAP_VIEWS_H
 #define ASSAY_CHECK_ASSEMBLE_MICROMAP_VIEWS_H
 
 #include "src/check/walk/context.h"
 #include "src/view/micromap_view.h"
 
-/* Each fills a view from parameters alone; false where the geometry lacks the structure. */
+/* Each fills a view from parameters alone. Returns false if the geometry lacks the structure. */
 bool view_micromap_data(struct check_context *context, const struct geometry_view *geometry,
                         struct micromap_data_view *view);
 bool view_opacity(const struct geometry_view *geometry, struct opacity_view *view);
@@ -16,8 +16,7 @@ bool view_opacity_ext(struct check_context *context, const struct geometry_view 
 bool view_displacement(struct check_context *context, const struct geometry_view *geometry,
                        struct displacement_view *view);
 
-/* Each adds what the state knows, and lists the addresses among those that are chained to the
- * geometry. */
+/* Each adds facts from the state and lists the addresses among the geometry's chained inputs. */
 void view_micromap_data_state(struct check_context *context, struct geometry_view *geometry,
                               struct micromap_data_view *view);
 void view_opacity_state(struct check_context *context, struct geometry_view *geometry,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The views of spheres and linear swept spheres. */
+/* Makes the views of spheres and linear swept spheres. */
 #include "src/base/chain.h"
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
@@ -18,7 +18,7 @@ static const VkStructureType swept_type =
     .index_stride = (s)->indexStride, .index_type = (s)->indexType, .vertices = (s)->vertexData,   \
     .radii = (s)->radiusData, .indices = (s)->indexData
 
-/* Without primitives nothing is read. */
+/* A build without primitives reads nothing. */
 static bool is_unreadable(struct check_context *context, const struct geometry_view *geometry,
                           const void *address)
 {

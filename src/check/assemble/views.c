@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making views. */
+/* Makes the views of calls, builds and geometries. */
 #include "src/check/assemble/views.h"
 
 #include <stddef.h>
@@ -37,7 +37,7 @@ void view_call(struct check_context *context, struct call_view *call)
         readable(cache, call->indirect_strides, count * sizeof(*call->indirect_strides));
 }
 
-/* Parameters. */
+/* ---- parameters */
 
 static bool pointers_are_readable(struct readable_cache *cache,
                                   const VkAccelerationStructureBuildGeometryInfoKHR *info)
@@ -47,7 +47,8 @@ static bool pointers_are_readable(struct readable_cache *cache,
         return false;
     for (uint32_t i = 0; i < info->geometryCount; i++) {
         const VkAccelerationStructureGeometryKHR *geometry;
-        memcpy(&geometry, &info->ppGeometries[i], sizeof(geometry)); /* it may be misaligned */
+        memcpy(&geometry, &info->ppGeometries[i], sizeof(geometry)); /* the application's array may
+                                                                      * be misaligned */
         if (!readable(cache, geometry, sizeof(*geometry)))
             return false;
     }
@@ -74,9 +75,9 @@ view_geometry_arrays(struct check_context *context, struct build_view *build)
     build->geometry_count = info->geometryCount;
 }
 
-/* Whether all that there is to read of a build is the array of its geometries, which is aligned: so
- * are nearly all. */
-static inline bool is_plainly_aligned(const struct build_view *build)
+/* Returns whether the array of geometries is all that a build reads, and is aligned. Nearly all
+ * builds are so. */
+static inline bool is_trivially_aligned(const struct build_view *build)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR *info = build->info;
     if (info->ppGeometries || info->pNext || !is_aligned(info->pGeometries, _Alignof(void *)))
@@ -135,8 +136,8 @@ bool view_primitive_count(const struct build_view *build, uint32_t geometry, uin
     return true;
 }
 
-/* These take no build ranges: their counts are in the structures of their types. */
-static void forget_counts(struct build_view *build)
+/* For builds without build ranges, whose counts are in the structures of their types. */
+static void clear_counts(struct build_view *build)
 {
     build->build_ranges_unreadable = false;
     build->ranges = NULL;
@@ -144,7 +145,7 @@ static void forget_counts(struct build_view *build)
     build->triangle_count = build->aabb_count = 0;
 }
 
-/* Returns whether the geometry takes a build range. */
+/* Adds the primitives of a geometry. Returns whether the geometry takes a build range. */
 static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeometryTypeKHR type)
 {
     uint32_t count = build->ranges ? build->ranges[index].primitiveCount : 0;
@@ -158,9 +159,10 @@ static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeom
     return true;
 }
 
-/* Of the geometries behind the first; returns whether they take build ranges. */
-__attribute__((noinline)) static bool sum_others(struct build_view *build,
-                                                 VkGeometryTypeKHR first_type)
+/* Adds the primitives of all geometries after the first. Returns whether all of them take build
+ * ranges. */
+__attribute__((noinline)) static bool sum_other_geometries(struct build_view *build,
+                                                           VkGeometryTypeKHR first_type)
 {
     bool take_ranges = true;
     for (uint32_t i = 1; i < build->geometry_count; i++) {
@@ -172,7 +174,8 @@ __attribute__((noinline)) static bool sum_others(struct build_view *build,
     return take_ranges;
 }
 
-/* The indirect command's maximum counts bound the sums but are not them. */
+/* Sums the primitives of a build. The indirect command's maximum counts are not added: they only
+ * bound the counts. */
 static void sum_primitives(struct build_view *build)
 {
     bool takes_ranges = build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
@@ -181,13 +184,14 @@ static void sum_primitives(struct build_view *build)
         VkGeometryTypeKHR type = build_geometry(build->info, 0)->geometryType;
         takes_ranges &= sum_geometry(build, 0, type);
         if (build->geometry_count > 1)
-            takes_ranges &= sum_others(build, type);
+            takes_ranges &= sum_other_geometries(build, type);
     }
     if (!takes_ranges)
-        forget_counts(build);
+        clear_counts(build);
 }
 
-/* Facts are most of a view, and are overwritten as a whole: they begin as no more than unknown. */
+/* Facts are the largest part of a view and are overwritten later, so this only marks them
+ * unknown. */
 static void start_build(struct build_view *build)
 {
     memset(build, 0, offsetof(struct build_view, dst));
@@ -211,7 +215,7 @@ void view_build(struct check_context *context, const struct call_view *call, uin
     build->index = index;
     build->info = &call->infos[index];
     view_geometry_arrays(context, build);
-    if (!is_plainly_aligned(build))
+    if (!is_trivially_aligned(build))
         view_misaligned(context, build);
     view_counts(context, build);
     sum_primitives(build);
@@ -244,7 +248,7 @@ ON_RECORDING_PATH inline void view_geometry(struct check_context *context,
         view_chains(context, geometry, given->pNext, triangles_chain);
 }
 
-/* State. */
+/* ---- state */
 
 static bool
 triangles_are_well_formed(struct check_context *context,
@@ -264,8 +268,9 @@ static bool is_within_limits(const struct build_view *build)
            build->triangle_count <= limits->maxPrimitiveCount;
 }
 
-/* Whether the rules of parameters say all that is_well_formed asks: they do where there are no
- * structures to chain, and nothing that the registry doesn't know. */
+/* Returns whether the rules about parameters report everything that structures_are_well_formed()
+ * checks: true if no structures may be chained, and the registry knows everything that is
+ * enabled. */
 static bool rules_report_all(const struct device_facts *device)
 {
     return !device->extension.adds_to_inputs && !device->newer_than_registry;
@@ -292,7 +297,8 @@ __attribute__((noinline)) static bool structures_are_well_formed(struct check_co
     return true;
 }
 
-/* Whether a driver can be asked about a build, also where the rules that would say so are muted. */
+/* Returns whether a driver's size query is safe for a build, even if the rules that would report
+ * the build are muted. */
 static bool is_well_formed(struct check_context *context, const struct build_view *build,
                            bool holds)
 {
@@ -312,7 +318,7 @@ static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view
                                                 : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
 }
 
-/* Of all geometries of a build. */
+/* Queries the sizes of a build with all its geometries. */
 static void query_sizes(struct check_context *context, struct build_view *build)
 {
     uint32_t inline_counts[INLINE_COUNTS] = {0}, *counts = inline_counts;
@@ -331,15 +337,15 @@ static void query_sizes(struct check_context *context, struct build_view *build)
         free(counts);
 }
 
-/* Looks on other devices only where this one does not know the handle. */
-static void look_elsewhere(struct check_context *context, struct accel_facts *accel)
+/* Looks for a handle on other devices only if this device has no such structure. */
+static void find_other_device(struct check_context *context, struct accel_facts *accel)
 {
     if (accel->handle && accel->alive == NO)
         accel->of_another_device = context->hooks->of_another_device(
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
 }
 
-bool view_is_like_recent(const struct check_context *context, const struct build_view *build)
+bool view_has_previous_shape(const struct check_context *context, const struct build_view *build)
 {
     uint32_t primitive_count;
     return context->previous_shape && build->geometry_count == 1 &&
@@ -348,8 +354,8 @@ bool view_is_like_recent(const struct check_context *context, const struct build
                                   build_type_of(build));
 }
 
-void view_keep_recent(const struct check_context *context, const struct build_view *build,
-                      bool holds)
+void view_set_previous_shape(const struct check_context *context, const struct build_view *build,
+                             bool holds)
 {
     uint32_t primitive_count;
     if (context->previous_shape && build->geometry_count == 1 && build->sizes.known &&
@@ -367,8 +373,8 @@ void view_build_sizes(struct check_context *context, struct build_view *build, b
 
 void view_build_state(struct check_context *context, struct build_view *build)
 {
-    look_elsewhere(context, &build->dst);
-    look_elsewhere(context, &build->src);
+    find_other_device(context, &build->dst);
+    find_other_device(context, &build->src);
 }
 
 void view_geometry_state(struct check_context *context, struct geometry_view *geometry)

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making views: what of the application's arrays can be read, and what the state knows of the
- * things they name. */
+/* Makes views of calls, builds and geometries: what is readable of the application's arrays, and
+ * the facts about the handles and addresses in them. */
 #ifndef ASSAY_CHECK_ASSEMBLE_VIEWS_H
 #define ASSAY_CHECK_ASSEMBLE_VIEWS_H
 
 #include "src/check/walk/context.h"
 
-/* Fills the flags of a call view. */
+/* Fills the flags of a call view: which arrays are readable. */
 void view_call(struct check_context *context, struct call_view *call);
 
 /* Fills a build view from parameters alone. */
@@ -15,28 +15,29 @@ void view_build(struct check_context *context, const struct call_view *call, uin
 void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,
                    struct geometry_view *geometry);
 
-/* The primitive count that the call gives for a geometry; false if it can't be read. */
+/* Gets the primitive count that the call gives for a geometry. Returns false if it is
+ * unreadable. */
 bool view_primitive_count(const struct build_view *build, uint32_t geometry, uint32_t *count);
 
-/* Adds what the state knows of handles and addresses: of up to VIEWS_MAX builds and the first
- * geometry of each that has one, together; of one geometry. */
+/* Add facts from the state about handles and addresses: in one batch of up to VIEWS_MAX builds and
+ * the first geometry of each, or of one geometry. */
 enum { VIEWS_MAX = 16 };
 void view_builds_found(struct check_context *context, struct build_view *builds,
                        struct geometry_view *first_geometries, unsigned count);
 void view_geometry_found(struct check_context *context, struct geometry_view *geometry);
 
-/* Adds the rest. */
+/* Adds the remaining facts, after view_builds_found() or view_geometry_found(). */
 void view_build_state(struct check_context *context, struct build_view *build);
 void view_geometry_state(struct check_context *context, struct geometry_view *geometry);
 
-/* Asks for the sizes of a build, if its parameters are sound. `holds`: their rules, and those of
- * its geometries, are known to hold. */
+/* Queries the sizes of a build if its parameters are well-formed. `holds`: its rules about
+ * parameters, and those of its geometries, are known to hold. */
 void view_build_sizes(struct check_context *context, struct build_view *build, bool holds);
 
-/* Whether a build has the shape, and so the sizes, of the context's recent build. */
-bool view_is_like_recent(const struct check_context *context, const struct build_view *build);
-/* Makes it that build, if its sizes are known. */
-void view_keep_recent(const struct check_context *context, const struct build_view *build,
-                      bool holds);
+/* Returns whether a build has the shape, and so the sizes, of the context's previous build. */
+bool view_has_previous_shape(const struct check_context *context, const struct build_view *build);
+/* Stores the shape and sizes of the build as the previous ones, if its sizes are known. */
+void view_set_previous_shape(const struct check_context *context, const struct build_view *build,
+                             bool holds);
 
 #endif

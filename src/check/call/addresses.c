@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Putting addresses to their rules, one by one. */
+/* Evaluates the rules about single addresses. */
 #include "src/check/call/addresses.h"
 
 #include "src/view/geometry_data.h"
@@ -23,7 +23,7 @@ void check_geometry_addresses(struct walk *walk, const struct geometry_view *geo
         check_input(walk, geometry, chained->items[i].role, &chained->items[i].facts);
 }
 
-/* Scratch of which a build needs no bytes may be anywhere. */
+/* A build that needs no scratch may have any scratch address. */
 void check_scratch_address(struct walk *walk, const struct build_view *build)
 {
     const struct address_view address = {
@@ -32,7 +32,7 @@ void check_scratch_address(struct walk *walk, const struct build_view *build)
         walk_address(walk, &address, LEVEL_STATE);
 }
 
-/* Of a build without geometries no build range is read. */
+/* A build without geometries reads no build range. */
 static void check_indirect_address(struct walk *walk, const struct indirect_view *indirect)
 {
     const struct address_view address = {

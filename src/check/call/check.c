@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The order in which a build call is checked: the call, then each build with its geometries, first
- * by its parameters and, where those are sound, by the state, then all builds against each other.
- */
+/* Validates a build call: first the call, then each build with its geometries, their parameters
+ * before their state, then the pairs of all builds. State is validated only if the parameters are
+ * well-formed. */
 #include "src/check/call/check.h"
 
 #include <stdlib.h>
@@ -19,7 +19,7 @@
 #include "src/check/walk/walk.h"
 #include "src/state/builds/previous_shape.h"
 
-/* The rows of a geometry and, where its count is known, of its range. */
+/* Evaluates the rows of a geometry and, if its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
                                     bool has_count, enum level level)
 {
@@ -28,7 +28,7 @@ static void walk_geometry_and_range(struct walk *walk, const struct range_view *
         walk_range(walk, range, level);
 }
 
-/* Those of both levels, to be asked one by one. */
+/* Evaluates the rows of both levels one by one. */
 __attribute__((cold)) OFF_RECORDING_PATH static void
 walk_all_of_geometry(struct walk *walk, const struct range_view *range, bool has_count,
                      bool with_state)
@@ -43,15 +43,16 @@ walk_all_of_geometry(struct walk *walk, const struct range_view *range, bool has
     check_geometry_addresses(walk, range->geometry);
 }
 
-/* Whether the witness sees a geometry with its build: one alone, unless it has more
- * addresses, which are gone by then. */
-static bool comes_with_build(const struct build_view *build, const struct geometry_view *geometry)
+/* Returns whether the build recorder gets a geometry together with its build: only a single
+ * geometry without chained inputs, which don't live that long. */
+static bool is_recorded_with_build(const struct build_view *build,
+                                   const struct geometry_view *geometry)
 {
     return build->geometry_count == 1 && !geometry->chained;
 }
 
-/* One geometry of a build, at each level. clang-tidy doesn't see that what was viewed still has a
- * geometry. */
+/* Validates one geometry of a build at every level. NOLINT because clang-tidy doesn't see that the
+ * view has a geometry. */
 ON_RECORDING_PATH __attribute__((flatten)) static void
 check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
@@ -68,7 +69,7 @@ check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_stat
         walk_all_of_geometry(walk, &range, has_count, with_state);
     if (!with_state)
         return;
-    if (walk->context->recorder && !comes_with_build(build, geometry))
+    if (walk->context->recorder && !is_recorded_with_build(build, geometry))
         walk->context->recorder->record_geometry(walk->context->user, geometry);
     if (walk->context->level >= LEVEL_CONTENT && build->call->command == COMMAND_HOST)
         check_host_inputs(walk, &range);
@@ -102,26 +103,27 @@ static void check_geometries(struct walk *walk, const struct build_view *build,
     }
 }
 
-/* Of a build without findings about what its sizes depend on. */
-static void find_sizes(const struct walk *walk, struct build_view *build, bool is_like)
+/* Finds the sizes of a build that has no findings about the parameters they depend on. */
+static void find_sizes(const struct walk *walk, struct build_view *build, bool has_previous_shape)
 {
     struct check_context *context = walk->context;
-    if (is_like)
+    if (has_previous_shape)
         build->sizes = context->previous_shape->sizes;
     else
         view_build_sizes(context, build, walk->passes);
-    if (!is_like || (walk->passes && !context->previous_shape->passes))
-        view_keep_recent(context, build, walk->passes);
+    if (!has_previous_shape || (walk->passes && !context->previous_shape->passes))
+        view_set_previous_shape(context, build, walk->passes);
 }
 
-/* Checks a build by the rules about itself. */
-static void judge_build(struct walk *walk, struct build_view *build, struct geometry_view *first)
+/* Evaluates the rules about one build alone. */
+static void check_build(struct walk *walk, struct build_view *build, struct geometry_view *first)
 {
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
     walk->hides_sizes = false;
-    bool is_like = view_is_like_recent(context, build);
-    walk->same_shape = is_like && previous_shape_matches(context->previous_shape, build->info);
+    bool has_previous_shape = view_has_previous_shape(context, build);
+    walk->same_shape =
+        has_previous_shape && previous_shape_matches(context->previous_shape, build->info);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
     walk->passes = build_parameters_pass(build, walk->same_shape);
@@ -137,7 +139,7 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
     if (with_state) {
         view_build_state(context, build);
         if (!walk->hides_sizes)
-            find_sizes(walk, build, is_like);
+            find_sizes(walk, build, has_previous_shape);
         if (!build_state_passes(build))
             walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)
@@ -145,7 +147,7 @@ static void judge_build(struct walk *walk, struct build_view *build, struct geom
     }
 }
 
-/* Adds what a build uses to what the others of its call do. A call of one build mostly needs no
+/* Adds the ranges that a build uses to those of the call. A call of one build usually needs no
  * sweep. */
 static void collect_ranges(const struct walk *walk, struct sweep *sweep,
                            const struct build_view *build)
@@ -153,16 +155,16 @@ static void collect_ranges(const struct walk *walk, struct sweep *sweep,
     bool is_alone = build->call->info_count == 1 && !walk->instances;
     if (is_alone && pairs_has_none_within(walk->context, build))
         return;
-    if (!sweep->is_begun)
+    if (!sweep->is_initialized)
         sweep_init(sweep);
     pairs_collect(walk->context, sweep, build);
     if (walk->instances)
         pairs_collect_instances(sweep, build, walk->instances);
 }
 
-/* Adds a checked build to the others of its call, and shows it to the witness. */
-static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
-                          const struct geometry_view *first)
+/* Adds a validated build to the pairs of the call and passes it to the build recorder. */
+static void finish_build(struct walk *walk, struct sweep *sweep, struct build_view *build,
+                         const struct geometry_view *first)
 {
     struct check_context *context = walk->context;
     collect_ranges(walk, sweep, build);
@@ -170,12 +172,12 @@ static void take_in_build(struct walk *walk, struct sweep *sweep, struct build_v
     build_inputs_mark_known(walk->inputs);
     if (context->recorder)
         context->recorder->record_build(context->user, build,
-                                        comes_with_build(build, first) ? first : NULL);
+                                        is_recorded_with_build(build, first) ? first : NULL);
     if (walk->inputs)
-        content_forget_inputs(walk);
+        content_release_inputs(walk);
 }
 
-/* Checks `count` builds, VIEWS_MAX at most, from `begin` on. */
+/* Validates `count` builds, VIEWS_MAX at most, beginning with build `begin`. */
 static void check_some_builds(struct walk *walk, struct sweep *sweep, const struct call_view *call,
                               uint32_t begin, uint32_t count)
 {
@@ -190,12 +192,12 @@ static void check_some_builds(struct walk *walk, struct sweep *sweep, const stru
     if (context->level >= LEVEL_STATE)
         view_builds_found(context, builds, first_geometries, count);
     for (uint32_t i = 0; i < count; i++) {
-        judge_build(walk, &builds[i], &first_geometries[i]);
-        take_in_build(walk, sweep, &builds[i], &first_geometries[i]);
+        check_build(walk, &builds[i], &first_geometries[i]);
+        finish_build(walk, sweep, &builds[i], &first_geometries[i]);
     }
 }
 
-/* All pairs of a call's builds. */
+/* Validates all pairs of a call's builds. */
 static void check_pairs(struct walk *walk, const struct call_view *call, struct sweep *sweep)
 {
     const struct check_context *context = walk->context;
@@ -216,15 +218,15 @@ __attribute__((always_inline)) static inline void check_all_builds(struct walk *
 {
     struct check_context *context = walk->context;
     struct sweep own, *sweep = context->sweep ? context->sweep : &own;
-    own.is_begun = false;
+    own.is_initialized = false;
     if (sweep != &own)
         sweep_empty(sweep);
     for (uint32_t i = 0; i < call->info_count; i += VIEWS_MAX)
         check_some_builds(walk, sweep, call, i,
                           call->info_count - i < VIEWS_MAX ? call->info_count - i : VIEWS_MAX);
-    if (sweep->is_begun)
+    if (sweep->is_initialized)
         check_pairs(walk, call, sweep);
-    if (own.is_begun)
+    if (own.is_initialized)
         sweep_release(&own);
     free(walk->micromaps.items);
     content_free_instances(walk->instances);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Puts a build call to the rules: makes the views, walks the rows, hands on the findings. */
+/* Validates a build call: makes the views, evaluates the rules and reports the findings. */
 #ifndef ASSAY_CHECK_CALL_CHECK_H
 #define ASSAY_CHECK_CALL_CHECK_H
 
@@ -10,20 +10,21 @@
 
 struct sweep;
 
-/* Memory for large calls, to be kept by who checks several; NULL without memory. */
+/* Makes memory that the caller may reuse for several calls. The caller frees it with
+ * check_free_sweep(). Returns NULL if there is no memory. */
 struct sweep *check_make_sweep(void);
 void check_free_sweep(struct sweep *sweep);
 
-/* Checks one call of COMMAND_DEVICE, _INDIRECT or _HOST. The caller fills command, device,
- * command_buffer, info_count, infos and the arrays of the call; the rest of the view is filled
- * here. */
+/* Validates one call of COMMAND_DEVICE, COMMAND_INDIRECT or COMMAND_HOST. The caller fills command,
+ * device, command_buffer, info_count, infos and the arrays of the call; check_builds() fills the
+ * rest of the view. */
 void check_builds(struct check_context *context, struct call_view *call);
 
-/* Asks the rules about the call as a whole, of which the context needs `hooks`, `user` and `active`
- * alone. */
+/* Evaluates the rules about the call as a whole. Of the context, only `hooks`, `user` and `active`
+ * are needed. */
 void check_call(struct check_context *context, const struct call_view *call);
 
-/* check_builds for COMMAND_NV: the caller fills the parameters, and the view of the call. */
+/* Validates one call of COMMAND_NV. The caller fills the parameters and the view of the call. */
 void check_nv_build(struct check_context *context, struct nv_call_view *call);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checks of one extension each: motion, dense geometry, spheres. */
+/* Validates builds and geometries of one extension each: motion, dense geometry, spheres. */
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
 #include "src/check/call/extensions.h"

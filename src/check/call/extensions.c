@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which extensions have something to check. */
+/* Selects the extensions to validate. */
 #include "src/check/call/extensions.h"
 
 #include "src/base/recording_path.h"
 #include "src/check/assemble/extended.h"
 #include "src/view/geometry_data.h"
 
-/* The rows of extensions don't say which of them are about what the sizes depend on: all count. */
-static void note_findings(struct walk *walk, uint32_t findings_before)
+/* The rows of extensions don't state whether they affect the sizes of a build, so every finding
+ * counts. */
+static void hide_sizes_on_findings(struct walk *walk, uint32_t findings_before)
 {
     walk->hides_sizes |= walk->findings != findings_before;
 }
@@ -22,12 +23,12 @@ void check_extended_build(struct walk *walk, struct build_view *build, bool with
         check_micromap_build(walk, build, with_state);
     if (device->extension.dense_geometry_format_amdx)
         check_dense_build(walk, build);
-    note_findings(walk, findings_before);
+    hide_sizes_on_findings(walk, findings_before);
 }
 
-/* Whether no extension has anything to say of a geometry: that is so of most, also where extensions
- * are enabled. All that they add is chained, or has a type of theirs. */
-static bool is_plain(const struct geometry_view *geometry)
+/* Returns true if no extension applies to a geometry, as for most geometries even if extensions are
+ * enabled. Extensions only add chained structures and types. */
+static bool has_no_extensions(const struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryKHR *data = geometry->geometry;
     if (data->pNext ||
@@ -42,7 +43,7 @@ OFF_RECORDING_PATH void check_extended_geometry(struct walk *walk, struct geomet
 {
     const struct device_facts *device = geometry->build->call->device;
     uint32_t findings_before = walk->findings;
-    if (is_plain(geometry))
+    if (has_no_extensions(geometry))
         return;
     chained->count = 0;
     geometry->chained = chained;
@@ -54,5 +55,5 @@ OFF_RECORDING_PATH void check_extended_geometry(struct walk *walk, struct geomet
         check_micromaps(walk, geometry, with_state);
     if (device->extension.dense_geometry_format_amdx)
         check_dense(walk, geometry, with_state);
-    note_findings(walk, findings_before);
+    hide_sizes_on_findings(walk, findings_before);
 }

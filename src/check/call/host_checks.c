@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making the views of host builds: which of the memory that they name can be read. */
+/* Makes the views of host builds: which of their host memory is readable. */
 #include "src/view/host_view.h"
 
 #include "src/check/call/host_checks.h"
@@ -9,7 +9,8 @@
 
 /* ---- geometries */
 
-/* So many elements of so many bytes, `stride` apart, from an offset on. */
+/* Returns the bytes of `count` elements of `size` bytes with a stride, beginning at an offset from
+ * the address. */
 static struct host_bytes find_bytes(struct check_context *context, const void *address,
                                     uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
 {
@@ -25,8 +26,8 @@ static struct host_bytes find_bytes(struct check_context *context, const void *a
     return bytes;
 }
 
-/* The bytes that are read of one vertex: not its fourth component; 1 of formats that aren't known.
- */
+/* Returns how many bytes of a vertex a build reads, without a fourth component. Returns 1 for
+ * unknown formats. */
 static uint32_t vertex_size(VkFormat format)
 {
     uint32_t size = format_size(format), component = format_smallest_component(format);
@@ -35,7 +36,7 @@ static uint32_t vertex_size(VkFormat format)
     return size ? size : 1;
 }
 
-/* Which vertices are read is in the indices, where there are any. */
+/* If there are indices, they determine which vertices are read; then only the first byte counts. */
 static struct host_bytes find_vertices(struct check_context *context,
                                        const VkAccelerationStructureGeometryTrianglesDataKHR *t,
                                        const VkAccelerationStructureBuildRangeInfoKHR *range)
@@ -65,7 +66,7 @@ static void view_triangles(struct check_context *context,
                                    (uint64_t)range->primitiveCount * 3, index_size, index_size);
 }
 
-/* Of instances with motion, which other rules read, the first byte. */
+/* Only the first byte of instances with motion, which other rules read. */
 static struct host_bytes
 find_instances(struct check_context *context, const struct build_view *build,
                const VkAccelerationStructureGeometryInstancesDataKHR *instances,

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checking what only vkBuildAccelerationStructuresKHR has. */
+/* Evaluates the rules that apply to vkBuildAccelerationStructuresKHR only. */
 #ifndef ASSAY_CHECK_CALL_HOST_CHECKS_H
 #define ASSAY_CHECK_CALL_HOST_CHECKS_H
 
 #include "src/check/walk/walk.h"
 
-/* After the state of the build is known. */
+/* Call it after the state of the build is known. */
 void check_host_build(struct walk *walk, const struct build_view *build);
-/* `range` may lack its build range. */
+/* The build range of `range` may be unknown. */
 void check_host_geometry(struct walk *walk, const struct range_view *range);
 
 #endif

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The order in which the rows about micromaps are walked. */
+/* Validates the micromaps of builds and geometries. */
 #include "src/base/array.h"
 #include "src/check/assemble/micromap_views.h"
 #include "src/check/call/extensions.h"
 #include "src/rules/micromap/usages.h"
 
-/* What the build in hand has of micromaps. */
+/* The micromaps of the current build. */
 
 const struct micromap_uses *found_micromaps(const struct walk *walk)
 {
@@ -13,7 +13,7 @@ const struct micromap_uses *found_micromaps(const struct walk *walk)
     return uses->count || uses->incomplete || uses->built_count_known ? uses : NULL;
 }
 
-static void note_use(struct walk *walk, const struct micromap_use *use)
+static void add_use(struct walk *walk, const struct micromap_use *use)
 {
     struct micromap_uses *uses = &walk->micromaps;
     struct micromap_use *items =
@@ -38,7 +38,7 @@ static void note_opacity(struct walk *walk, const struct opacity_view *view)
         use.first = opacity->baseTriangle;
         use.triangle_count = view->primitive_count;
     }
-    note_use(walk, &use);
+    add_use(walk, &use);
 }
 
 static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *view)
@@ -47,7 +47,7 @@ static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *v
                                .is_ext = true,
                                .handle = (uint64_t)(uintptr_t)view->opacity->micromap,
                                .id = view->micromap.id};
-    note_use(walk, &use);
+    add_use(walk, &use);
 }
 
 static void note_data(struct walk *walk, const struct micromap_data_view *view)
@@ -58,7 +58,7 @@ static void note_data(struct walk *walk, const struct micromap_data_view *view)
     walk->micromaps.built_triangle_count = (uint32_t)sum;
 }
 
-/* Whether a build says anything of micromaps itself. */
+/* Returns whether the build info has a type or flags of micromaps. */
 static bool is_about_micromaps(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     const VkBuildAccelerationStructureFlagsKHR flags =
@@ -82,7 +82,7 @@ void check_micromap_build(struct walk *walk, const struct build_view *build, boo
         walk_micromap_build(walk, &view, LEVEL_STATE);
 }
 
-/* Geometries. Each subject at both levels, if the geometry has its structure. */
+/* ---- geometries: each subject at both levels, if the geometry has its structure */
 
 static void check_opacity(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The order in which a call of vkCmdBuildAccelerationStructureNV is checked, and the making of its
- * views. */
+/* Validates a call of vkCmdBuildAccelerationStructureNV and makes its views. */
 #include <string.h>
 
 #include "src/check/assemble/align.h"
@@ -64,9 +63,9 @@ static struct nv_geometry_view view_geometry(const struct nv_call_view *call, ui
 
 /* ---- state */
 
-/* Looks on other devices only where this one does not know the handle. */
-static bool is_elsewhere(struct check_context *context, enum resource_kind kind, uint64_t handle,
-                         enum tristate alive)
+/* Looks for a handle on other devices only if this device has no such object. */
+static bool is_of_another_device(struct check_context *context, enum resource_kind kind,
+                                 uint64_t handle, enum tristate alive)
 {
     return handle && alive == NO && context->hooks->of_another_device(context->user, kind, handle);
 }
@@ -76,14 +75,14 @@ static void find_accel(struct check_context *context, VkAccelerationStructureNV 
 {
     resources_ask_nv_accel(context->resources, handle, facts);
     facts->of_another_device =
-        is_elsewhere(context, RESOURCE_ACCEL_NV, (uint64_t)(uintptr_t)handle, facts->alive);
+        is_of_another_device(context, RESOURCE_ACCEL_NV, (uint64_t)(uintptr_t)handle, facts->alive);
 }
 
 static void find_buffer(struct check_context *context, VkBuffer handle, struct buffer_facts *facts)
 {
     resources_ask_buffer(context->resources, handle, facts);
     facts->of_another_device =
-        is_elsewhere(context, RESOURCE_BUFFER, (uint64_t)(uintptr_t)handle, facts->alive);
+        is_of_another_device(context, RESOURCE_BUFFER, (uint64_t)(uintptr_t)handle, facts->alive);
 }
 
 static void find_call(struct check_context *context, struct nv_call_view *call)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading the input data of builds for the rules about it, from wherever that can be read. */
+/* Reads the input data of builds, from host memory or from snapshots, and evaluates the rules about
+ * it. A `struct content` lives on the stack of its caller. */
 #ifndef ASSAY_CHECK_CONTENT_CONTENT_H
 #define ASSAY_CHECK_CONTENT_CONTENT_H
 
@@ -9,62 +10,67 @@
 #include "src/snapshots/memory.h"
 #include "src/view/content_view.h"
 
-/* At level CONTENT: puts the data of a geometry of a host build to its rules. What can't be read,
- * and ranges that are not known, others speak of. */
+/* Evaluates, at level CONTENT, the rules about the data of a geometry of a host build. Other rules
+ * report unreadable data and unknown build ranges. */
 void check_host_inputs(struct walk *walk, const struct range_view *range);
 
-/* The same of a geometry whose data is elsewhere. `chained`: a copy of what was chained to it;
- * NULL: its own chain is there. */
+/* Evaluates the rules about the data of a geometry, which `memory` provides. `chained` is a copy of
+ * the chained structures; NULL if the geometry's own chain is readable. */
 void content_check_geometry(struct walk *walk, const struct range_view *range,
                             const struct input_memory *memory, const struct chained_input *chained);
 
-/* The data of one geometry, on its way through the rules. Each rule speaks of it once. */
+/* The data of one geometry while the rules about it are evaluated. Each rule reports one finding at
+ * most. */
 struct content {
     struct walk *walk;
-    const struct range_view *range; /* with its build range */
+    const struct range_view *range; /* its build range is known */
     const struct input_memory *memory;
-    const struct chained_input *chained; /* NULL: the geometry's own chain says it */
-    bool has_gaps;                       /* of an instance nothing is known */
-    bool wants[RULE_COUNT];
+    const struct chained_input *chained; /* NULL: use the geometry's own chain */
+    bool has_gaps;                       /* the data of some instance is unknown */
+    bool active[RULE_COUNT];
 };
 
-/* All bytes of `count` elements of `size` bytes, `stride` apart, from an offset on; NULL where any
- * can't be read, or where there are none. */
+/* Returns the bytes of `count` elements of `size` bytes with a stride, beginning at an offset from
+ * the address. Returns NULL if any byte is unreadable, or if `count` is 0. */
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size);
 
-/* All that can be read of them. */
+/* Like content_find(), but gets the readable bytes up to the first unreadable one. Returns their
+ * number. */
 uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
                            const void **bytes);
 
-/* Where the first vertex is, from the data's begin on. */
+/* Returns the offset of the first vertex from the address of the vertex data, or UINT64_MAX if it
+ * overflows. */
 uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
                                uint32_t index_size, uint64_t stride);
-/* Opens what was found, each array from its offset on, for the builder's readers. */
+/* Opens the arrays found, each from its offset on, for the builder's readers. Returns false if that
+ * fails. */
 struct builder_geometry;
 struct source;
 bool content_open_source(const struct content *content, const struct builder_geometry *described,
                          struct source *source);
-/* One of several of `size` bytes each. */
+/* Reads the index at `position`; indices have `size` bytes each. */
 uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t position);
 
-/* Of a geometry of spheres or linear swept spheres. */
+/* Validates the radii of a geometry of spheres or linear swept spheres. */
 void content_read_radii(struct content *content);
 
-/* Of a geometry of instances, and of one that was read with motion. */
+/* Validate the instances of a geometry, or one instance with motion. */
 void content_read_instances(struct content *content,
                             const VkAccelerationStructureGeometryInstancesDataKHR *instances);
 void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes);
-/* The same of one whose data alone was read. */
+/* Validates one instance with motion of which only the data is in memory, not the type. */
 void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,
                               const void *bytes);
 
-/* What an instance refers to, by that member of it; nothing where that isn't known. */
+/* Finds the structure that a reference refers to. `referenced` is all unknown if the structure is
+ * unknown. */
 void content_find_reference(struct content *content, uint64_t reference,
                             struct accel_facts *referenced);
-/* What goes for instances of any kind. Without reference they are inactive, and what else is in
- * them doesn't matter. */
+/* Evaluate the rules that apply to instances of every kind. An instance without reference is
+ * inactive: its other members are ignored. */
 void content_check_reference(struct content *content, uint32_t index,
                              const struct accel_facts *referenced);
 void content_check_transform(struct content *content, uint32_t index, uint64_t reference,
@@ -72,23 +78,26 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance);
 
-/* Keeps what later updates are measured by: of all, of triangles and boxes, and of one instance. */
-void content_keep_count(struct content *content);
-void content_keep(struct content *content);
-void content_keep_instance(struct content *content, uint32_t index, uint64_t reference);
-void content_keep_unknown_instance(struct content *content);
-void content_forget_inputs(struct walk *walk); /* once the build was seen */
+/* Store the inputs that later updates are compared with: of every geometry, of triangles and AABBs,
+ * and of one instance. */
+void content_retain_count(struct content *content);
+void content_retain_inputs(struct content *content);
+void content_retain_instance(struct content *content, uint32_t index, uint64_t reference);
+void content_retain_unknown_instance(struct content *content);
+void content_release_inputs(struct walk *walk); /* called after the build is recorded */
 
-/* All structures that instances of the build in hand refer to, each once. */
+/* The structures that instances of the current build refer to, each once. */
 struct instance_uses {
     struct accel_facts *items;
     uint32_t count, capacity;
-    struct handle_table places; /* in `items`, from 1 */
+    struct handle_table indices; /* reference to index in `items` + 1 */
 };
+/* Removes all structures. Keeps the memory of `items`. */
 void content_forget_instances(struct instance_uses *instances);
+/* Accepts NULL. */
 void content_free_instances(struct instance_uses *instances);
 
-/* Each walks the rows of its subject. */
+/* Each evaluates the rules of its subject. */
 void content_walk_indices(struct content *content, const struct indices_view *indices);
 void content_walk_box(struct content *content, const struct box_view *box);
 void content_walk_instance(struct content *content, const struct instance_view *instance);

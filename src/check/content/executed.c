@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds that have executed: their views, made of what was recorded of them, on their way through
- * the rules about what they have read. */
+/* Validates builds that have executed: makes views from the recorded builds and evaluates the rules
+ * about their input data. */
 #include "src/check/content/executed.h"
 
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 #include "src/check/walk/rows.h"
 #include "src/view/micromap_view.h"
 
-/* A build whose structure may be what an instance of another build refers to. */
+/* A build whose dst an instance of another build may refer to. */
 struct retained_build {
     const struct recorded_build *build;
     uint64_t dst_id;
@@ -21,7 +21,7 @@ struct retained_build {
 struct executed_call {
     struct walk walk;
     struct call_view view;
-    struct sweep *sweep; /* of what instances refer to; NULL: nothing, or no memory */
+    struct sweep *sweep; /* of referenced structures; NULL: none, or no memory */
     struct retained_build *builds;
     uint32_t count, capacity;
 };
@@ -53,7 +53,7 @@ static struct build_view view_of(const struct executed_call *call,
                                .ranges = ranges};
 }
 
-/* NULL where it isn't known. */
+/* Returns NULL if unknown. */
 static const struct built *find_used(const struct executed_build *executed, uint32_t geometry)
 {
     for (uint32_t i = 0; i < executed->used_count; i++)
@@ -62,7 +62,7 @@ static const struct built *find_used(const struct executed_build *executed, uint
     return NULL;
 }
 
-/* `range`: what the build read. */
+/* `range` is the build range that the build read. */
 static void read_geometry(struct executed_call *call, const struct executed_build *executed,
                           const struct geometry_view *geometry,
                           const VkAccelerationStructureBuildRangeInfoKHR *range)
@@ -94,9 +94,8 @@ static void read_direct(struct executed_call *call, const struct executed_build 
 
 static WALK_ALL(indirect_range)
 
-    /* By a micromap that is used without indices, whose rule wasn't asked before the count was
-     * known.
-     */
+    /* Evaluates the rule about a micromap that is used without indices: it needs the primitive
+     * count. */
     static void check_unindexed_opacity(struct walk *walk, const struct range_view *range,
                                         const struct chained_input *chained,
                                         const struct built *used)
@@ -115,16 +114,15 @@ static WALK_ALL(indirect_range)
         opacity->sType != VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR ||
         opacity->indexType != VK_INDEX_TYPE_NONE_KHR)
         return;
-    ASK(opacity_triangles_are_within_micromap, EXECUTION, &view, location);
+    EVALUATE(opacity_triangles_are_within_micromap, EXECUTION, &view, location);
 }
 
-/* The range is put to what rules say of ranges, and what it leads to is read, as far as the maximum
- * count allows. */
+/* Evaluates the rules about the build range, and reads the data up to the maximum count. */
 static void read_indirect_geometry(struct executed_call *call,
                                    const struct executed_build *executed, struct build_view *build,
                                    uint32_t index)
 {
-    const uint32_t most = build->ranges[index].primitiveCount;
+    const uint32_t max_count = build->ranges[index].primitiveCount;
     const struct chained_input *chained = executed->build->parameters.chained;
     const struct geometry_view geometry = {
         .build = build, .index = index, .geometry = &build->geometries[index]};
@@ -134,7 +132,7 @@ static void read_indirect_geometry(struct executed_call *call,
     const struct range_view ranged = {
         .geometry = &geometry, .range = &range, .primitive_count = range.primitiveCount};
     const struct indirect_range_view indirect = {
-        .geometry = &geometry, .range = &range, .max_primitive_count = most};
+        .geometry = &geometry, .range = &range, .max_primitive_count = max_count};
     walk_range(&call->walk, &ranged, LEVEL_PARAMETERS);
     const struct location location = walk_location(indirect.geometry, SUBJECT_RANGE);
     walk_indirect_range(&call->walk, &indirect, &location);
@@ -142,21 +140,21 @@ static void read_indirect_geometry(struct executed_call *call,
         build->triangle_count += range.primitiveCount;
     if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
         build->aabb_count += range.primitiveCount;
-    if (range.primitiveCount > most)
-        range.primitiveCount = most;
+    if (range.primitiveCount > max_count)
+        range.primitiveCount = max_count;
     if (chained)
         check_unindexed_opacity(&call->walk, &ranged, &chained[index], find_used(executed, index));
     read_geometry(call, executed, &geometry, &range);
 }
 
-/* Of the rules about builds, those whose sums weren't known before. */
+/* Evaluates the rules about builds that need the sums of counts. */
 static void check_sums(struct walk *walk, const struct build_view *build)
 {
     const struct location location = {
         .command = build->call->command, .subject = SUBJECT_BUILD, .build = build->index};
     struct finding finding;
-    ASK(blas_triangle_count_is_within_limit, STATE, build, location);
-    ASK(blas_aabb_count_is_within_limit, STATE, build, location);
+    EVALUATE(blas_triangle_count_is_within_limit, STATE, build, location);
+    EVALUATE(blas_aabb_count_is_within_limit, STATE, build, location);
 }
 
 static void read_indirect(struct executed_call *call, const struct executed_build *executed)
@@ -170,7 +168,7 @@ static void read_indirect(struct executed_call *call, const struct executed_buil
 
 /* ---- instances of other builds */
 
-static void keep_build(struct executed_call *call, const struct executed_build *executed)
+static void retain_build(struct executed_call *call, const struct executed_build *executed)
 {
     struct retained_build *builds =
         array_make_room(call->builds, call->count, &call->capacity, sizeof(*builds));
@@ -193,14 +191,14 @@ static void collect_instances(struct executed_call *call, const struct recorded_
     content_forget_instances(uses);
 }
 
-/* The structure may have died since. */
-static void collect_dst(struct executed_call *call, const struct retained_build *kept)
+/* Skips the structure if it has been destroyed since. */
+static void collect_dst(struct executed_call *call, const struct retained_build *retained)
 {
     struct check_context *context = call->walk.context;
-    const struct build_parameters *given = recorded_build_given(kept->build);
-    struct build_view build = view_of(call, kept->build, given->ranges);
+    const struct build_parameters *given = recorded_build_given(retained->build);
+    struct build_view build = view_of(call, retained->build, given->ranges);
     resources_look_up_accel(context->resources, given->info.dstAccelerationStructure, &build.dst);
-    if (build.dst.alive != YES || build.dst.id != kept->dst_id)
+    if (build.dst.alive != YES || build.dst.id != retained->dst_id)
         return;
     view_build_state(context, &build);
     if (!given->had_chains)
@@ -213,7 +211,7 @@ static void walk_pairs(struct executed_call *call)
     struct walk *walk = &call->walk;
     for (uint32_t i = 0; i < call->count; i++)
         collect_dst(call, &call->builds[i]);
-    /* The others were asked when the call was recorded. */
+    /* The other rules were evaluated when the call was recorded. */
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule_infos[rule].level != LEVEL_CONTENT)
             walk_stop_rule(walk, (enum rule)rule);
@@ -234,7 +232,7 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     call->walk.inputs = NULL;
     call->walk.point = NULL;
     collect_instances(call, build->build);
-    keep_build(call, build);
+    retain_build(call, build);
 }
 
 bool executed_call_has_instances(const struct executed_call *call)

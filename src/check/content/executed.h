@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checking what builds of command buffers have read, once they have executed. */
+/* Validates the input data of device builds after they have executed. */
 #ifndef ASSAY_CHECK_CONTENT_EXECUTED_H
 #define ASSAY_CHECK_CONTENT_EXECUTED_H
 
@@ -7,25 +7,29 @@
 #include "src/check/replay/update_inputs.h"
 #include "src/snapshots/recorded_build.h"
 
-/* One build of an execution. */
+/* One build of one execution. */
 struct executed_build {
     const struct recorded_build *build;
-    uint64_t dst_id;                       /* of its structure; 0 where it isn't known */
-    struct input_memory memory;            /* what it read */
-    struct build_inputs *inputs;           /* to be filled; NULL: nobody will ask */
-    const struct used_micromap_note *used; /* the micromaps that its geometries use: */
+    uint64_t dst_id;                       /* of the dst structure; 0 if unknown */
+    struct input_memory memory;            /* the input data it read */
+    struct build_inputs *inputs;           /* filled for later updates; NULL: not needed */
+    const struct used_micromap_note *used; /* the micromaps that its geometries use */
     uint32_t used_count;
-    const struct execution_point *point; /* of a build of instances; NULL: it isn't known */
+    const struct execution_point *point; /* of a build of instances; NULL: unknown */
 };
 
-/* The builds of one call, in the call's order; those of which nothing is known may be missing. */
+/* The builds of one call, in the call's order. Builds of unknown structures may be missing. */
 struct executed_call;
+/* Begins a call. The caller ends it with executed_call_end(). Returns NULL if there is no
+ * memory. */
 struct executed_call *executed_call_begin(struct check_context *context,
                                           const struct device_facts *device,
-                                          enum build_command command); /* NULL without memory */
+                                          enum build_command command);
+/* Validates the input data of one build of the call. */
 void executed_call_read(struct executed_call *call, const struct executed_build *build);
-/* Whether the end has more to do than to free it: it then calls down. */
+/* Returns whether executed_call_end() has pairs to validate, in which case it calls down. */
 bool executed_call_has_instances(const struct executed_call *call);
+/* Validates the pairs of builds and instances, then frees the call. */
 void executed_call_end(struct executed_call *call);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading instances, plain ones and those with motion, and finding what they refer to. */
+/* Reads instances, with and without motion, and finds the structures that they refer to. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,16 +8,15 @@
 #include "src/check/content/content.h"
 #include "src/state/builds/built_flags.h"
 
-/* Bytes from one instance with motion to the next
- * (VkAccelerationStructureGeometryInstancesDataKHR). */
+/* Stride of instances with motion in bytes (VkAccelerationStructureGeometryInstancesDataKHR). */
 enum { MOTION_STRIDE = 160 };
 
-/* ---- what they refer to */
+/* ---- referenced structures */
 
 void content_forget_instances(struct instance_uses *instances)
 {
     instances->count = 0;
-    handle_table_release(&instances->places);
+    handle_table_release(&instances->indices);
 }
 
 void content_free_instances(struct instance_uses *instances)
@@ -29,20 +28,20 @@ void content_free_instances(struct instance_uses *instances)
     free(instances);
 }
 
-/* Without memory it is merely forgotten. */
-static void note_use(struct instance_uses *uses, uint64_t reference,
-                     const struct accel_facts *referenced)
+/* If there is no memory, the structure isn't added. */
+static void add_use(struct instance_uses *uses, uint64_t reference,
+                    const struct accel_facts *referenced)
 {
     struct accel_facts *items =
         array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
     if (!items)
         return;
     uses->items = items;
-    if (handle_table_set(&uses->places, reference, (void *)(uintptr_t)(uses->count + 1)))
+    if (handle_table_set(&uses->indices, reference, (void *)(uintptr_t)(uses->count + 1)))
         uses->items[uses->count++] = *referenced;
 }
 
-/* In host builds the reference is a handle, else a device address. */
+/* The reference is a handle in host builds, else a device address. */
 static void look_up(const struct content *content, uint64_t reference,
                     struct accel_facts *referenced)
 {
@@ -65,15 +64,15 @@ void content_find_reference(struct content *content, uint64_t reference,
     if (!walk->instances)
         walk->instances = calloc(1, sizeof(*walk->instances));
     if (walk->instances) {
-        uintptr_t place = (uintptr_t)handle_table_find(&walk->instances->places, reference);
-        if (place) {
-            *referenced = walk->instances->items[place - 1];
+        uintptr_t found = (uintptr_t)handle_table_find(&walk->instances->indices, reference);
+        if (found) {
+            *referenced = walk->instances->items[found - 1];
             return;
         }
     }
     look_up(content, reference, referenced);
     if (walk->instances && referenced->alive == YES)
-        note_use(walk->instances, reference, referenced);
+        add_use(walk->instances, reference, referenced);
 }
 
 /* ---- one instance */
@@ -142,34 +141,34 @@ static void read_instance(struct content *content, uint32_t index, const void *b
     VkAccelerationStructureInstanceKHR instance;
     memcpy(&instance, bytes, sizeof(instance));
     content_check_instance(content, index, false, &instance);
-    content_keep_instance(content, index, instance.accelerationStructureReference);
+    content_retain_instance(content, index, instance.accelerationStructureReference);
 }
 
-/* ---- all of a geometry */
+/* ---- all instances of a geometry */
 
-/* Where command buffers expect an instance; the host's may be anywhere. */
-static bool may_be_followed(const struct content *content, VkDeviceAddress address)
+/* Device builds need 16-byte alignment; host builds need none. */
+static bool is_aligned_pointer(const struct content *content, VkDeviceAddress address)
 {
     return content->range->geometry->build->call->command == COMMAND_HOST || address % 16 == 0;
 }
 
-/* Instances whose pointer leads nowhere are passed by. */
+/* Skips instances whose pointer is invalid. */
 static void read_pointed_instance(struct content *content, uint32_t index,
                                   VkDeviceOrHostAddressConstKHR to)
 {
     const uint8_t *bytes = NULL;
     content_walk_instance_pointer(content, &(struct instance_pointer_view){
                                                content->range->geometry, index, to.deviceAddress});
-    if (may_be_followed(content, to.deviceAddress))
+    if (is_aligned_pointer(content, to.deviceAddress))
         bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
     if (bytes)
         read_instance(content, index, bytes);
     else
-        content_keep_unknown_instance(content);
+        content_retain_unknown_instance(content);
 }
 
-/* Pointers to instances with motion have the type in their low bits, and lead to the structure of
- * that type alone. */
+/* Pointers to instances with motion have the type in their low bits, and point to the structure of
+ * that type without its header. */
 static void read_typed_instance(struct content *content, uint32_t index,
                                 VkDeviceOrHostAddressConstKHR to)
 {
@@ -215,8 +214,7 @@ static void read_plain_instances(struct content *content, VkDeviceOrHostAddressC
         read_instance(content, i, next);
 }
 
-/* Of the host's pointers to instances with motion nothing is read. Without the extension there are
- * none. */
+/* Skips host pointers to instances with motion. Instances have no motion without the extension. */
 void content_read_instances(struct content *content,
                             const VkAccelerationStructureGeometryInstancesDataKHR *instances)
 {

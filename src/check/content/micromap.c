@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading the triangles of micromaps, and indices into them. */
+/* Reads the triangles of micromaps, and the indices into micromaps. */
 #include "src/check/content/micromap.h"
 
 #include <string.h>
@@ -23,8 +23,7 @@ static void read_triangles(struct content *content, VkDeviceOrHostAddressConstKH
     struct micromap_triangle_view view = {.geometry = content->range->geometry,
                                           .data_left = data_left};
     const uint8_t *first = NULL;
-    if (stride >=
-        sizeof(view.triangle)) /* else a parameter is wrong, and there is no end of them */
+    if (stride >= sizeof(view.triangle)) /* a smaller stride is an error that has its own rule */
         first = content_find(content, triangles, 0, count, stride, sizeof(view.triangle));
     for (; first && view.index < count; view.index++) {
         memcpy(&view.triangle, first + view.index * stride, sizeof(view.triangle));
@@ -38,7 +37,7 @@ static uint64_t data_left(const struct input_memory *memory,
     return memory->find_left ? memory->find_left(memory->context, micromap->data.deviceAddress) : 0;
 }
 
-/* Of a structure that was last built as a micromap. */
+/* Sets the triangle count if the structure was last built as a micromap. */
 static void note_built(const struct built *built, struct opacity_index_view *view)
 {
     if (!built || built->state != BUILT_BEFORE || !built->shapes || !built->shapes->count ||
@@ -75,7 +74,7 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     struct content content = {.walk = walk, .range = range, .memory = memory};
-    memcpy(content.wants, walk->wants, sizeof(content.wants));
+    memcpy(content.active, walk->active, sizeof(content.active));
     if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
         read_triangles(&content, chained->micromap.triangles, count_triangles(&chained->micromap),
                        chained->micromap.stride, data_left(memory, &chained->micromap));
@@ -85,7 +84,7 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
         read_indices(&content, &chained->opacity, used);
 }
 
-/* ---- of the host */
+/* ---- host builds */
 
 static uint64_t find_mapped(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
@@ -104,7 +103,7 @@ void check_host_micromap(struct walk *walk, const struct geometry_view *geometry
     if (!view_micromap_data(walk->context, geometry, &view) ||
         view.usages.count != view.data->usageCountsCount)
         return;
-    memcpy(content.wants, walk->wants, sizeof(content.wants));
+    memcpy(content.active, walk->active, sizeof(content.active));
     read_triangles(&content,
                    (VkDeviceOrHostAddressConstKHR){.deviceAddress = view.data->triangleArray},
                    usages_sum(&view.usages), view.data->triangleArrayStride, 0);

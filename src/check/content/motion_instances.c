@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading the instances of builds with motion. */
+/* Reads the instances of builds with motion. */
 #include <string.h>
 
 #include "src/bvh/input/source.h"

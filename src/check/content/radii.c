@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The radii of spheres and linear swept spheres: read by the reference builder's own reader, and
- * their rules. What is inactive has none that counts. */
+/* Reads the radii of spheres and linear swept spheres with the reference builder's reader, and
+ * evaluates their rules. Inactive primitives have no valid radius to check. */
 #include "src/bvh/input/source.h"
 #include "src/check/assemble/extended.h"
 #include "src/check/content/content.h"
@@ -14,7 +14,7 @@ static bool is_swept(const struct content *content)
            VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
 }
 
-/* Where there are indices, they tell how many vertices and radii are read. */
+/* If there are indices, they determine the number of vertices and radii. */
 static bool find_arrays(const struct content *content, const struct sphere_data *from,
                         struct builder_spheres *to)
 {
@@ -77,9 +77,9 @@ static enum source_state read_radius(const struct source *source, struct radius_
     return state;
 }
 
-/* How many primitives are worth a look: without indices none that can be read lies behind the first
- * that can't. */
-static uint64_t primitives_within(const struct source *source)
+/* Returns how many primitives to read. Without indices, every primitive after the first unreadable
+ * one is unreadable. */
+static uint64_t readable_primitive_count(const struct source *source)
 {
     bool has_end = source->index_size == 0 && source->index_limit < source->count;
     return has_end ? source->index_limit : source->count;
@@ -92,7 +92,7 @@ void content_read_radii(struct content *content)
     struct source source = {0};
     if (!describe(content, &described) || !content_open_source(content, &described, &source))
         return;
-    const uint64_t count = primitives_within(&source);
+    const uint64_t count = readable_primitive_count(&source);
     for (; view.primitive < count; view.primitive++) {
         if (read_radius(&source, &view) != SOURCE_UNDEFINED)
             continue;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading input data: once from its begin to its end, in place. */
+/* Reads input data in place, once from begin to end. */
 #include "src/check/content/content.h"
 
 #include <stdlib.h>
@@ -47,17 +47,17 @@ static struct location location_of(const struct geometry_view *geometry)
     return walk_location(geometry, is_parameter ? SUBJECT_PARAMETER : SUBJECT_GEOMETRY);
 }
 
-/* Of all data that a rule asks about, the first that breaks it is told. */
-#define ASK_ONCE(name, level, view, location)                                                      \
-    if (content->wants[RULE_##name] && !name(view, &finding)) {                                    \
-        content->wants[RULE_##name] = false;                                                       \
+/* Reports the first finding of each rule only. */
+#define EVALUATE_ONCE(name, level, view, location)                                                 \
+    if (content->active[RULE_##name] && !name(view, &finding)) {                                   \
+        content->active[RULE_##name] = false;                                                      \
         walk_report(content->walk, RULE_##name, location, &finding);                               \
     }
 #define WALK_ONCE(subject, location)                                                               \
     void content_walk_##subject(struct content *content, const struct subject##_view *subject)     \
     {                                                                                              \
         struct finding finding;                                                                    \
-        ROWS_OF_##subject(ASK_ONCE, subject, location)                                             \
+        ROWS_OF_##subject(EVALUATE_ONCE, subject, location)                                        \
     }
 
 WALK_ONCE(indices, walk_location(indices->geometry, SUBJECT_RANGE))
@@ -90,10 +90,10 @@ uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t posi
     }
 }
 
-/* The bits that are spent on telling vertices apart: indices beyond them aren't counted. */
+/* The number of vertices that count_vertices() can distinguish: larger indices are not counted. */
 #define COUNTED_MAX (UINT32_C(1) << 27)
 
-/* How many different vertices are used; no more than `enough` are counted. */
+/* Returns the number of different vertices used, or `enough` if there are at least as many. */
 static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t count,
                                uint64_t enough)
 {
@@ -111,7 +111,7 @@ static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t c
     return found;
 }
 
-/* Only where an index is beyond maxVertex can more vertices be used than there are. */
+/* More vertices than exist can be used only if an index exceeds maxVertex. */
 static void view_indices(const uint8_t *indices, uint32_t size, struct indices_view *view)
 {
     uint64_t count = (uint64_t)view->range->primitiveCount * 3;
@@ -130,7 +130,7 @@ static void view_indices(const uint8_t *indices, uint32_t size, struct indices_v
         view->consumed = count_vertices(indices, size, count, (uint64_t)max + 2);
 }
 
-/* Those of VK_NV_ray_tracing have no ranges, which the rules are about. */
+/* Not for VK_NV_ray_tracing: its geometries have no build ranges, which these rules are about. */
 static void read_indices(struct content *content,
                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
@@ -164,7 +164,7 @@ static void read_transform(struct content *content,
     content_walk_transform(content, &view);
 }
 
-/* ---- boxes */
+/* ---- AABBs */
 
 static void read_boxes(struct content *content,
                        const VkAccelerationStructureGeometryAabbsDataKHR *aabbs)
@@ -192,8 +192,8 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct content content = {.walk = walk, .range = range, .memory = memory, .chained = chained};
-    memcpy(content.wants, walk->wants, sizeof(content.wants));
-    content_keep_count(&content);
+    memcpy(content.active, walk->active, sizeof(content.active));
+    content_retain_count(&content);
     if (triangles) {
         if (range->geometry->build->call->command != COMMAND_NV)
             read_indices(&content, triangles);
@@ -202,15 +202,15 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     if (aabbs)
         read_boxes(&content, aabbs);
     if (triangles || aabbs)
-        content_keep(&content);
+        content_retain_inputs(&content);
     if (range->geometry->build->call->device->extension.linear_swept_spheres_nv)
         content_read_radii(&content);
     if (instances)
         content_read_instances(&content, instances);
 }
 
-/* The host's memory: addresses are pointers. Where probing is forbidden and all counts as readable,
- * no wild stride may keep the layer busy for hours. */
+/* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit
+ * then keeps a wrong stride from causing hours of reading. */
 #define EXTENT_MAX (SIZE_MAX >> 24)
 
 static uint64_t find_in_host_memory(void *context, uint64_t address, uint64_t size,
@@ -224,7 +224,7 @@ OFF_RECORDING_PATH void check_host_inputs(struct walk *walk, const struct range_
 {
     const struct input_memory memory = {.find = find_in_host_memory,
                                         .context = walk->context->readable};
-    /* A driver can be asked for sizes whatever the data says. */
+    /* Findings about data don't affect the size query. */
     uint32_t findings = walk->findings;
     if (range->range)
         content_check_geometry(walk, range, &memory, NULL);

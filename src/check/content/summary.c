@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading what is kept of data for later updates, by the reference builder's own reader. */
+/* Stores the inputs that later updates are compared with, using the reference builder's reader. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
-/* Where no multiple of the stride leads to the first vertex there is no such memory, either. */
+/* If the offset overflows, no such memory exists. */
 uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
                                uint32_t index_size, uint64_t stride)
 {
@@ -27,7 +27,7 @@ bool content_open_source(const struct content *content, const struct builder_geo
     return source_open(source, false, described, &range);
 }
 
-/* Transforms change nothing about activity. */
+/* Ignores transforms, because they don't affect which triangles are inactive. */
 static bool describe_triangles(const struct content *content,
                                const VkAccelerationStructureGeometryTrianglesDataKHR *from,
                                struct builder_triangles *to)
@@ -89,7 +89,8 @@ static void set_inactive(uint64_t *inactive, uint32_t primitive)
     inactive[primitive / 64] |= UINT64_C(1) << primitive % 64;
 }
 
-/* Nothing is known of a geometry with a primitive of which it isn't, nor of moving ones. */
+/* Returns one bit for each primitive, set if it is inactive. Returns NULL if the state of any
+ * primitive is unknown, if the build has motion, or if there is no memory. */
 static uint64_t *find_inactive(const struct content *content)
 {
     struct builder_geometry described;
@@ -112,32 +113,33 @@ static uint64_t *find_inactive(const struct content *content)
     return inactive;
 }
 
-static void keep_indices(const struct content *content, struct geometry_inputs *kept)
+static void retain_indices(const struct content *content, struct geometry_inputs *retained)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(content->range->geometry->geometry);
     uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
-    uint64_t count = (uint64_t)kept->primitive_count * 3;
+    uint64_t count = (uint64_t)retained->primitive_count * 3;
     const uint8_t *indices =
         size ? content_find(content, triangles->indexData, content->range->range->primitiveOffset,
                             count, size, size)
              : NULL;
     if (!indices || !count)
         return;
-    kept->indices_size = count * size;
-    kept->indices = malloc(kept->indices_size);
-    if (kept->indices)
-        memcpy(kept->indices, indices, kept->indices_size);
+    retained->indices_size = count * size;
+    retained->indices = malloc(retained->indices_size);
+    if (retained->indices)
+        memcpy(retained->indices, indices, retained->indices_size);
 }
 
-/* What the host builds is kept here; for what command buffers build there is a place already. */
-static struct geometry_inputs *kept_of(struct content *content)
+/* Returns the retained inputs of the geometry, or NULL. Creates them for host builds; for device
+ * builds the caller has created them. */
+static struct geometry_inputs *retained_inputs_of(struct content *content)
 {
     const struct build_view *build = content->range->geometry->build;
-    struct build_inputs *there = content->walk->inputs;
+    struct build_inputs *existing = content->walk->inputs;
     uint32_t index = content->range->geometry->index;
     if (build->call->command != COMMAND_HOST)
-        return there && index < there->count ? &there->items[index] : NULL;
+        return existing && index < existing->count ? &existing->items[index] : NULL;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
         !build_is_update(build->info))
         return NULL;
@@ -146,46 +148,46 @@ static struct geometry_inputs *kept_of(struct content *content)
     return content->walk->inputs ? &content->walk->inputs->items[index] : NULL;
 }
 
-void content_keep_count(struct content *content)
+void content_retain_count(struct content *content)
 {
-    struct geometry_inputs *kept = kept_of(content);
-    if (!kept)
+    struct geometry_inputs *retained = retained_inputs_of(content);
+    if (!retained)
         return;
-    kept->count_known = true;
-    kept->primitive_count = content->range->range->primitiveCount;
+    retained->count_known = true;
+    retained->primitive_count = content->range->range->primitiveCount;
 }
 
-void content_keep(struct content *content)
+void content_retain_inputs(struct content *content)
 {
-    struct geometry_inputs *kept = kept_of(content);
-    if (!kept)
+    struct geometry_inputs *retained = retained_inputs_of(content);
+    if (!retained)
         return;
-    kept->inactive = find_inactive(content);
-    keep_indices(content, kept);
+    retained->inactive = find_inactive(content);
+    retain_indices(content, retained);
 }
 
-void content_keep_instance(struct content *content, uint32_t index, uint64_t reference)
+void content_retain_instance(struct content *content, uint32_t index, uint64_t reference)
 {
-    struct geometry_inputs *kept = kept_of(content);
-    if (!kept || content->has_gaps)
+    struct geometry_inputs *retained = retained_inputs_of(content);
+    if (!retained || content->has_gaps)
         return;
-    if (!kept->inactive)
-        kept->inactive = make_bits(kept->primitive_count);
-    if (kept->inactive && !reference)
-        set_inactive(kept->inactive, index);
+    if (!retained->inactive)
+        retained->inactive = make_bits(retained->primitive_count);
+    if (retained->inactive && !reference)
+        set_inactive(retained->inactive, index);
 }
 
-void content_keep_unknown_instance(struct content *content)
+void content_retain_unknown_instance(struct content *content)
 {
-    struct geometry_inputs *kept = kept_of(content);
+    struct geometry_inputs *retained = retained_inputs_of(content);
     content->has_gaps = true;
-    if (!kept)
+    if (!retained)
         return;
-    free(kept->inactive);
-    kept->inactive = NULL;
+    free(retained->inactive);
+    retained->inactive = NULL;
 }
 
-void content_forget_inputs(struct walk *walk)
+void content_release_inputs(struct walk *walk)
 {
     build_inputs_release(walk->inputs);
     walk->inputs = NULL;

@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Hashing and sorting for equal handles: a range has a bounded number of partners. */
+/* Finds equal handles with a hash table and by sorting. A range has a bounded number of
+ * partners. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/check/overlap/sweep.h"
 
-/* A set of structures; a slot has 1 + the index of one, or 0. */
+/* A hash set of structures. A slot holds 1 + an index into `structures`, or 0 if empty. */
 struct structure_set {
     const struct used_range *structures;
     uint32_t *slots;
-    unsigned bits; /* of a slot's number */
+    unsigned bits; /* log2 of the number of slots */
 };
 
-/* Room for twice as many as are added; false without memory. */
+/* Makes a set with room for twice the ranges of the list. Returns false if there is no memory. */
 static bool make_set(struct sweep *sweep, const struct range_list *list, struct structure_set *set)
 {
     *set = (struct structure_set){.structures = list->items, .bits = 5};
@@ -25,7 +26,8 @@ static bool make_set(struct sweep *sweep, const struct range_list *list, struct 
     return set->slots != NULL;
 }
 
-/* The slot that a structure has or would have. Handles are spread as in src/base/handle_table.c. */
+/* Returns the slot that a structure has or would have. Handles are hashed as in
+ * src/base/handle_table.c. */
 static uint32_t *slot_of(const struct structure_set *set, VkAccelerationStructureKHR handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
@@ -35,7 +37,7 @@ static uint32_t *slot_of(const struct structure_set *set, VkAccelerationStructur
     return &set->slots[slot];
 }
 
-/* Adds all dst; returns whether two builds have one in common. */
+/* Adds all dst. Returns whether two builds have the same dst. */
 static bool add_dsts(struct structure_set *set, const struct range_list *dst)
 {
     for (uint32_t i = 0; i < dst->count; i++) {
@@ -50,8 +52,8 @@ static bool add_dsts(struct structure_set *set, const struct range_list *dst)
     return false;
 }
 
-/* Whether a src is the dst of another build, where no two builds have a dst in common. */
-static bool has_foreign_dst(const struct structure_set *set, const struct range_list *src)
+/* Returns whether a src is the dst of another build. No two builds have the same dst. */
+static bool has_dst_of_other_build(const struct structure_set *set, const struct range_list *src)
 {
     for (uint32_t i = 0; i < src->count; i++) {
         const struct used_range *range = &src->items[i];
@@ -62,14 +64,14 @@ static bool has_foreign_dst(const struct structure_set *set, const struct range_
     return false;
 }
 
-/* False also where there is no memory to tell. */
+/* Returns false if there is no memory, too. */
 static bool has_equal_handles(struct sweep *sweep)
 {
     const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC];
     struct structure_set set;
     if (!dst->handles_unsorted && !src->count)
         return false;
-    return make_set(sweep, dst, &set) && (add_dsts(&set, dst) || has_foreign_dst(&set, src));
+    return make_set(sweep, dst, &set) && (add_dsts(&set, dst) || has_dst_of_other_build(&set, src));
 }
 
 static int compare_numbers(uint64_t a, uint64_t b)
@@ -85,9 +87,9 @@ static int order_by_handle(const void *a, const void *b)
     return order ? order : compare_numbers(x->build, y->build);
 }
 
-/* Pointers to the structures of a list by handle, of those in pieces to one piece; NULL without
- * memory. */
-static const struct used_range **by_handle(const struct range_list *list, uint32_t *count)
+/* Returns pointers to the structures of a list, sorted by handle, with one piece for each sparse
+ * structure. The caller frees them. Returns NULL if there is no memory. */
+static const struct used_range **sort_by_handle(const struct range_list *list, uint32_t *count)
 {
     const struct used_range **sorted = malloc((list->count + 1) * sizeof(*sorted));
     if (!sorted)
@@ -103,7 +105,7 @@ static const struct used_range **by_handle(const struct range_list *list, uint32
     return sorted;
 }
 
-/* The end of the partners of a range that begin at `first`. */
+/* Returns the index after the last partner of a range whose partners begin at `first`. */
 static uint32_t end_of_partners(uint32_t first, uint32_t count)
 {
     return count - first < SWEEP_PARTNERS ? count : first + SWEEP_PARTNERS;
@@ -124,17 +126,17 @@ static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
                              const struct used_range **srcs, uint32_t src_count, pair_visitor visit,
                              void *user)
 {
-    bool is_unwanted[KIND_COUNT] = {false};
+    bool done_kinds[KIND_COUNT] = {false};
     uint32_t first = 0;
     for (uint32_t s = 0; s < src_count; s++) {
         uint64_t handle = (uint64_t)(uintptr_t)srcs[s]->handle;
         while (first < dst_count && (uint64_t)(uintptr_t)dsts[first]->handle < handle)
             first++;
-        bool *unwanted = &is_unwanted[range_kind(srcs[s])];
+        bool *done = &done_kinds[range_kind(srcs[s])];
         uint32_t end = end_of_partners(first, dst_count);
-        for (uint32_t d = first; d < end && dsts[d]->handle == srcs[s]->handle && !*unwanted; d++)
+        for (uint32_t d = first; d < end && dsts[d]->handle == srcs[s]->handle && !*done; d++)
             if (dsts[d]->build != srcs[s]->build)
-                *unwanted = !visit(user, dsts[d], srcs[s], NULL);
+                *done = !visit(user, dsts[d], srcs[s], NULL);
     }
 }
 
@@ -143,8 +145,8 @@ void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user)
     if (sweep->out_of_memory || !has_equal_handles(sweep))
         return;
     uint32_t dst_count, src_count;
-    const struct used_range **dsts = by_handle(&sweep->roles[ROLE_DST], &dst_count);
-    const struct used_range **srcs = by_handle(&sweep->roles[ROLE_SRC], &src_count);
+    const struct used_range **dsts = sort_by_handle(&sweep->roles[ROLE_DST], &dst_count);
+    const struct used_range **srcs = sort_by_handle(&sweep->roles[ROLE_SRC], &src_count);
     if (dsts && srcs) {
         visit_equal_dsts(dsts, dst_count, visit, user);
         visit_equal_srcs(dsts, dst_count, srcs, src_count, visit, user);

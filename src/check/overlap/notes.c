@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ranges of a call that are noted, to be swept when it executes. */
+/* Ranges of a call that the journal keeps, to be compared when the call executes. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,11 +21,11 @@ void sweep_note(struct sweep *sweep, const struct noted_range *noted)
 
 struct noted_ranges *sweep_all_ranges(const struct sweep *sweep)
 {
-    size_t most = sweep->noted_count;
+    size_t max_count = sweep->noted_count;
     for (int role = 0; role < ROLE_COUNT; role++)
-        most += sweep->roles[role].count;
+        max_count += sweep->roles[role].count;
     struct noted_ranges *all =
-        sweep->out_of_memory ? NULL : malloc(sizeof(*all) + most * sizeof(all->items[0]));
+        sweep->out_of_memory ? NULL : malloc(sizeof(*all) + max_count * sizeof(all->items[0]));
     if (!all)
         return NULL;
     *all = (struct noted_ranges){.count = sweep->noted_count};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Collecting the ranges of a call, and putting pairs of them to the rules. */
+/* Collects the ranges of a call and evaluates the rules for pairs of them. */
 #include "src/check/overlap/pairs.h"
 #include "src/base/recording_path.h"
 #include "src/state/builds/build_info.h"
@@ -9,7 +9,8 @@ static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
     return a < b ? a : b;
 }
 
-/* Room for a range of a build, of which all but the bytes is filled in; NULL without memory. */
+/* Returns room for a range of a build with every member but the span filled in. Returns NULL if
+ * there is no memory. */
 static inline struct used_range *begin_range(struct sweep *sweep, const struct build_view *build,
                                              enum range_role role,
                                              VkAccelerationStructureKHR handle)
@@ -25,7 +26,7 @@ static inline struct used_range *begin_range(struct sweep *sweep, const struct b
     return range;
 }
 
-/* Notes bytes of a sparse buffer, to be found when the build executes. */
+/* Keeps bytes of a sparse buffer, whose memory is looked up when the build executes. */
 static void note_sparse(struct sweep *sweep, const struct used_range *range,
                         const struct sparse_bytes *bytes)
 {
@@ -44,8 +45,8 @@ __attribute__((noinline)) static void note_sparse_accel(struct sweep *sweep,
     note_sparse(sweep, range, &bytes);
 }
 
-/* A build accesses no more of a structure than its size needs, whatever the structure was created
- * with; where that isn't known nothing is said of its bytes. */
+/* A build accesses only accelerationStructureSize bytes of a structure, however large it was
+ * created. Returns 0 if that size is unknown. */
 static inline VkDeviceSize size_in_structure(const struct build_view *build,
                                              const struct accel_facts *accel)
 {
@@ -58,10 +59,10 @@ static inline struct memory_span span_of_scratch(const struct address_facts *scr
     return memory_span_of(scratch->memory, scratch->begin, smaller_of(scratch->bytes_left, size));
 }
 
-/* A range at the beginning of a structure, no longer than that. It is kept in any case, for its
- * handle. */
-static inline void keep_in_accel(struct sweep *sweep, struct used_range *range,
-                                 const struct accel_facts *accel, VkDeviceSize size)
+/* Adds the first `size` bytes of a structure. The range is added even if they are unknown, because
+ * of its handle. */
+static inline void add_in_accel(struct sweep *sweep, struct used_range *range,
+                                const struct accel_facts *accel, VkDeviceSize size)
 {
     range->span = memory_span_of(accel->memory, accel->begin, size);
     sweep_keep(sweep, range);
@@ -76,10 +77,10 @@ __attribute__((always_inline)) static inline void add_structure(struct sweep *sw
 {
     struct used_range *range = begin_range(sweep, build, role, accel->handle);
     if (range)
-        keep_in_accel(sweep, range, accel, size_in_structure(build, accel));
+        add_in_accel(sweep, range, accel, size_in_structure(build, accel));
 }
 
-/* A structure of which no more than its handle is known, or matters. */
+/* Adds a structure by its handle only. */
 static void add_handle(struct sweep *sweep, const struct build_view *build, enum range_role role,
                        VkAccelerationStructureKHR handle)
 {
@@ -88,8 +89,8 @@ static void add_handle(struct sweep *sweep, const struct build_view *build, enum
         sweep_keep(sweep, range);
 }
 
-/* A build accesses no more of a micromap than that needs, and all of that begins where the micromap
- * does; how much it is isn't known. */
+/* A build accesses an unknown part of a micromap, which begins where the micromap does: adds the
+ * first byte. */
 static void collect_micromaps(struct sweep *sweep, const struct build_view *build)
 {
     const struct micromap_uses *micromaps = build->micromaps;
@@ -102,11 +103,11 @@ static void collect_micromaps(struct sweep *sweep, const struct build_view *buil
         if (!range)
             return;
         range->is_micromap = true;
-        keep_in_accel(sweep, range, &use->accel, smaller_of(use->accel.size, 1));
+        add_in_accel(sweep, range, &use->accel, smaller_of(use->accel.size, 1));
     }
 }
 
-/* Where the pieces of a host scratch go. */
+/* The context of add_host_piece(). */
 struct host_scratch {
     struct sweep *sweep;
     const struct build_view *build;
@@ -150,7 +151,7 @@ void pairs_collect(const struct check_context *context, struct sweep *sweep,
     else
         add_handle(sweep, build, ROLE_DST, build->info->dstAccelerationStructure);
 
-    /* A build that is no update reads nothing of its source. */
+    /* A build that is not an update reads nothing of its source. */
     if (src && is_update && has_state)
         add_structure(sweep, build, ROLE_SRC, &build->src);
     else if (src)
@@ -186,7 +187,7 @@ void pairs_collect_dst(struct sweep *sweep, const struct build_view *build)
     add_structure(sweep, build, ROLE_DST, &build->dst);
 }
 
-/* How much is accessed of these isn't known, either. */
+/* A build accesses an unknown part of a referenced structure: adds the first byte. */
 void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
                              const struct instance_uses *instances)
 {
@@ -196,62 +197,61 @@ void pairs_collect_instances(struct sweep *sweep, const struct build_view *build
         if (!range)
             return;
         range->is_instance = true;
-        keep_in_accel(sweep, range, accel, smaller_of(accel->size, 1));
+        add_in_accel(sweep, range, accel, smaller_of(accel->size, 1));
     }
 }
 
-/* Whether any rule still wants findings about two structures that are equal, a dst and a range of
- * some kind. */
-static bool wants_equal(const bool *wants, enum range_kind kind)
+/* Returns whether a rule is active about a dst that is the same structure as a range of a kind. */
+static bool is_active_for_equal(const bool *active, enum range_kind kind)
 {
     switch (kind) {
     case KIND_DST:
-        return wants[RULE_no_dst_is_built_twice];
+        return active[RULE_no_dst_is_built_twice];
     case KIND_SRC:
-        return wants[RULE_no_src_is_the_dst_of_another_build];
+        return active[RULE_no_src_is_the_dst_of_another_build];
     case KIND_MICROMAP:
-        return wants[RULE_no_dst_is_a_micromap_of_another_build];
+        return active[RULE_no_dst_is_a_micromap_of_another_build];
     case KIND_INSTANCE:
-        return wants[RULE_no_dst_is_an_instance_of_another_build];
+        return active[RULE_no_dst_is_an_instance_of_another_build];
     default:
         return false;
     }
 }
 
-/* The same about a dst and a range of some kind that share memory. */
-static bool wants_shared_with_dst(const bool *wants, enum range_kind kind)
+/* Returns whether a rule is active about a dst that shares memory with a range of a kind. */
+static bool is_active_for_shared(const bool *active, enum range_kind kind)
 {
     switch (kind) {
     case KIND_DST:
-        return wants[RULE_dst_and_dst_are_apart];
+        return active[RULE_dst_and_dst_are_apart];
     case KIND_SRC:
-        return wants[RULE_update_src_and_dst_do_not_alias] ||
-               wants[RULE_dst_and_update_src_are_apart];
+        return active[RULE_update_src_and_dst_do_not_alias] ||
+               active[RULE_dst_and_update_src_are_apart];
     case KIND_MICROMAP:
-        return wants[RULE_dst_and_micromaps_of_other_builds_are_apart];
+        return active[RULE_dst_and_micromaps_of_other_builds_are_apart];
     case KIND_INSTANCE:
-        return wants[RULE_dst_and_instances_of_other_builds_are_apart];
+        return active[RULE_dst_and_instances_of_other_builds_are_apart];
     default:
-        return wants[RULE_dst_and_scratch_are_apart];
+        return active[RULE_dst_and_scratch_are_apart];
     }
 }
 
-/* The same about two ranges of these kinds, the lower one first. */
-static bool wants_pairs_of(const bool *wants, enum range_kind a, enum range_kind b,
-                           bool shares_memory)
+/* Returns whether a rule is active about two ranges of kinds `a` <= `b`. */
+static bool is_active_for_pair(const bool *active, enum range_kind a, enum range_kind b,
+                               bool shares_memory)
 {
     if (!shares_memory)
-        return wants_equal(wants, b);
+        return is_active_for_equal(active, b);
     if (a == KIND_DST)
-        return wants_shared_with_dst(wants, b);
-    return wants[a == KIND_SCRATCH ? RULE_scratch_and_scratch_are_apart
-                                   : RULE_scratch_and_update_src_are_apart];
+        return is_active_for_shared(active, b);
+    return active[a == KIND_SCRATCH ? RULE_scratch_and_scratch_are_apart
+                                    : RULE_scratch_and_update_src_are_apart];
 }
 
 struct pair_walk {
     struct walk *walk;
     const struct call_view *call;
-    bool is_sparse; /* only pairs of which one is in a sparse buffer */
+    bool is_sparse; /* evaluate only pairs with a range in a sparse buffer */
 };
 
 static bool visit_pair(void *user, const struct used_range *a, const struct used_range *b,
@@ -267,7 +267,7 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
     const struct location location = {
         .command = pairs->call->command, .subject = SUBJECT_BUILD, .build = a->build};
     walk_pair(pairs->walk, &pair, &location);
-    return wants_pairs_of(pairs->walk->wants, range_kind(a), range_kind(b), shared != NULL);
+    return is_active_for_pair(pairs->walk->active, range_kind(a), range_kind(b), shared != NULL);
 }
 
 ON_RECORDING_PATH void pairs_walk(struct walk *walk, const struct call_view *call,

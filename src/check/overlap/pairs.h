@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The ranges of a call, and the rules about two of them. */
+/* Collects the ranges of a call and evaluates the rules about pairs of ranges. */
 #ifndef ASSAY_CHECK_OVERLAP_PAIRS_H
 #define ASSAY_CHECK_OVERLAP_PAIRS_H
 
@@ -7,21 +7,22 @@
 #include "src/check/overlap/sweep.h"
 #include "src/check/walk/walk.h"
 
-/* Adds what a build uses. */
+/* Adds the ranges that a build uses. */
 void pairs_collect(const struct check_context *context, struct sweep *sweep,
                    const struct build_view *build);
-/* Whether it is plain that a build alone makes no pair: most use their dst and a scratch, which are
- * apart. */
+/* Returns true if a build by itself makes no pair. Most builds use only a dst and a scratch range,
+ * which are apart. */
 bool pairs_has_none_within(const struct check_context *context, const struct build_view *build);
-/* Its dst alone. */
+/* Adds the dst of a build only. */
 void pairs_collect_dst(struct sweep *sweep, const struct build_view *build);
-/* What its instances refer to. */
+/* Adds the structures that the instances of a build refer to. */
 void pairs_collect_instances(struct sweep *sweep, const struct build_view *build,
                              const struct instance_uses *instances);
 
-/* Puts all pairs that are equal or share memory to the rules. */
+/* Evaluates the rules for all pairs that are the same structure or share memory. */
 void pairs_walk(struct walk *walk, const struct call_view *call, struct sweep *sweep);
-/* Those that share memory, if one of them is a piece of a sparse buffer. */
+/* Evaluates the rules for all pairs that share memory and of which one is a piece of a sparse
+ * buffer. */
 void pairs_walk_pieces(struct walk *walk, const struct call_view *call, struct sweep *sweep);
 
 #endif

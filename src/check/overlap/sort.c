@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sorts ranges: few of them by insertion, many of them by radix, one byte of the keys after the
- * other. The bytes in which all keys agree, most of a handle or an offset, cost no pass. */
+/* Sorts few ranges by insertion, many by radix, one byte of the keys at a time. Bytes that are
+ * equal in all keys, as most bytes of handles and offsets are, cost no pass. */
 #include "src/check/overlap/sort.h"
 
 #include <string.h>
@@ -40,9 +40,9 @@ static uint64_t number_at(const struct range_key *key, size_t member)
     return number;
 }
 
-/* A pass: `from` into `to`, by one digit, equal digits as they were. */
-static void deal(const struct range_key *from, struct range_key *to, uint32_t count, size_t member,
-                 int shift)
+/* One stable pass: copies `from` to `to`, sorted by one digit. */
+static void sort_pass(const struct range_key *from, struct range_key *to, uint32_t count,
+                      size_t member, int shift)
 {
     uint32_t next[DIGITS] = {0}, sum = 0;
     for (uint32_t i = 0; i < count; i++)
@@ -56,7 +56,7 @@ static void deal(const struct range_key *from, struct range_key *to, uint32_t co
         to[next[number_at(&from[i], member) >> shift & (DIGITS - 1)]++] = from[i];
 }
 
-/* Sorts by one member. Exchanges the two arrays so that `*keys` is the sorted one. */
+/* Sorts by one member. May swap the two arrays: `*keys` is the sorted one. */
 static void sort_by(struct range_key **keys, struct range_key **spare, uint32_t count,
                     size_t member)
 {
@@ -65,7 +65,7 @@ static void sort_by(struct range_key **keys, struct range_key **spare, uint32_t 
         varies |= number_at(&(*keys)[i], member) ^ number_at(&(*keys)[0], member);
     while (varies) {
         int shift = __builtin_ctzll(varies);
-        deal(*keys, *spare, count, member, shift);
+        sort_pass(*keys, *spare, count, member, shift);
         struct range_key *sorted = *spare;
         *spare = *keys;
         *keys = sorted;

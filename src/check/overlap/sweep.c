@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Radix sort and sweep with active sets of bounded size for shared memory: linear in the ranges. */
+/* Finds shared memory by a radix sort and a sweep with active sets of bounded size, in time linear
+ * in the number of ranges. */
 #include "src/check/overlap/sweep.h"
 
 #include <stdlib.h>
@@ -13,8 +14,8 @@ void sweep_empty(struct sweep *sweep)
     for (int role = 0; role < ROLE_COUNT; role++) {
         struct range_list *list = &sweep->roles[role];
         list->count = 0;
-        list->unsorted = list->touching = false;
-        list->handles_unsorted = list->has_nowhere = false;
+        list->unsorted = list->overlapping = false;
+        list->handles_unsorted = list->has_empty = false;
     }
     sweep->noted_count = 0;
     sweep->out_of_memory = false;
@@ -31,7 +32,7 @@ ON_RECORDING_PATH void sweep_init(struct sweep *sweep)
     sweep->space = NULL;
     sweep->space_size = 0;
     sweep->has_memory = false;
-    sweep->is_begun = true;
+    sweep->is_initialized = true;
     sweep_empty(sweep);
 }
 
@@ -82,10 +83,10 @@ void sweep_add(struct sweep *sweep, const struct used_range *range)
     sweep_keep(sweep, added);
 }
 
-/* Shared memory. */
+/* ---- shared memory */
 
-/* The ranges met whose end the sweep has not passed, of one kind; if there are more than it has
- * room for, those that end last. */
+/* The active ranges of one kind: those that the sweep has reached and whose end it has not passed.
+ * If there are more than SWEEP_PARTNERS, the ones that end last. */
 struct active_set {
     const struct used_range *items[SWEEP_PARTNERS];
     uint32_t count;
@@ -93,27 +94,28 @@ struct active_set {
 
 struct active_sets {
     struct active_set kinds[KIND_COUNT];
-    bool wanted[KIND_COUNT][KIND_COUNT]; /* lower kind first */
+    bool enabled[KIND_COUNT][KIND_COUNT]; /* lower kind first */
     VkDeviceMemory memory;
 };
 
-static bool is_wanted(const struct active_sets *sets, enum range_kind a, enum range_kind b)
+static bool is_enabled(const struct active_sets *sets, enum range_kind a, enum range_kind b)
 {
-    return a < b ? sets->wanted[a][b] : sets->wanted[b][a];
+    return a < b ? sets->enabled[a][b] : sets->enabled[b][a];
 }
 
-static void stop_wanting(struct active_sets *sets, enum range_kind a, enum range_kind b)
+static void disable_pairs(struct active_sets *sets, enum range_kind a, enum range_kind b)
 {
-    sets->wanted[a < b ? a : b][a < b ? b : a] = false;
+    sets->enabled[a < b ? a : b][a < b ? b : a] = false;
 }
 
-/* Pairs that no rule is about are not visited: there may be many, of what is only read. */
-static void want_all(struct active_sets *sets)
+/* Enables the pairs of kinds that rules cover. Other pairs may be numerous, for example of ranges
+ * that builds only read. */
+static void enable_pairs(struct active_sets *sets)
 {
     for (int kind = 0; kind < KIND_COUNT; kind++)
-        sets->wanted[KIND_DST][kind] = true;
-    sets->wanted[KIND_SRC][KIND_SCRATCH] = true;
-    sets->wanted[KIND_SCRATCH][KIND_SCRATCH] = true;
+        sets->enabled[KIND_DST][kind] = true;
+    sets->enabled[KIND_SRC][KIND_SCRATCH] = true;
+    sets->enabled[KIND_SCRATCH][KIND_SCRATCH] = true;
 }
 
 static void visit_pair(struct active_sets *sets, const struct used_range *a,
@@ -128,26 +130,26 @@ static void visit_pair(struct active_sets *sets, const struct used_range *a,
                                  .end = a->span.end < b->span.end ? a->span.end : b->span.end};
     bool in_order = a->role < b->role || (a->role == b->role && a->build < b->build);
     if (!visit(user, in_order ? a : b, in_order ? b : a, &shared))
-        stop_wanting(sets, range_kind(a), range_kind(b));
+        disable_pairs(sets, range_kind(a), range_kind(b));
 }
 
-/* Drops what ends at or before `range` from the set of a kind, and visits the pairs with what is
- * left. */
-static void meet(struct active_sets *sets, enum range_kind kind, const struct used_range *range,
-                 pair_visitor visit, void *user)
+/* Removes the ranges of a kind that end at or before the first byte of `range`, then visits the
+ * pairs of `range` with the remaining ones. */
+static void visit_active(struct active_sets *sets, enum range_kind kind,
+                         const struct used_range *range, pair_visitor visit, void *user)
 {
     struct active_set *set = &sets->kinds[kind];
-    uint32_t kept = 0;
+    uint32_t remaining = 0;
     for (uint32_t i = 0; i < set->count; i++)
         if (set->items[i]->span.end > range->span.begin)
-            set->items[kept++] = set->items[i];
-    set->count = kept;
-    for (uint32_t i = 0; i < kept && is_wanted(sets, kind, range_kind(range)); i++)
+            set->items[remaining++] = set->items[i];
+    set->count = remaining;
+    for (uint32_t i = 0; i < remaining && is_enabled(sets, kind, range_kind(range)); i++)
         visit_pair(sets, set->items[i], range, visit, user);
 }
 
-/* In a full set a range takes the place of that which ends first, if it ends later: all that are
- * left then share memory with whatever the one that is left out would have met. */
+/* In a full set, a range replaces the range that ends first if it ends later. Every remaining range
+ * then shares memory with any range that the dropped one would have shared memory with. */
 static void activate(struct active_set *set, const struct used_range *range)
 {
     if (set->count < SWEEP_PARTNERS) {
@@ -172,19 +174,19 @@ static void sweep_range(struct active_sets *sets, const struct used_range *range
     }
     if (!range->span.memory || range->span.begin >= range->span.end)
         return;
-    bool any_wanted = false;
+    bool any_enabled = false;
     for (int kind = 0; kind < KIND_COUNT; kind++) {
-        if (!is_wanted(sets, (enum range_kind)kind, range_kind(range)))
+        if (!is_enabled(sets, (enum range_kind)kind, range_kind(range)))
             continue;
-        any_wanted = true;
-        meet(sets, (enum range_kind)kind, range, visit, user);
+        any_enabled = true;
+        visit_active(sets, (enum range_kind)kind, range, visit, user);
     }
-    if (any_wanted)
+    if (any_enabled)
         activate(&sets->kinds[range_kind(range)], range);
 }
 
-/* The ranges of a role in the order of their bytes, which are those of the list or `order`; before
- * the first is taken `head` is NULL, too. */
+/* The ranges of a role in the order of their first bytes: the order of the list, or `order`. `head`
+ * is NULL before the first advance(). */
 struct range_queue {
     const struct used_range *items, *head; /* NULL at the end */
     const uint32_t *order;                 /* or NULL */
@@ -234,7 +236,7 @@ static bool queue_all(struct sweep *sweep, struct range_queue queues[ROLE_COUNT]
     return true;
 }
 
-/* The queue whose head comes first, or NULL at the end. */
+/* Returns the queue whose head begins first, or NULL if all queues are at the end. */
 static struct range_queue *first_of(struct range_queue queues[ROLE_COUNT])
 {
     struct range_queue *first = NULL;
@@ -244,7 +246,7 @@ static struct range_queue *first_of(struct range_queue queues[ROLE_COUNT])
     return first;
 }
 
-/* Whether range `a`, which doesn't begin behind `b`, ends before it begins. */
+/* Returns whether `a` ends before `b` begins. `a` begins at or before `b`. */
 static bool ends_before(const struct used_range *a, const struct used_range *b)
 {
     return a->span.memory != b->span.memory || a->span.end <= b->span.begin;
@@ -253,7 +255,7 @@ static bool ends_before(const struct used_range *a, const struct used_range *b)
 static bool role_is_apart(const struct range_list *list, const struct range_queue *queue)
 {
     if (!queue->order)
-        return !list->touching;
+        return !list->overlapping;
     const struct used_range *before = item_at(queue, 0);
     for (uint32_t i = 1; i < queue->count; i++) {
         const struct used_range *range = item_at(queue, i);
@@ -264,7 +266,8 @@ static bool role_is_apart(const struct range_list *list, const struct range_queu
     return true;
 }
 
-/* Whether all up to `last` comes before all from `first` on, of roles that are apart. */
+/* Returns whether all ranges up to `last` come before all ranges from `first` on, if the ranges of
+ * each role are apart. */
 static inline bool is_before(const struct used_range *last, const struct used_range *first)
 {
     return last->span.memory == first->span.memory ? last->span.end <= first->span.begin
@@ -282,18 +285,18 @@ static inline bool lists_are_apart(const struct range_list *a, const struct rang
            is_before(&b->items[b->count - 1], a->items);
 }
 
-/* As all_are_apart, of ranges that came in the order of their bytes. */
-static bool all_came_apart(const struct sweep *sweep)
+/* Like all_are_apart(), for ranges that were added in the order of their first bytes. */
+static bool all_added_apart(const struct sweep *sweep)
 {
     const struct range_list *dst = &sweep->roles[ROLE_DST], *src = &sweep->roles[ROLE_SRC],
                             *scratch = &sweep->roles[ROLE_SCRATCH];
-    return !dst->touching && !src->touching && !scratch->touching &&
+    return !dst->overlapping && !src->overlapping && !scratch->overlapping &&
            lists_are_apart(dst, scratch) && lists_are_apart(dst, src) &&
            lists_are_apart(src, scratch);
 }
 
-/* Whether no two ranges share memory because each role has a place of its own, and they are apart
- * there: that is how most calls are, and costs less to see than a sweep. */
+/* Returns whether no two ranges share memory because each role has a memory region of its own and
+ * its ranges are apart. Most calls are so, and this costs less than a sweep. */
 static bool all_are_apart(const struct sweep *sweep, const struct range_queue queues[ROLE_COUNT])
 {
     for (int a = 0; a < ROLE_COUNT; a++) {
@@ -309,14 +312,14 @@ static bool all_are_apart(const struct sweep *sweep, const struct range_queue qu
     return true;
 }
 
-/* Inlined, the sets would take stack of each call. */
+/* Not inlined, so that the sets take stack space only if needed. */
 __attribute__((noinline)) static void sweep_queues(struct range_queue queues[ROLE_COUNT],
                                                    pair_visitor visit, void *user)
 {
     struct active_sets sets;
     struct range_queue *queue;
-    memset(sets.wanted, false, sizeof(sets.wanted));
-    want_all(&sets);
+    memset(sets.enabled, false, sizeof(sets.enabled));
+    enable_pairs(&sets);
     sets.memory = VK_NULL_HANDLE;
     for (int kind = 0; kind < KIND_COUNT; kind++)
         sets.kinds[kind].count = 0;
@@ -339,18 +342,18 @@ __attribute__((noinline)) static bool are_apart_in_order(struct sweep *sweep)
     return queue_all(sweep, queues) && all_are_apart(sweep, queues);
 }
 
-/* Updates are left to the searches: most share their memory with their sources. */
+/* Returns false for updates: most of them share memory with their sources. */
 bool sweep_finds_nothing(struct sweep *sweep)
 {
     const struct range_list *dst = &sweep->roles[ROLE_DST], *scratch = &sweep->roles[ROLE_SCRATCH];
-    if (sweep->roles[ROLE_SRC].count || (dst->handles_unsorted && dst->has_nowhere))
+    if (sweep->roles[ROLE_SRC].count || (dst->handles_unsorted && dst->has_empty))
         return false;
-    return all_came_apart(sweep) ||
+    return all_added_apart(sweep) ||
            ((dst->unsorted || scratch->unsorted) && are_apart_in_order(sweep));
 }
 
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {
-    if (!sweep->out_of_memory && !all_came_apart(sweep))
+    if (!sweep->out_of_memory && !all_added_apart(sweep))
         sweep_all(sweep, visit, user);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Collects the structures and memory ranges that a call uses, and finds every pair of them that is
- * equal or shares memory. */
+/* Collects the structures and memory ranges that a call uses, and finds every pair that is the same
+ * structure or shares memory. Not locked: one thread uses a sweep at a time. */
 #ifndef ASSAY_CHECK_OVERLAP_SWEEP_H
 #define ASSAY_CHECK_OVERLAP_SWEEP_H
 
@@ -12,11 +12,11 @@
 
 enum { ROLE_COUNT = 3, SWEEP_INLINE_RANGES = 16 };
 
-/* A range is paired with so many ranges of another kind at most, so that a search stays linear in
- * the ranges if all of them conflict. */
+/* The maximum number of ranges of another kind that a range is paired with. It keeps a search
+ * linear in the ranges even if all of them conflict. */
 enum { SWEEP_PARTNERS = 128 };
 
-/* Ranges by the rules about them: those about two ranges depend on the kinds of both. */
+/* The rules about two ranges depend on the kinds of both. */
 enum range_kind { KIND_DST, KIND_SRC, KIND_MICROMAP, KIND_INSTANCE, KIND_SCRATCH, KIND_COUNT };
 
 static inline enum range_kind range_kind(const struct used_range *range)
@@ -26,52 +26,54 @@ static inline enum range_kind range_kind(const struct used_range *range)
     return range->role == ROLE_DST ? KIND_DST : KIND_SCRATCH;
 }
 
-/* The ranges of one role, in the order of their builds. Whether they are also in the order of their
- * bytes, with none in another, and of their handles, is noted as they come, so that a call in order
- * is neither sorted nor swept. */
+/* The ranges of one role, in the order of their builds. Flags are updated as ranges are added, so
+ * that a call whose ranges are in order needs no sort and no sweep. */
 struct range_list {
     uint32_t count, capacity;
-    bool unsorted, touching, handles_unsorted; /* touching: or unsorted */
-    bool has_nowhere;                          /* one is of no bytes, or none that are known */
+    bool unsorted, overlapping, handles_unsorted; /* overlapping: true if unsorted, too */
+    bool has_empty;                               /* a range is empty or its bytes are unknown */
     struct used_range *items, inline_items[SWEEP_INLINE_RANGES];
 };
 
 struct sweep {
     struct range_list roles[ROLE_COUNT];
-    struct noted_range *noted; /* ranges of sparse buffers, which are not compared */
+    struct noted_range *noted; /* ranges of sparse buffers, which are compared when the call
+                                * executes */
     uint32_t noted_count, noted_capacity;
-    bool out_of_memory; /* ranges were lost: nothing is reported */
-    bool has_memory;    /* of its own, to be released */
-    bool is_begun;      /* false: all else is not set */
-    void *space;        /* of a search, kept for the next one */
-    size_t space_size;  /* bytes */
+    bool out_of_memory;  /* ranges are missing: no pair is visited */
+    bool has_memory;     /* sweep_release() must free memory */
+    bool is_initialized; /* false: sweep_init() has not been called, other members are undefined */
+    void *space;         /* working memory of searches, reused */
+    size_t space_size;   /* in bytes */
 };
 
+/* Makes an empty sweep. */
 void sweep_init(struct sweep *sweep);
-void sweep_empty(struct sweep *sweep); /* keeps its memory */
+void sweep_empty(struct sweep *sweep); /* removes all ranges, keeps the memory */
 void sweep_release(struct sweep *sweep);
 
-/* Room for what a search needs, of whatever content; NULL without memory. */
+/* Returns `size` bytes of uninitialized working memory, which stay valid until the next call.
+ * Returns NULL if there is no memory. */
 void *sweep_space(struct sweep *sweep, size_t size);
 
-/* Makes room in a list; false without memory. */
+/* Enlarges a list. Returns false if there is no memory. */
 __attribute__((cold)) bool sweep_grow(struct sweep *sweep, struct range_list *list);
 
-/* What becomes of a list with a range behind its last one. */
+/* Updates the flags of a list for a range that is added after its last one. */
 static inline void sweep_note_order(struct range_list *list, const struct used_range *last,
                                     const struct used_range *range)
 {
     bool same_memory = last->span.memory == range->span.memory;
     if (!(same_memory ? last->span.begin <= range->span.begin : range_compare(last, range) < 0))
-        list->unsorted = list->touching = true;
+        list->unsorted = list->overlapping = true;
     if (same_memory && last->span.end > range->span.begin)
-        list->touching = true;
+        list->overlapping = true;
     if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
         list->handles_unsorted = true;
 }
 
-/* Room for a range of a role, to be filled and then kept; NULL without memory. Of each build there
- * are two or three: they are made where they are to lie. */
+/* Returns room for a range of a role, which the caller fills and passes to sweep_keep(). Ranges are
+ * filled in place because each build has two or three. Returns NULL if there is no memory. */
 static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role role)
 {
     struct range_list *list = &sweep->roles[role];
@@ -82,33 +84,37 @@ static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role
     return &list->items[list->count];
 }
 
+/* Adds the range that sweep_room() returned last for its role. */
 static inline void sweep_keep(struct sweep *sweep, const struct used_range *range)
 {
     struct range_list *list = &sweep->roles[range->role];
-    list->has_nowhere |= range->span.begin >= range->span.end;
+    list->has_empty |= range->span.begin >= range->span.end;
     if (list->count++)
         sweep_note_order(list, range - 1, range);
 }
 
+/* Adds a copy of a range. */
 void sweep_add(struct sweep *sweep, const struct used_range *range);
+/* Adds a copy of a range that is compared when the call executes. */
 __attribute__((cold)) void sweep_note(struct sweep *sweep, const struct noted_range *noted);
-/* All that was added with memory, or noted, to be freed by the caller; NULL without memory. */
+/* Returns all ranges that have known memory or were noted; the caller frees them. Returns NULL if
+ * there is no memory. */
 struct noted_ranges *sweep_all_ranges(const struct sweep *sweep);
 
-/* Whether it is plain that no pair will be visited, as it is of most calls: where no two ranges
- * share memory no two are of one structure. */
+/* Returns true if no pair will be visited, as in most calls: if no two ranges share memory, no two
+ * are of the same structure. */
 bool sweep_finds_nothing(struct sweep *sweep);
 
-/* Takes a pair. Returns false if no more pairs of these two kinds are wanted. */
+/* Receives a pair. Returns false if it needs no more pairs of these two kinds. */
 typedef bool (*pair_visitor)(void *user, const struct used_range *a, const struct used_range *b,
                              const struct memory_span *shared);
 
-/* Visits the pairs of equal handles (`shared` is NULL): two dst, or a src and another build's dst.
- * A structure in pieces counts once. */
+/* Visits the pairs of equal handles with `shared` NULL: two dst, or a src and the dst of another
+ * build. A structure in several pieces counts once. */
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user);
 
-/* Visits the pairs that share memory, except those of equal handles, of two src, of a scratch with
- * a micromap or instance, and of two pieces of one structure or scratch. */
+/* Visits the pairs that share memory, except for pairs of equal handles, of two src, of a scratch
+ * with a micromap or instance, and of two pieces of one structure or scratch. */
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user);
 
 #endif

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What recorded builds use, asked for again at submission: structures and buffers may have been
- * destroyed, and memory freed, in between. An address that another buffer has taken over meanwhile
- * is as good as before. */
+/* Checks at submission whether the objects that recorded builds use are still alive: structures and
+ * buffers may have been destroyed, and memory freed, since the build was recorded. An address stays
+ * valid if another buffer has it now. */
 #include "src/check/replay/judge.h"
 #include "src/check/replay/micromap.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/input.h"
 
-/* Structures. */
+/* ---- structures */
 
 struct structure_rules {
     const char *field;
     enum rule alive, backed;
 };
 
-/* What is asked of structures of either kind. */
+/* The facts that are checked of structures of either kind. */
 struct structure_state {
     enum tristate alive, backed;
     uint64_t id;
@@ -70,7 +70,7 @@ static void check_entry(struct replay *replay, const struct journal *journal,
                                                RULE_update_src_is_backed_by_memory};
     static const struct structure_rules nv_dst = {"dst", RULE_nv_dst_is_a_valid_handle,
                                                   RULE_nv_dst_is_bound_to_memory};
-    /* Nothing asks whether the source is bound: its memory is never found lost. */
+    /* No rule requires that the source is bound, so its memory is not checked. */
     static const struct structure_rules nv_src = {"src", RULE_nv_src_is_a_valid_handle, RULE_COUNT};
     bool is_nv = entry->command == COMMAND_NV;
     if (entry->kind == JOURNAL_USE_MICROMAP)
@@ -84,7 +84,7 @@ static void check_entry(struct replay *replay, const struct journal *journal,
                         is_nv ? &nv_src : &src);
 }
 
-/* Inputs. */
+/* ---- inputs */
 
 static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
 {
@@ -130,7 +130,7 @@ static void check_input(struct replay *replay, const struct journal *journal,
     judge_report(&judge, rule_of_input(input, facts.status), &finding);
 }
 
-/* Of the NV command, by handle. */
+/* The inputs of the NV command, which are handles. */
 static const struct {
     const char *field;
     enum rule rule;

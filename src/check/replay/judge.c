@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where judged builds are, and the one way by which a replay's findings are reported. */
+/* Locates builds of a replay and reports all of its findings. */
 #include "src/check/replay/judge.h"
 
 static bool report(void *user, enum rule rule, const struct location *location,
@@ -52,6 +52,6 @@ void judge_begin_entry(struct judge *judge, struct replay *replay, const struct 
 
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding)
 {
-    if (judge->walk.wants[rule])
+    if (judge->walk.active[rule])
         report(judge, rule, &judge->location, finding);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Judging the micromaps that recorded builds use. */
+/* Validates the micromaps that recorded builds use. */
 #include "src/check/replay/micromap.h"
 
 #include "src/check/replay/judge.h"
@@ -18,7 +18,7 @@ void judge_updated_micromap(struct walk *walk, const struct updated_geometry_vie
     walk_updated_micromap(walk, &view, location);
 }
 
-/* Uses. */
+/* ---- uses */
 
 static void judge_use(struct replay *replay, const struct journal *journal,
                       const struct journal_entry *entry, const struct built *built,

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Queries of compacted sizes, in the order of execution.
+/* Queries of compacted sizes, in execution order.
  *
- * A query is written like a structure: it holds what was asked for, until it is written again. A
- * reset by a command buffer changes nothing: until it is written the host reads either what was
- * there before, or nothing. What the host reads is the answer of a write that it knows to have
- * executed, or of the only one there was; of any other it may be the answer of an earlier one. */
+ * A query is written like a structure: it holds the structure that it was written for until it is
+ * written again. A reset by a command buffer changes nothing: until the next write, the host reads
+ * either the earlier result or none. A result that the host reads is trusted if the host knows that
+ * its write has executed, or if there was only one write; otherwise it may be the result of an
+ * earlier write. */
 #include "src/check/replay/states.h"
 
-/* What keeps the answers about a structure. A compacted one is what it was compacted to, whatever
- * queries of it say, so of that nothing is kept. */
-static struct compacted_size *size_of(struct replay *replay, const struct journal_entry *entry)
+/* Returns the record of the compacted size of a structure, or NULL. A compacted structure has none:
+ * queries of it don't report the size that its source compacts to. */
+static struct compacted_size *compacted_size_of(struct replay *replay,
+                                                const struct journal_entry *entry)
 {
     const struct built *built = replay_read(replay, entry);
     if (built->state != BUILT_BEFORE || built->compacted)
@@ -25,7 +27,7 @@ void replay_query(struct replay *replay, const struct journal_entry *entry)
     struct built query = {
         .state = BUILT_UNKNOWN,
         .sole = !build_states_find(replay->states, entry->dst_id),
-        .compacted_size = size_of(replay, entry),
+        .compacted_size = compacted_size_of(replay, entry),
     };
     replay_write(replay, entry->dst_id, &query);
 }
@@ -36,7 +38,7 @@ void replay_reset_queries(struct replay *replay, const struct journal_entry *ent
         replay_erase(replay, entry->dst_id + i);
 }
 
-static bool has_seen(const struct host_view *host, const struct build_state *state)
+static bool is_visible_to_host(const struct host_view *host, const struct build_state *state)
 {
     return execution_clock_has(&host->executed, state->written) ||
            (state->built.sole && execution_clock_has(&host->submitted, state->written));
@@ -46,10 +48,10 @@ void replay_answer(struct replay *replay, const struct host_view *host,
                    const struct journal_entry *entry)
 {
     const struct build_state *state = build_states_find(replay->states, entry->src_id);
-    if (!state || !replay->predecessors_known || !has_seen(host, state))
+    if (!state || !replay->predecessors_known || !is_visible_to_host(host, state))
         return;
     struct compacted_size *compacted =
-        entry->src ? size_of(replay, entry) : state->built.compacted_size;
+        entry->src ? compacted_size_of(replay, entry) : state->built.compacted_size;
     if (compacted)
-        compacted_size_learn(compacted, entry->size);
+        compacted_size_update(compacted, entry->size);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Replaying journals. */
+/* Replays journals. */
 #include "src/check/replay/replay.h"
 
 #include <string.h>
@@ -10,10 +10,10 @@
 #include "src/check/replay/updates.h"
 #include "src/state/builds/built_flags.h"
 
-/* What the command buffer knows by itself. A source that it does not know makes its result unknown
- * to it, too: that is for the submission to tell. */
+/* Applies a copy or update to the states that the command buffer knows by itself. If it doesn't
+ * know the source, the result is unknown until submission. */
 
-static void keep_copy(struct build_states *known, const struct journal_entry *entry)
+static void apply_copy(struct build_states *known, const struct journal_entry *entry)
 {
     const struct build_state *source = build_states_find(known, entry->src_id);
     if (!source) {
@@ -28,9 +28,9 @@ static void keep_copy(struct build_states *known, const struct journal_entry *en
     build_states_set(known, entry->dst_id, &copy, timestamp_never());
 }
 
-static void keep_entries(struct build_states *known, struct journal_cursor cursor);
+static void apply_entries(struct build_states *known, struct journal_cursor cursor);
 
-static void keep_entry(struct build_states *known, const struct journal_entry *entry)
+static void apply_entry(struct build_states *known, const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
@@ -39,15 +39,15 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
     case JOURNAL_UPDATE:
     case JOURNAL_COPY:
     case JOURNAL_COMPACT:
-        keep_copy(known, entry);
+        apply_copy(known, entry);
         break;
     case JOURNAL_FILL:
         build_states_set(known, entry->dst_id, &built_filled, timestamp_never());
         break;
     case JOURNAL_EXECUTE:
-        keep_entries(known, journal_start(entry->secondary));
+        apply_entries(known, journal_start(entry->secondary));
         break;
-    /* The host may have built anything meanwhile. */
+    /* The host may have built any structure meanwhile. */
     case JOURNAL_WAIT_EVENT:
         build_states_release(known);
         break;
@@ -63,21 +63,23 @@ static void keep_entry(struct build_states *known, const struct journal_entry *e
     }
 }
 
-/* Secondary command buffers nest as deep as the device allows (VK_EXT_nested_command_buffer). */
-static void keep_entries(struct build_states *known, struct journal_cursor cursor)
+/* Recursive: the device limits how deep secondary command buffers nest
+ * (VK_EXT_nested_command_buffer). */
+static void apply_entries(struct build_states *known, struct journal_cursor cursor)
 {
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        keep_entry(known, entry);
+        apply_entry(known, entry);
 }
 
-/* Entries before `mark`, when the first that asks for a source comes. */
-static void learn(struct command_buffer *command_buffer, const struct journal_mark *mark)
+/* Applies the entries before `mark`. Called for the first entry that has a source to check. */
+static void find_known_states(struct command_buffer *command_buffer,
+                              const struct journal_mark *mark)
 {
     struct journal_cursor cursor = journal_start(command_buffer->journal);
     struct journal_cursor end = journal_start_after(command_buffer->journal, mark);
     const struct journal_entry *stop = journal_next(&end);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor)) && entry != stop;)
-        keep_entry(&command_buffer->known, entry);
+        apply_entry(&command_buffer->known, entry);
     command_buffer->has_known_states = true;
 }
 
@@ -88,7 +90,7 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
     struct journal_cursor cursor = journal_start_after(journal, mark);
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!command_buffer->has_known_states && journal_entry_has_source_to_check(entry))
-            learn(command_buffer, mark);
+            find_known_states(command_buffer, mark);
         if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
             replay_record_micromap(replay, &command_buffer->known, journal, entry);
         if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
@@ -104,10 +106,10 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
 void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark)
 {
     if (command_buffer->has_known_states)
-        keep_entries(&command_buffer->known, journal_start_after(command_buffer->journal, mark));
+        apply_entries(&command_buffer->known, journal_start_after(command_buffer->journal, mark));
 }
 
-/* Submissions. */
+/* ---- submissions */
 
 static void write_build(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry)
@@ -122,8 +124,8 @@ static void write_copy(struct replay *replay, const struct journal_entry *entry)
     struct built copy = *replay_read(replay, entry);
     if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
         copy = built_unknown;
-    /* An update of what is not compacted may compact to another size, and so may what is compacted
-     * again; of that nothing is known. */
+    /* An update of a structure that is not compacted may change its compacted size, and so may a
+     * second compaction: the compacted size is then unknown. */
     if (copy.compacted ? entry->kind == JOURNAL_COMPACT : entry->kind == JOURNAL_UPDATE)
         copy.compacted_size = NULL;
     if (entry->kind == JOURNAL_COMPACT)
@@ -175,7 +177,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     }
 }
 
-/* What a build that uses sparse buffers finds bound to them. */
+/* Validates the sparse bindings that a build uses. */
 static void judge_sparse(struct replay *replay, const struct journal *journal,
                          const struct journal_entry *entry)
 {
@@ -185,8 +187,8 @@ static void judge_sparse(struct replay *replay, const struct journal *journal,
         replay_ranges(replay, journal, entry);
 }
 
-static void judge_live(struct replay *replay, const struct journal *journal,
-                       const struct journal_entry *entry)
+static void judge_by_live_states(struct replay *replay, const struct journal *journal,
+                                 const struct journal_entry *entry)
 {
     if (entry->kind == JOURNAL_UPDATE)
         judge_update(replay, journal, entry, replay_read(replay, entry));
@@ -198,20 +200,20 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
                          const struct journal_entry *entry)
 {
     if (!entry->judged)
-        judge_live(replay, journal, entry);
+        judge_by_live_states(replay, journal, entry);
     judge_sparse(replay, journal, entry);
     write_entry(replay, journal, entry);
 }
 
-/* Most of a replay is waiting for live states, which lie in no order: those of so many entries are
- * fetched together. */
-enum { ENTRIES_TOGETHER = 16 };
+/* Live states are in no order in memory, so a replay mostly waits for memory: prefetches the states
+ * of this many entries together. */
+enum { ENTRY_BATCH = 16 };
 
-static uint32_t next_entries(struct journal_cursor *cursor,
-                             const struct journal_entry *entries[ENTRIES_TOGETHER])
+static uint32_t next_batch(struct journal_cursor *cursor,
+                           const struct journal_entry *entries[ENTRY_BATCH])
 {
     uint32_t count = 0;
-    while (count < ENTRIES_TOGETHER && (entries[count] = journal_next(cursor)))
+    while (count < ENTRY_BATCH && (entries[count] = journal_next(cursor)))
         count++;
     return count;
 }
@@ -228,26 +230,26 @@ static void fetch_states(const struct build_states *states,
 void replay_submitted(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
-    const struct journal_entry *entries[ENTRIES_TOGETHER];
-    for (uint32_t count; (count = next_entries(&cursor, entries));) {
+    const struct journal_entry *entries[ENTRY_BATCH];
+    for (uint32_t count; (count = next_batch(&cursor, entries));) {
         fetch_states(replay->states, entries, count);
         for (uint32_t i = 0; i < count; i++)
             submit_entry(replay, journal, entries[i]);
     }
 }
 
-/* Work of the host. */
+/* ---- host commands */
 
 void replay_judge_work(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        judge_live(replay, journal, entry);
+        judge_by_live_states(replay, journal, entry);
         judge_sparse(replay, journal, entry);
     }
 }
 
-/* Queries are read and reset at once. */
+/* Queries don't count: the host reads and resets them at once. */
 static bool writes_a_structure(const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {

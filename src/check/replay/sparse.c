@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sparse buffers, in the order of execution: what is bound to them, and what of that the builds
+/* Sparse buffers, in execution order: tracks their bindings, and validates the bindings that builds
  * find when they execute. */
 #include "src/check/overlap/pairs.h"
 #include "src/check/replay/judge.h"
@@ -59,7 +59,7 @@ void replay_backing(struct replay *replay, const struct journal *journal,
 
 /* ---- ranges */
 
-/* The ranges of the call, and what becomes of the one in hand. */
+/* The ranges of the call, and the template for the pieces of the current range. */
 struct range_search {
     struct sweep sweep;
     struct used_range range;
@@ -85,7 +85,8 @@ static void find_ranges(struct replay *replay, const struct noted_ranges *noted,
     }
 }
 
-/* What has died meanwhile has been reported, and its memory may be another's. */
+/* Skips journals with destroyed objects, which have been reported: their memory may have a new
+ * owner. */
 void replay_ranges(struct replay *replay, const struct journal *journal,
                    const struct journal_entry *entry)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading and writing live states in the order of execution. */
+/* Reads and writes live states in execution order. */
 #include "src/check/replay/states.h"
 
 #include "src/state/builds/built_flags.h"
@@ -8,8 +8,8 @@ const struct built built_unknown = {.state = BUILT_UNKNOWN};
 const struct built built_filled = {.state = BUILT_FILLED};
 static const struct built never = {.state = BUILT_NEVER};
 
-/* Whether the batch certainly sees what was written then. */
-static bool is_settled(const struct replay *replay, struct timestamp written)
+/* Returns whether a write is certain to be visible to the batch. */
+static bool is_visible(const struct replay *replay, struct timestamp written)
 {
     bool is_own = written.queue == replay->now.queue && written.count == replay->now.count;
     return !written.count || (is_own && !replay->unordered) ||
@@ -28,8 +28,8 @@ static bool source_is_alive(struct replay *replay, const struct journal_entry *e
     return resources_find_id(replay->resources, kind_of_source(entry), entry->src) == entry->src_id;
 }
 
-/* A structure that nobody wrote has never been built; but what is known of one goes with it when it
- * is destroyed. */
+/* A structure without a state has never been built, unless it was destroyed and its state with
+ * it. */
 const struct built *replay_read(struct replay *replay, const struct journal_entry *entry)
 {
     const struct build_state *state = build_states_find(replay->states, entry->src_id);
@@ -37,27 +37,27 @@ const struct built *replay_read(struct replay *replay, const struct journal_entr
         return &built_unknown;
     if (!state)
         return replay->never_is_certain && source_is_alive(replay, entry) ? &never : &built_unknown;
-    return !state->host_writers && is_settled(replay, state->written) ? &state->built
+    return !state->host_writers && is_visible(replay, state->written) ? &state->built
                                                                       : &built_unknown;
 }
 
-static void note_before(struct replay *replay, uint64_t id, struct build_state *before)
+static void note_undo(struct replay *replay, uint64_t id, struct build_state *before)
 {
     if (replay->undo && !build_undo_note(replay->undo, id, before))
         replay->out_of_memory = true;
 }
 
-/* Two writes without an order between them leave open for good which came last. */
+/* If two writes are unordered, the last one is unknown from then on. */
 void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 {
     struct build_state *before = build_states_find(replay->states, id);
-    bool contested = before && (before->host_writers || !is_settled(replay, before->written));
-    struct timestamp written = contested ? timestamp_never() : replay->now;
-    if (contested)
+    bool is_conflict = before && (before->host_writers || !is_visible(replay, before->written));
+    struct timestamp written = is_conflict ? timestamp_never() : replay->now;
+    if (is_conflict)
         built = &built_unknown;
     if (!id)
         return;
-    note_before(replay, id, before);
+    note_undo(replay, id, before);
     built_flags_write(replay->flags, id, built, written);
     if (before)
         build_state_replace(before, built, written);
@@ -70,6 +70,6 @@ void replay_erase(struct replay *replay, uint64_t id)
     struct build_state *before = build_states_find(replay->states, id);
     if (!before)
         return;
-    note_before(replay, id, before);
+    note_undo(replay, id, before);
     build_states_remove(replay->states, id);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Notes of a replay about builds whose data is read when they have executed. */
+/* Notes of a replay about builds whose inputs are read after they have executed. */
 #include "src/check/replay/update_inputs.h"
 
 #include <stdlib.h>
@@ -21,14 +21,14 @@ void input_notes_release(struct input_notes *notes)
     *notes = (struct input_notes){0};
 }
 
-/* Whether anybody will read what the build reads, and ask for it again. */
-static bool is_noted(const struct replay *replay, const struct journal *journal,
-                     const struct journal_entry *entry)
+/* Returns whether the inputs of the build will be read and retained for later updates. */
+static bool has_inputs_to_note(const struct replay *replay, const struct journal *journal,
+                               const struct journal_entry *entry)
 {
     return replay->notes && journal->work && entry->built.shapes;
 }
 
-/* Without memory nothing is known of what its instances refer to. */
+/* If there is no memory, the structures that its instances refer to are unknown. */
 static void note_execution_point(struct replay *replay, const struct journal *journal,
                                  const struct journal_entry *entry)
 {
@@ -50,7 +50,7 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
     execution_clock_copy(&note->point.follows, replay->follows);
 }
 
-/* Without memory nothing is known of the build's contents. */
+/* Returns NULL if there is no memory: the inputs of the build are then unknown. */
 static struct input_note *add_note(struct replay *replay, const struct journal *journal,
                                    const struct journal_entry *entry)
 {
@@ -72,7 +72,7 @@ void replay_note_build(struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry, struct built *built)
 {
     note_execution_point(replay, journal, entry);
-    if (!is_noted(replay, journal, entry))
+    if (!has_inputs_to_note(replay, journal, entry))
         return;
     const struct input_note *note = add_note(replay, journal, entry);
     built->inputs = note ? note->inputs : NULL;
@@ -82,7 +82,7 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry)
 {
     note_execution_point(replay, journal, entry);
-    if (!is_noted(replay, journal, entry))
+    if (!has_inputs_to_note(replay, journal, entry))
         return;
     const struct built *source = replay_read(replay, entry);
     if (source->state != BUILT_BEFORE || !source->inputs)
@@ -92,7 +92,7 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
         note->source = built_share(source);
 }
 
-/* Without memory nothing is known of the micromap. */
+/* If there is no memory, the last build of the micromap is unknown. */
 void replay_note_micromap(struct replay *replay, const struct journal *journal,
                           const struct journal_entry *entry)
 {
@@ -111,7 +111,7 @@ void replay_note_micromap(struct replay *replay, const struct journal *journal,
                                     .built = built_share(replay_read(replay, entry))};
 }
 
-/* The count was judged before, where it was known without looking. */
+/* The primitive count has been validated before if both builds gave it as a parameter. */
 static bool counts_are_known(const struct geometry_shapes *shapes)
 {
     return shapes->count && shapes->items[0].count_known;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a replay notes for when the data of its builds can be read: of each build that may be
- * updated later, what is to be filled; of each update, the source that it is measured by. */
+/* Notes of a replay that are used when the inputs of its builds are read: for each build that may
+ * be updated later, the inputs to fill in; for each update, its source to compare with. */
 #ifndef ASSAY_CHECK_REPLAY_UPDATE_INPUTS_H
 #define ASSAY_CHECK_REPLAY_UPDATE_INPUTS_H
 
@@ -8,27 +8,27 @@
 #include "src/state/builds/built_flags.h"
 
 struct input_note {
-    const struct journal *journal; /* that has the entry: of a command buffer that was submitted */
+    const struct journal *journal; /* has the entry; belongs to a submitted command buffer */
     const struct journal_entry *entry;
-    struct build_inputs *inputs; /* of this execution; NULL without memory */
-    struct built source; /* of an update: what that was last built with; else BUILT_UNKNOWN */
+    struct build_inputs *inputs; /* of this execution; NULL if there was no memory */
+    struct built source;         /* last build of an update's source; else BUILT_UNKNOWN */
 };
 
-/* What a micromap of VK_KHR_opacity_micromap was last built with when a build came to use it. */
+/* The last build of a micromap of VK_KHR_opacity_micromap when a build used it. */
 struct used_micromap_note {
     const struct journal *journal;
     uint32_t position, geometry; /* of the build */
     struct built built;
 };
 
-/* When a build of instances came, for what it refers to. */
+/* The execution point of a build of instances, needed to look up the structures they refer to. */
 struct execution_point_note {
     const struct journal *journal;
     uint32_t position; /* of the build */
     struct execution_point point;
 };
 
-/* In the order of execution. Zero-initialized is empty. */
+/* In execution order. Zero-initialized is empty. */
 struct input_notes {
     struct input_note *items;
     uint32_t count, capacity;
@@ -37,9 +37,11 @@ struct input_notes {
     struct execution_point_note *points;
     uint32_t point_count, point_capacity;
 };
+/* Frees all notes and makes them empty. */
 void input_notes_release(struct input_notes *notes);
 
-/* Notes a build, which is now attached to `built`, and an update, before its source changes. */
+/* Note a build, and attach the note's inputs to `built`; note an update, before its source changes;
+ * note the use of a micromap. */
 void replay_note_build(struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry, struct built *built);
 void replay_note_update(struct replay *replay, const struct journal *journal,
@@ -47,7 +49,7 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
 void replay_note_micromap(struct replay *replay, const struct journal *journal,
                           const struct journal_entry *entry);
 
-/* Judges an update whose contents, and those of its source, are as known as they will be. */
+/* Validates an update whose inputs, and those of its source, have been read as far as possible. */
 void replay_judge_inputs(struct replay *replay, const struct input_note *note);
 
 #endif

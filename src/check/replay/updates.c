@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The rules of an update, of its geometries, and of what extensions add to them. */
+/* Evaluates the rules about an update, its geometries and their extensions. */
 #include "src/check/replay/updates.h"
 
 #include "src/check/replay/micromap.h"
@@ -43,8 +43,8 @@ static void judge_dense(struct judge *judge, const struct update_view *update)
     }
 }
 
-/* What the dst of an update needs at least: the size of a build, or, of a compacted source, that to
- * which its build compacts. 0 where neither is known. */
+/* Returns the size that the dst of an update needs: the size of a build or, if the source is
+ * compacted, the smaller compacted size. Returns 0 if neither is known. */
 static VkDeviceSize size_needed(const struct geometry_shapes *asked, const struct built *source)
 {
     VkDeviceSize compacted = source->compacted_size ? source->compacted_size->size : 0;

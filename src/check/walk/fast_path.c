@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The rows as chains of comparisons. */
+/* Expands the rows to chains of comparisons. */
 #include "src/check/walk/fast_path.h"
 
 #include "rows_by_subject.h"
@@ -7,7 +7,7 @@
 #include "src/rules/predicates.h"
 #include "src/view/geometry_data.h"
 
-/* Leaves a chain where a row of the level and the command doesn't hold. */
+/* Leaves the chain if a row of the level and the command is violated. */
 #define PASS(name, row_level, view, same_shape)                                                    \
     if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
         !(same_shape && READS_SHAPE_##row_level) && !name(view, NULL))                             \
@@ -39,39 +39,39 @@ ROWS_PASS range_rows_pass(const struct range_view *range, enum level level)
     return true;
 }
 
-ROWS_PASS address_rows_hold(const struct address_view *address)
+ROWS_PASS address_rows_pass(const struct address_view *address)
 {
     const enum level level = LEVEL_STATE;
     ROWS_OF_address(PASS, address, false);
     return true;
 }
 
-/* An address of a geometry. */
-ROWS_PASS input_holds(const struct geometry_view *geometry, enum input_role role,
-                      const struct address_facts *facts)
+/* Evaluates one address of a geometry. */
+ROWS_PASS input_passes(const struct geometry_view *geometry, enum input_role role,
+                       const struct address_facts *facts)
 {
     const struct address_view address = {
         .build = geometry->build, .geometry = geometry, .role = role, .facts = facts};
-    return address_rows_hold(&address);
+    return address_rows_pass(&address);
 }
 
 ROWS_PASS geometry_addresses_pass(const struct geometry_view *geometry)
 {
     const struct chained_inputs *chained = geometry->chained;
     for (uint32_t i = 0; chained && i < chained->count; i++)
-        if (!input_holds(geometry, chained->items[i].role, &chained->items[i].facts))
+        if (!input_passes(geometry, chained->items[i].role, &chained->items[i].facts))
             return false;
-    return input_holds(geometry, INPUT_VERTEX, &geometry->vertex) &&
-           input_holds(geometry, INPUT_INDEX, &geometry->index_data) &&
-           input_holds(geometry, INPUT_TRANSFORM, &geometry->transform) &&
-           input_holds(geometry, data_role(geometry), &geometry->data);
+    return input_passes(geometry, INPUT_VERTEX, &geometry->vertex) &&
+           input_passes(geometry, INPUT_INDEX, &geometry->index_data) &&
+           input_passes(geometry, INPUT_TRANSFORM, &geometry->transform) &&
+           input_passes(geometry, data_role(geometry), &geometry->data);
 }
 
 ROWS_PASS scratch_address_passes(const struct build_view *build)
 {
     const struct address_view address = {
         .build = build, .role = INPUT_SCRATCH, .facts = &build->scratch};
-    return address_rows_hold(&address);
+    return address_rows_pass(&address);
 }
 
 static bool is_device_build(const struct call_view *call)
@@ -109,7 +109,7 @@ ROWS_PASS geometry_and_range_pass(const struct range_view *range, bool has_count
                             (!has_count || range_rows_pass(range, LEVEL_STATE))));
 }
 
-/* Most geometries are triangles: chains of their own leave out what is asked of others. */
+/* Most geometries are triangles: a separate chain for them leaves out the rules of other types. */
 ON_RECORDING_PATH __attribute__((flatten)) bool
 geometry_passes(const struct range_view *range, bool has_count, bool with_state, bool same_shape)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The walks of all rows but those about input data (src/check/content/) and about memory of the
- * host (src/check/call/host_checks.c). */
+/* Defines the evaluation of all rows, except for those about input data (src/check/content/) and
+ * about host memory (src/check/call/host_checks.c). */
 #include "src/check/walk/rows.h"
 
 static struct location location_of_call(const struct call_view *call)
@@ -36,7 +36,7 @@ WALK_LEVEL(address, location_of_address(address))
 WALK_LEVEL(indirect, location_of_element(indirect->build))
 WALK_ALL(pair)
 
-/* What extensions add to builds and geometries. */
+/* ---- extensions of builds and geometries */
 
 WALK_LEVEL(motion_build, location_of_build(motion_build->build))
 WALK_LEVEL(motion_triangles, walk_location(motion_triangles->geometry, SUBJECT_GEOMETRY))
@@ -51,7 +51,7 @@ WALK_LEVEL(opacity, walk_location(opacity->geometry, SUBJECT_GEOMETRY))
 WALK_LEVEL(opacity_ext, walk_location(opacity_ext->geometry, SUBJECT_GEOMETRY))
 WALK_LEVEL(displacement, walk_location(displacement->geometry, SUBJECT_GEOMETRY))
 
-/* Updates, and micromaps in use, are validated once: when what they refer to is known. */
+/* Updates and uses of micromaps are validated once, when the structures they refer to are known. */
 
 WALK_ALL(update)
 WALK_ALL(updated_geometry)
@@ -59,7 +59,7 @@ WALK_ALL(updated_dense)
 WALK_ALL(updated_micromap)
 WALK_ALL(used_micromap)
 
-/* The NV command. */
+/* ---- vkCmdBuildAccelerationStructureNV */
 
 static const struct location nv_parameter = {.command = COMMAND_NV, .subject = SUBJECT_PARAMETER};
 static const struct location nv_build = {.command = COMMAND_NV, .subject = SUBJECT_BUILD};

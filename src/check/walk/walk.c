@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The state of a walk, and what becomes of its findings. */
+/* Starts a walk, selects its rules and reports its findings. */
 #include "src/check/walk/walk.h"
 
 #include <string.h>
@@ -23,15 +23,15 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->instances = NULL;
     walk->inputs = NULL;
     walk->point = context->point;
-    walk->wants = context->active;
+    walk->active = context->active;
 }
 
 void walk_stop_rule(struct walk *walk, enum rule rule)
 {
-    if (walk->wants != walk->fewer)
-        memcpy(walk->fewer, walk->wants, sizeof(walk->fewer));
-    walk->wants = walk->fewer;
-    walk->fewer[rule] = false;
+    if (walk->active != walk->remaining)
+        memcpy(walk->remaining, walk->active, sizeof(walk->remaining));
+    walk->active = walk->remaining;
+    walk->remaining[rule] = false;
 }
 
 void walk_report(struct walk *walk, enum rule rule, struct location location,

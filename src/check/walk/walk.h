@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walking the rows of a subject: each active predicate is asked, each finding handed on. */
+/* Evaluates the rules of a subject: each active predicate, and reports the findings. A walk is used
+ * by one thread and takes no lock. */
 #ifndef ASSAY_CHECK_WALK_WALK_H
 #define ASSAY_CHECK_WALK_WALK_H
 
@@ -13,29 +14,33 @@ struct instance_uses;
 /* The state of one check. */
 struct walk {
     struct check_context *context;
-    const bool *wants; /* RULE_COUNT: the active rules, less those that want no more findings */
-    bool fewer[RULE_COUNT]; /* `wants`, where that isn't all of the context's active rules */
+    const bool *active;         /* [RULE_COUNT]: the active rules, without those that need no more
+                                 * findings */
+    bool remaining[RULE_COUNT]; /* storage for `active` once it differs from the context's */
     uint32_t findings;
-    bool hides_sizes; /* a finding about the build in hand is about what its sizes depend on */
-    bool same_shape;  /* what holds of the recent build's shape holds of the build in hand (hold.h),
-                       */
-    bool passes;      /* and all of its parameters, and its geometries', as far as that was asked */
-    struct micromap_uses micromaps;      /* of the build in hand, see check_micromap_build */
-    struct build_inputs *inputs;         /* likewise, to be kept; NULL: nothing */
-    const struct execution_point *point; /* likewise, when it executed; NULL: it isn't known */
-    struct instance_uses *instances;     /* likewise, see check_host_inputs; NULL: none */
+    bool hides_sizes; /* a finding makes the sizes of the current build invalid */
+    bool same_shape;  /* the current build has the shape of the previous one, so its rules about the
+                       * shape hold (fast_path.h) */
+    bool passes;      /* all rules about parameters of the current build and its geometries
+                       * evaluated so far hold */
+    struct micromap_uses micromaps;      /* of the current build, see check_micromap_build */
+    struct build_inputs *inputs;         /* inputs of the current build to be retained; or NULL */
+    const struct execution_point *point; /* when the current build executed; NULL: unknown */
+    struct instance_uses *instances;     /* structures that its instances refer to, see
+                                          * check_host_inputs; NULL: none */
 };
 
+/* Starts a walk with all active rules of the context, which must outlive it. */
 void walk_start(struct walk *walk, struct check_context *context);
-/* Stops asking a rule. */
+/* Deactivates a rule. */
 void walk_stop_rule(struct walk *walk, enum rule rule);
-/* Where a geometry, or its build range, is. */
+/* Returns the location of a geometry or its build range. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
-/* Hands on a finding, and notes whether more of its rule are wanted. */
+/* Reports a finding. Deactivates its rule if no more findings are needed. */
 __attribute__((cold)) void walk_report(struct walk *walk, enum rule rule, struct location location,
                                        const struct finding *finding);
 
-/* Each walks the rows of its subject at one of the two levels that a call decides. */
+/* Each evaluates the rows of its subject at LEVEL_PARAMETERS or LEVEL_STATE. */
 void walk_call(struct walk *walk, const struct call_view *call, enum level level);
 void walk_build(struct walk *walk, const struct build_view *build, enum level level);
 void walk_geometry(struct walk *walk, const struct geometry_view *geometry, enum level level);
@@ -69,7 +74,7 @@ void walk_nv_info(struct walk *walk, const struct nv_info_view *nv_info, enum le
 void walk_nv_geometry(struct walk *walk, const struct nv_geometry_view *nv_geometry,
                       enum level level);
 
-/* Each walks all rows of its subject, for a finding at `location`. */
+/* Each evaluates all rows of its subject and reports findings at `location`. */
 void walk_pair(struct walk *walk, const struct pair_view *pair, const struct location *location);
 void walk_update(struct walk *walk, const struct update_view *update,
                  const struct location *location);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about plain instances, and about what instances of any kind refer to. */
+/* Rules about VkAccelerationStructureInstanceKHR, and about the structures that instances of any
+ * kind refer to. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
@@ -9,8 +10,7 @@ static const struct device_facts *device_of(const struct instance_view *view)
     return view->geometry->build->call->device;
 }
 
-/* Of instances with motion, that is what makes their member no valid structure. The bits of
- * micromaps have a rule of their own. */
+/* Instances with motion have their own rule about flags, and so have the flag bits of micromaps. */
 bool instance_flags_are_valid(const struct instance_view *instance, struct finding *finding)
 {
     const struct device_facts *device = device_of(instance);
@@ -36,7 +36,7 @@ bool instance_micromap_flags_have_their_feature(const struct instance_view *inst
                     number(instance->index), hex(instance->instance.flags), hex(flags));
 }
 
-static bool disables_what_may_be(const struct instance_view *instance, struct finding *finding)
+static bool may_disable_micromaps(const struct instance_view *instance, struct finding *finding)
 {
     return instance->allows_disabling != NO ||
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
@@ -47,21 +47,22 @@ static bool disables_what_may_be(const struct instance_view *instance, struct fi
                            (uint64_t)(uintptr_t)instance->referenced.handle));
 }
 
-/* The registry states it of the instance, and of the command that builds it: both ids are told. */
+/* The registry has this valid usage for the instance and for the build command: the layer reports
+ * both ids. */
 bool instance_disables_micromaps_only_if_its_blas_allows(const struct instance_view *instance,
                                                          struct finding *finding)
 {
-    return disables_what_may_be(instance, finding);
+    return may_disable_micromaps(instance, finding);
 }
 
 bool instances_disable_micromaps_only_if_their_blas_allows(const struct instance_view *instance,
                                                            struct finding *finding)
 {
-    return disables_what_may_be(instance, finding);
+    return may_disable_micromaps(instance, finding);
 }
 
-/* An instance without a structure is inactive, not wrong. Those with motion have a rule of their
- * own. */
+/* An instance without a structure is valid and inactive. Instances with motion have their own
+ * rule. */
 bool instance_references_are_valid_handles(const struct instance_view *instance,
                                            struct finding *finding)
 {
@@ -73,12 +74,12 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
                     number(instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
 }
 
-/* One that refers to nothing is inactive. */
+/* An instance with reference 0 is inactive. */
 bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_instance,
                                              struct finding *finding)
 {
     enum nv_reference refers_to = nv_instance->refers_to;
-    return (refers_to != NV_REFERENCE_TOP_LEVEL && refers_to != NV_REFERENCE_OF_NOBODY) ||
+    return (refers_to != NV_REFERENCE_TOP_LEVEL && refers_to != NV_REFERENCE_INVALID) ||
            violated(finding, "instanceData",
                     "leads to instance {}, whose accelerationStructureReference {} {}",
                     number(nv_instance->index), hex(nv_instance->reference),
@@ -98,8 +99,9 @@ bool nv_instance_references_are_of_live_structures(const struct nv_instance_view
                     number(nv_instance->index), hex(nv_instance->reference));
 }
 
-/* Also micromaps are VkAccelerationStructureKHR; what is of no type yet may have become a BLAS. */
-static bool is_no_blas(const struct accel_facts *referenced)
+/* Micromaps are VkAccelerationStructureKHR, too. A generic structure may have been built as a
+ * BLAS. */
+static bool is_not_a_blas(const struct accel_facts *referenced)
 {
     return referenced->alive == YES && referenced->details_known &&
            referenced->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
@@ -113,7 +115,7 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
     uint64_t reference = instance->instance.accelerationStructureReference;
     if (!reference || device_of(instance)->has_other_builders)
         return true;
-    if (is_no_blas(referenced))
+    if (is_not_a_blas(referenced))
         return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                         "leads to instance {}, whose accelerationStructureReference {} is the "
                         "address of {}, which is not a bottom-level acceleration structure",
@@ -127,7 +129,7 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
                     number(instance->index), hex(reference));
 }
 
-/* The pointers to them. */
+/* ---- pointers to instances */
 
 bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *instance_pointer,
                                            struct finding *finding)
@@ -138,7 +140,7 @@ bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *i
                     number(instance_pointer->index), hex(instance_pointer->address));
 }
 
-/* What they refer to. */
+/* ---- structures that instances refer to */
 
 static struct value structure(const struct reference_view *reference)
 {

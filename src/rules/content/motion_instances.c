@@ -34,8 +34,8 @@ bool motion_instance_flags_are_zero(const struct motion_instance_view *motion_in
                     number(motion_instance->index), hex(motion_instance->instance.flags));
 }
 
-/* Plain instances have a rule for the bits of micromaps (11580), which is also asked of static
- * members; instances that move have none. */
+/* The flag bits of micromaps have a rule (11580) for plain instances, which applies to static
+ * members, too. Instances that move have no such rule. */
 static VkGeometryInstanceFlagsKHR allowed_flags(const struct device_facts *device, int type)
 {
     VkGeometryInstanceFlagsKHR flags = instance_flags_enabled(device);
@@ -79,7 +79,7 @@ bool srt_motion_instance_flags_are_valid(const struct motion_instance_view *moti
                            FLAGS_OF("srtMotionInstance"));
 }
 
-/* Flags are all that can make a member no valid structure of its type. */
+/* Only its flags can make a member invalid. */
 
 #define NO_VALID(member)                                                                           \
     "leads to instance {}, whose data." member " is no valid structure: its flags {} have bits {}"
@@ -111,7 +111,7 @@ bool srt_motion_member_is_filled(const struct motion_instance_view *motion_insta
                            NO_VALID("srtMotionInstance"));
 }
 
-/* An instance without a structure is inactive, not wrong. */
+/* An instance without a structure is valid and inactive. */
 bool motion_instance_references_are_valid_handles(
     const struct motion_instance_view *motion_instance, struct finding *finding)
 {

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the data of triangles and boxes, and about transforms. */
+/* Rules about the data of triangles and AABBs, and about transforms. */
 #include <math.h>
 
 #include "src/bvh/bvh.h"
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
-/* Vertices. */
+/* ---- vertices */
 
 bool indices_are_within_max_vertex(const struct indices_view *indices, struct finding *finding)
 {
@@ -29,8 +29,8 @@ bool consumed_vertices_are_within_max_vertex(const struct indices_view *indices,
                     number(given));
 }
 
-/* Boxes. One whose minX is NaN is inactive: nothing else in it counts. NaN elsewhere is at most
- * nothing. */
+/* ---- AABBs. If minX is NaN, the AABB is inactive and its other values are ignored. Any other NaN
+ * violates the comparison. */
 
 static bool is_at_most(const struct box_view *box, struct finding *finding, const char *says,
                        float min, float max)
@@ -60,7 +60,7 @@ bool aabb_min_z_is_at_most_max_z(const struct box_view *box, struct finding *fin
                       box->positions.maxZ);
 }
 
-/* Transforms. */
+/* ---- transforms */
 
 static bool is_finite(const VkTransformMatrixKHR *matrix)
 {

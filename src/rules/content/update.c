@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the data of an update and that of its source. */
+/* Rules that compare the input data of an update with that of its source. */
 #include <string.h>
 
 #include "src/rules/predicates.h"
 
-/* False where nothing is known of one of both, or they can't be compared. */
+/* Returns false if the inputs of the update or of the source are unknown, or if they can't be
+ * compared. */
 static bool find_both(const struct updated_geometry_view *geometry,
                       const struct geometry_inputs **asked, const struct geometry_inputs **source)
 {
@@ -14,7 +15,7 @@ static bool find_both(const struct updated_geometry_view *geometry,
            (*asked)->primitive_count == (*source)->primitive_count;
 }
 
-/* The first primitive that is in `a` and not in `b`; false: there is none. */
+/* Finds the first primitive that is in `a` and not in `b`. Returns false if there is none. */
 static bool find_first(const uint64_t *a, const uint64_t *b, uint32_t count, uint32_t *first)
 {
     if (!a || !b)

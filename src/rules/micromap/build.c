@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about builds of micromaps, about the build flags of micromaps, and about which geometries
- * go with them. Flags and types of extensions that aren't enabled have rules of their own. */
+/* Rules about builds of micromaps, about the build flags of micromaps, and about the geometries
+ * that such builds take. Flags and types of extensions that are not enabled have their own
+ * rules. */
 #include "src/rules/predicates.h"
 #include "src/view/names.h"
 
@@ -38,7 +39,7 @@ bool micromap_update_excludes_data_update(const struct micromap_build_view *micr
                     hex(micromap_build->build->info->flags));
 }
 
-/* Features. */
+/* ---- features */
 
 bool micromap_data_update_flag_has_its_feature(const struct micromap_build_view *micromap_build,
                                                struct finding *finding)
@@ -97,7 +98,7 @@ bool micromap_build_feature_is_enabled(const struct micromap_build_view *microma
                             "for the device");
 }
 
-/* Builds of micromaps. */
+/* ---- builds of micromaps */
 
 bool micromap_build_flags_are_allowed(const struct micromap_build_view *micromap_build,
                                       struct finding *finding)
@@ -178,7 +179,7 @@ bool micromap_dst_is_micromap_or_generic(const struct micromap_build_view *micro
                accel_type(dst->type));
 }
 
-/* Geometries. */
+/* ---- geometries */
 
 static bool is_micromap_geometry(const struct micromap_geometry_view *view)
 {
@@ -235,8 +236,10 @@ bool micromap_geometry_has_no_flags(const struct micromap_geometry_view *microma
                     hex(geometry->geometry->flags));
 }
 
-/* Structure types. A structure in a chain is known by its sType alone. One that may not stand there
- * but whose sType is of the same extension is taken for the extension's own, wrongly set up. */
+/* ---- structure types
+ *
+ * A structure in a chain is identified by its sType alone. An unexpected structure whose sType
+ * belongs to the same extension counts as the expected structure with a wrong sType. */
 
 static int extension_of(VkStructureType type)
 {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the triangles of micromaps, and about indices of triangles into micromaps. */
+/* Rules about the triangles of micromaps, and about the indices that map triangles to micromap
+ * triangles. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 
@@ -29,10 +30,11 @@ static bool level_is_within(const struct micromap_triangle_view *view, uint32_t 
                     number(view->triangle.format), text(limit_name), number(limit));
 }
 
-/* Beyond this level, which no format has, nobody can say how large the data is. */
+/* The largest subdivision level whose data size can be computed. No format supports a higher
+ * one. */
 enum { LEVEL_MAX = 15 };
 
-/* In bytes; 0: it isn't known. */
+/* Returns the size in bytes, or 0 if unknown. */
 static uint64_t data_size(const VkMicromapTriangleKHR *triangle)
 {
     if (triangle->subdivisionLevel > LEVEL_MAX ||
@@ -108,9 +110,9 @@ bool lossy_triangle_is_4_state(const struct micromap_triangle_view *micromap_tri
                     number(micromap_triangle->index), number(format));
 }
 
-/* ---- indices into one */
+/* ---- indices into a micromap */
 
-/* Special ones are negative numbers of the index type's bits. */
+/* Special indices are negative numbers of the index type's width. */
 static int64_t signed_index(const struct opacity_index_view *view)
 {
     uint32_t sign = UINT32_C(1) << (view->bits - 1);

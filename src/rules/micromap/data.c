@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about what a micromap of VK_KHR_opacity_micromap is built from. */
+/* Rules about the input data of a micromap of VK_KHR_opacity_micromap. */
 #include "src/rules/input.h"
 #include "src/rules/micromap/usages.h"
 #include "src/rules/predicates.h"
@@ -18,7 +18,7 @@ static const struct device_facts *device_of(const struct micromap_data_view *vie
     return view->geometry->build->call->device;
 }
 
-/* Usages. */
+/* ---- usages */
 
 bool micromap_data_has_one_usage_array(const struct micromap_data_view *micromap_data,
                                        struct finding *finding)
@@ -100,7 +100,7 @@ bool micromap_triangle_count_is_within_limit(const struct micromap_data_view *mi
                                     number(sum), number(limit));
 }
 
-/* Addresses. */
+/* ---- addresses */
 
 bool micromap_triangle_stride_holds_a_triangle(const struct micromap_data_view *micromap_data,
                                                struct finding *finding)
@@ -150,7 +150,7 @@ static struct value buffer(const struct address_facts *facts)
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
 }
 
-/* A product that wraps is beyond any buffer. */
+/* A product that overflows exceeds any buffer. */
 bool micromap_triangles_are_in_one_buffer(const struct micromap_data_view *micromap_data,
                                           struct finding *finding)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What rules ask of the indices into a micromap, whichever structure has them. Each is true, or
- * false and a finding. */
+/* Checks that rules about indices into a micromap share, for every structure that has such indices.
+ * Each returns true, or fills the finding and returns false. */
 #ifndef ASSAY_RULES_MICROMAP_INDICES_H
 #define ASSAY_RULES_MICROMAP_INDICES_H
 

@@ -31,7 +31,7 @@ bool opacity_index_type_is_valid(const struct opacity_view *opacity, struct find
                                         opacity->opacity->indexType);
 }
 
-/* These are all the values that there are: what isn't one of them breaks both rules. */
+/* The enumeration has no other values, so an invalid value violates both rules. */
 bool opacity_index_type_is_8_to_32_bits_or_none(const struct opacity_view *opacity,
                                                 struct finding *finding)
 {
@@ -70,7 +70,7 @@ bool opacity_index_stride_fits_32_bits(const struct opacity_view *opacity, struc
                                               opacity->opacity->indexStride);
 }
 
-/* A product that wraps is beyond any buffer. */
+/* A product that overflows exceeds any buffer. */
 bool opacity_indices_are_in_one_buffer(const struct opacity_view *opacity, struct finding *finding)
 {
     const struct address_facts *indices = opacity->indices;

@@ -20,7 +20,7 @@ bool ext_opacity_micromap_is_valid(const struct opacity_ext_view *opacity_ext,
                               "a micromap of this device");
 }
 
-/* Usages. */
+/* ---- usages */
 
 bool ext_opacity_has_one_usage_array(const struct opacity_ext_view *opacity_ext,
                                      struct finding *finding)
@@ -91,7 +91,7 @@ bool ext_opacity_displacement_level_is_within_limit(const struct opacity_ext_vie
                                    "maxDisplacementMicromapSubdivisionLevel", finding);
 }
 
-/* Indices. */
+/* ---- indices */
 
 bool ext_opacity_index_type_is_valid(const struct opacity_ext_view *opacity_ext,
                                      struct finding *finding)

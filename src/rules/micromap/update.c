@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the micromaps that builds use when they execute, and about those of updates, measured
- * by what their source was last built with. */
+/* Rules about the micromaps that builds use when they execute. The rules about updates compare them
+ * with the micromaps that the source was last built with. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/names.h"
@@ -15,7 +15,7 @@ static struct value command_buffer(const struct built *built)
     return object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)built->command_buffer);
 }
 
-/* Uses. */
+/* ---- uses */
 
 bool opacity_micromap_was_constructed_before(const struct used_micromap_view *used_micromap,
                                              struct finding *finding)
@@ -70,8 +70,9 @@ bool opacity_triangles_are_within_micromap(const struct used_micromap_view *used
                     number(built->shapes->items[0].primitive_count), command_buffer(built));
 }
 
-/* With what the source was built isn't known, but the update has to have the flags and the
- * micromaps that it had: where these are given, and may not change, they are of the source's. */
+/* The last build of a deserialized source is unknown, but the update must have the flags and
+ * micromaps of that build. If the update gives them, and they must not change, they are the
+ * source's. */
 bool opacity_micromap_of_deserialized_source_is_deserialized(
     const struct used_micromap_view *used_micromap, struct finding *finding)
 {
@@ -85,7 +86,7 @@ bool opacity_micromap_of_deserialized_source_is_deserialized(
                number(used_micromap->built->position));
 }
 
-/* Updates. */
+/* ---- updates */
 
 static bool differs(const struct updated_micromap_view *view, struct finding *finding,
                     const char *field, const char *now, const char *then, uint64_t handle)

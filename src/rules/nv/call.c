@@ -20,7 +20,7 @@ bool nv_update_has_a_source(const struct nv_call_view *nv_call, struct finding *
 
 /* ---- handles */
 
-static bool is_no_structure(const struct nv_accel_facts *accel)
+static bool is_invalid(const struct nv_accel_facts *accel)
 {
     return !accel->handle || (accel->alive == NO && !accel->of_another_device);
 }
@@ -28,9 +28,8 @@ static bool is_no_structure(const struct nv_accel_facts *accel)
 static bool is_a_structure(const struct nv_accel_facts *accel, struct finding *finding,
                            const char *field)
 {
-    return !is_no_structure(accel) ||
-           violated_by_handle(finding, field, nv_structure(accel->handle),
-                              "a VkAccelerationStructureNV of this device");
+    return !is_invalid(accel) || violated_by_handle(finding, field, nv_structure(accel->handle),
+                                                    "a VkAccelerationStructureNV of this device");
 }
 
 bool nv_dst_is_a_valid_handle(const struct nv_call_view *nv_call, struct finding *finding)
@@ -54,7 +53,7 @@ bool nv_instance_data_is_a_valid_buffer(const struct nv_call_view *nv_call, stru
     return nv_is_a_buffer(&nv_call->instance_facts, finding, "instanceData");
 }
 
-/* A source that isn't updated from is ignored. */
+/* The source is ignored if the build is no update. */
 bool nv_objects_share_the_device(const struct nv_call_view *nv_call, struct finding *finding)
 {
     const char *says = "{} was created from another VkDevice";
@@ -116,7 +115,7 @@ bool nv_dst_is_bound_to_memory(const struct nv_call_view *nv_call, struct findin
 
 /* ---- scratch */
 
-/* Where the offset lies beyond the end there is less than nothing. */
+/* An offset beyond the end leaves no bytes. */
 static bool scratch_is_large_enough(const struct nv_call_view *nv_call, struct finding *finding,
                                     VkDeviceSize needed, const char *type)
 {
@@ -167,7 +166,7 @@ bool nv_info_scratch_has_ray_tracing_usage(const struct nv_call_view *nv_call,
     return has_ray_tracing_usage(&nv_call->scratch_facts, finding, "scratch");
 }
 
-/* Without instances none of the data is read. */
+/* A build without instances reads no instance data. */
 static bool instances_have_ray_tracing_usage(const struct nv_call_view *nv_call,
                                              struct finding *finding)
 {
@@ -187,7 +186,7 @@ bool nv_info_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_c
     return instances_have_ray_tracing_usage(nv_call, finding);
 }
 
-/* ---- what dst was created for */
+/* ---- the create info of dst */
 
 static bool compatible_counts(const struct nv_call_view *nv_call, struct finding *finding,
                               uint32_t index)

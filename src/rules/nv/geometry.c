@@ -48,7 +48,7 @@ bool nv_geometry_type_is_valid(const struct nv_geometry_view *nv_geometry, struc
                     "{} is not a VkGeometryTypeKHR of the extensions enabled", geometry_type(type));
 }
 
-/* What is no type at all has a rule of its own. */
+/* Values outside the enumeration have their own rule. */
 bool nv_geometry_type_is_triangles_or_aabbs(const struct nv_geometry_view *nv_geometry,
                                             struct finding *finding)
 {
@@ -69,9 +69,10 @@ bool nv_geometry_flags_are_valid(const struct nv_geometry_view *nv_geometry,
                     hex(nv_geometry->geometry->flags), hex(unknown));
 }
 
-/* ---- the members of VkGeometryDataNV, both of which have to be valid. Where neither has its sType
- * the whole isn't filled; where one has not, the id tells whether it is the one that geometryType
- * selects. */
+/* ---- the members of VkGeometryDataNV
+ *
+ * Both members must be valid. If both have a wrong sType, the application filled neither. If one
+ * has a wrong sType, the id depends on whether geometryType selects it. */
 
 static VkStructureType triangles_stype(const struct nv_geometry_view *geometry)
 {
@@ -107,14 +108,15 @@ bool nv_geometry_data_is_filled(const struct nv_geometry_view *nv_geometry, stru
                     structure_type(aabbs_stype(nv_geometry)));
 }
 
-static bool triangles_alone_are_wrong(const struct nv_geometry_view *geometry,
-                                      VkGeometryTypeKHR type)
+static bool only_triangles_stype_is_wrong(const struct nv_geometry_view *geometry,
+                                          VkGeometryTypeKHR type)
 {
     return is_of_type(geometry, type) && !triangles_are_typed(geometry) &&
            aabbs_are_typed(geometry);
 }
 
-static bool aabbs_alone_are_wrong(const struct nv_geometry_view *geometry, VkGeometryTypeKHR type)
+static bool only_aabbs_stype_is_wrong(const struct nv_geometry_view *geometry,
+                                      VkGeometryTypeKHR type)
 {
     return is_of_type(geometry, type) && triangles_are_typed(geometry) &&
            !aabbs_are_typed(geometry);
@@ -123,14 +125,14 @@ static bool aabbs_alone_are_wrong(const struct nv_geometry_view *geometry, VkGeo
 bool nv_triangles_have_their_stype(const struct nv_geometry_view *nv_geometry,
                                    struct finding *finding)
 {
-    return !triangles_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
+    return !only_triangles_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
            violated(finding, TRIANGLES "sType", "{} is not VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV",
                     structure_type(triangles_stype(nv_geometry)));
 }
 
 bool nv_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
-    return !aabbs_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
+    return !only_aabbs_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
            violated(finding, BOXES "sType", "{} is not VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV",
                     structure_type(aabbs_stype(nv_geometry)));
 }
@@ -138,7 +140,7 @@ bool nv_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry, struc
 bool nv_unused_triangles_have_their_stype(const struct nv_geometry_view *nv_geometry,
                                           struct finding *finding)
 {
-    return !triangles_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
+    return !only_triangles_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
            violated(finding, TRIANGLES "sType",
                     "{} is not VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV, which it has to be of "
                     "AABBs, too",
@@ -148,7 +150,7 @@ bool nv_unused_triangles_have_their_stype(const struct nv_geometry_view *nv_geom
 bool nv_unused_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry,
                                       struct finding *finding)
 {
-    return !aabbs_alone_are_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
+    return !only_aabbs_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
            violated(finding, BOXES "sType",
                     "{} is not VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV, which it has to be of "
                     "triangles, too",
@@ -167,7 +169,7 @@ bool nv_aabbs_have_no_chain(const struct nv_geometry_view *nv_geometry, struct f
            has_no_chain(nv_geometry, finding, BOXES "pNext", nv_geometry->aabbs->pNext);
 }
 
-/* ---- triangles, by themselves */
+/* ---- triangles */
 
 bool nv_vertex_format_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
@@ -185,7 +187,7 @@ static bool is_allowed(VkFormat format)
            format == VK_FORMAT_R16G16_SNORM || format == VK_FORMAT_R16G16B16_SNORM;
 }
 
-/* What is no format at all has a rule of its own. */
+/* Values outside the enumeration have their own rule. */
 bool nv_vertex_format_is_allowed(const struct nv_geometry_view *nv_geometry,
                                  struct finding *finding)
 {
@@ -226,7 +228,7 @@ static bool is_unindexed(const VkGeometryTrianglesNV *triangles)
     return triangles->indexType == VK_INDEX_TYPE_NONE_NV;
 }
 
-/* VK_INDEX_TYPE_UINT8 has a rule of its own. */
+/* VK_INDEX_TYPE_UINT8 has its own rule. */
 bool nv_index_type_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
@@ -252,7 +254,7 @@ bool nv_index_offset_is_aligned(const struct nv_geometry_view *nv_geometry, stru
                                      index_type_size(triangles->indexType));
 }
 
-/* Of a handle that is given and dead indexData's own rule speaks. */
+/* The rule about indexData covers a destroyed buffer. */
 bool nv_indexed_triangles_have_index_data(const struct nv_geometry_view *nv_geometry,
                                           struct finding *finding)
 {
@@ -291,7 +293,7 @@ bool nv_transform_offset_is_aligned(const struct nv_geometry_view *nv_geometry,
            is_multiple(finding, TRIANGLES "transformOffset", triangles->transformOffset, 16);
 }
 
-/* ---- AABBs, by themselves */
+/* ---- AABBs */
 
 bool nv_aabb_offset_is_aligned(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {

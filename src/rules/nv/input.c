@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the buffers of one VkGeometryNV. Facts of those that aren't given, or that the
- * geometry doesn't use, know nothing. */
+/* Rules about the buffers of one VkGeometryNV. The facts of a buffer that isn't given, or that the
+ * geometry doesn't use, are all unknown. */
 #include "src/rules/nv/objects.h"
 #include "src/rules/predicates.h"
 
@@ -60,7 +60,8 @@ bool nv_transform_offset_is_in_the_buffer(const struct nv_geometry_view *nv_geom
                         triangles->transformOffset);
 }
 
-/* Of this device, or all of another: what the command's own handles are of isn't asked here. */
+/* All buffers belong to one device, this or another: another rule covers the command's own
+ * handles. */
 bool nv_triangles_buffers_share_the_device(const struct nv_geometry_view *nv_geometry,
                                            struct finding *finding)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What rules of the NV command say of its handles. */
+/* Statements about handles that the rules of vkCmdBuildAccelerationStructureNV share. */
 #ifndef ASSAY_RULES_NV_OBJECTS_H
 #define ASSAY_RULES_NV_OBJECTS_H
 
@@ -16,7 +16,7 @@ static inline struct value nv_buffer(VkBuffer handle)
     return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)handle);
 }
 
-/* Null is nobody's handle, and right where it is allowed. */
+/* Returns true for VK_NULL_HANDLE, too: the callers decide if that is valid. */
 static inline bool nv_is_a_buffer(const struct buffer_facts *facts, struct finding *finding,
                                   const char *field)
 {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The map from structures to what they were last built with. */
+/* The map from structures to their last builds. */
 #include "src/state/builds/build_states.h"
 
 #include <stdlib.h>
 
-/* As many notes of an undo keep their memory for the next. */
-enum { UNDO_KEPT = 1024 };
+/* The largest undo capacity, in records, that is kept for reuse. */
+enum { UNDO_RETAINED = 1024 };
 
 struct build_state *build_states_find(const struct build_states *states, uint64_t id)
 {
@@ -61,7 +61,7 @@ bool build_states_add_writer(struct build_states *states, uint64_t id)
 void build_state_replace(struct build_state *state, const struct built *built,
                          struct timestamp written)
 {
-    struct built shared = built_share(built); /* `built` may be the state's own */
+    struct built shared = built_share(built); /* `built` may point to state->built */
     built_release(&state->built);
     state->built = shared;
     state->written = written;
@@ -87,7 +87,7 @@ bool build_undo_note(struct build_undo *undo, uint64_t id, struct build_state *s
     return true;
 }
 
-/* Backwards, so that the oldest note of a structure is the one that stays. */
+/* Backwards, so that the oldest record of a structure takes effect last. */
 void build_undo_carry_out(struct build_undo *undo, struct build_states *states)
 {
     while (undo->count) {
@@ -102,7 +102,7 @@ void build_undo_carry_out(struct build_undo *undo, struct build_states *states)
 
 void build_undo_forget(struct build_undo *undo)
 {
-    if (undo->capacity > UNDO_KEPT) {
+    if (undo->capacity > UNDO_RETAINED) {
         build_undo_release(undo);
         return;
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A map from acceleration structures, by their ids (struct accel_facts), to what they were last
- * built with. Not locked: its owner is. A command buffer has one of what it knows by itself, and a
- * device one of what has been submitted. */
+/* Maps the ids of acceleration structures (struct accel_facts) to their last builds. Not locked:
+ * its owner is. Each command buffer has a map of the structures that it writes itself; a device has
+ * a map for all submitted work. */
 #ifndef ASSAY_STATE_BUILDS_BUILD_STATES_H
 #define ASSAY_STATE_BUILDS_BUILD_STATES_H
 
@@ -12,9 +12,10 @@
 struct build_state {
     uint64_t id;
     struct built built;
-    struct timestamp written; /* when, count 0: never; not used by a command buffer's own map */
-    uint32_t host_writers;    /* commands of the host that are writing it: until they have ended
-                                 nothing is known of it */
+    struct timestamp written; /* when written; count 0: never; unused in a command buffer's own
+                               * map */
+    uint32_t host_writers;    /* number of host commands that are writing it: until they end, the
+                               * state is unknown */
 };
 
 /* Zero-initialized is empty. */
@@ -22,41 +23,46 @@ struct build_states {
     struct handle_table by_id;
 };
 
-/* NULL where nothing was noted. */
+/* Returns NULL if there is no state. */
 struct build_state *build_states_find(const struct build_states *states, uint64_t id);
 
-/* Will soon be looked for: fetches where it is found; and then, once that has come, what is. */
+/* Prefetch a state that will be looked up soon: first its place in the table; once that is in the
+ * cache, the state itself. */
 void build_states_prefetch(const struct build_states *states, uint64_t id);
 void build_states_prefetch_found(const struct build_states *states, uint64_t id);
 
-/* Notes what the structure was last built with; shares it. Out of memory: an older note is
- * forgotten, and false returned. */
+/* Sets the last build of a structure; shares `built`. If there is no memory for a new state,
+ * returns false and changes nothing. */
 bool build_states_set(struct build_states *states, uint64_t id, const struct built *built,
                       struct timestamp written);
 
-/* The same for a state that was found. */
+/* Likewise for a state found before. */
 void build_state_replace(struct build_state *state, const struct built *built,
                          struct timestamp written);
 
-/* A command of the host begins to write the structure. False without memory. */
+/* Called when a host command begins to write a structure. Returns false if there is no memory. */
 bool build_states_add_writer(struct build_states *states, uint64_t id);
 
-/* What states were before they were set, so that it can be undone: for calls that are judged before
- * they happen, and then may not happen. Zero-initialized is empty. */
+/* The previous states of structures, for commands that are replayed before they are called down and
+ * may fail. Zero-initialized is empty. */
 struct build_undo {
-    struct build_state *before; /* state BUILT_NEVER where nothing was noted */
+    struct build_state *before; /* state BUILT_NEVER if there was no state */
     size_t count, capacity;
 };
 
-/* Notes what is known of a structure before it is set or removed: `state`, or NULL where nothing
- * is. What it was built with moves to the note, and it is BUILT_UNKNOWN. False without memory; then
- * nothing has changed. */
+/* Records the state of a structure before it is set or removed; `state` is NULL if there is none.
+ * Moves `built` to the record and makes the state BUILT_UNKNOWN. Returns false and changes nothing
+ * if there is no memory. */
 bool build_undo_note(struct build_undo *undo, uint64_t id, struct build_state *state);
+/* Restores all recorded states, newest first, and removes the records. */
 void build_undo_carry_out(struct build_undo *undo, struct build_states *states);
-void build_undo_forget(struct build_undo *undo); /* keeps its memory, unless that is much */
+void build_undo_forget(struct build_undo *undo); /* removes all records; keeps the memory if it is
+                                                  * small */
 void build_undo_release(struct build_undo *undo);
 
+/* Removes the state of a structure if there is one. */
 void build_states_remove(struct build_states *states, uint64_t id);
+/* Frees all states and makes the map empty. */
 void build_states_release(struct build_states *states);
 
 #endif

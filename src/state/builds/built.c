@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Descriptions of builds, and the shapes that they share. */
+/* Makes, shares and releases descriptions of builds and their shapes. */
 #include "src/state/builds/built.h"
 
 #include <stdlib.h>
@@ -13,8 +13,9 @@ static void add_reference(atomic_uint *references)
     atomic_fetch_add_explicit(references, 1, memory_order_relaxed);
 }
 
-/* Release and acquire: who takes the last one has seen what the other holders did. */
-static bool take_reference(atomic_uint *references)
+/* Returns true if this was the last reference. Acquire and release: the thread that frees the
+ * object must see the other threads' accesses done. */
+static bool drop_reference(atomic_uint *references)
 {
     return atomic_fetch_sub_explicit(references, 1, memory_order_acq_rel) == 1;
 }
@@ -31,10 +32,10 @@ struct built built_share(const struct built *built)
 
 void built_release(struct built *built)
 {
-    if (built->shapes && take_reference(&built->shapes->references))
+    if (built->shapes && drop_reference(&built->shapes->references))
         free(built->shapes);
     build_inputs_release(built->inputs);
-    if (built->compacted_size && take_reference(&built->compacted_size->references))
+    if (built->compacted_size && drop_reference(&built->compacted_size->references))
         free(built->compacted_size);
     *built = (struct built){0};
 }
@@ -49,7 +50,7 @@ struct compacted_size *compacted_size_create(void)
     return compacted;
 }
 
-void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size)
+void compacted_size_update(struct compacted_size *compacted, VkDeviceSize size)
 {
     if (size && (!compacted->size || size < compacted->size))
         compacted->size = size;
@@ -74,7 +75,7 @@ describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
     return shape;
 }
 
-/* The offset of the dense shapes behind `count` items. */
+/* Returns the offset of the dense shapes, which follow `count` items. */
 static size_t dense_offset(uint32_t count)
 {
     size_t end = sizeof(struct geometry_shapes) + (size_t)count * sizeof(struct geometry_shape);
@@ -100,7 +101,7 @@ describe_dense(uint32_t index,
                                 .data_size = data->dataSize};
 }
 
-/* False where a geometry says that it is dense and has no data. */
+/* Returns false if a dense geometry has no data. */
 static bool describe_all_dense(const struct build_description *description,
                                struct geometry_shapes *shapes)
 {
@@ -157,7 +158,7 @@ static void describe_micromaps(const struct micromap_uses *uses, struct geometry
                 (struct micromap_shape){.handle = uses->items[i].handle, .given = true};
 }
 
-/* The triangles of a build of a micromap are counted in its structure. */
+/* The usage counts of a micromap build give the number of its triangles. */
 static void describe_built_micromap(const struct micromap_uses *uses,
                                     struct geometry_shapes *shapes)
 {
@@ -165,7 +166,7 @@ static void describe_built_micromap(const struct micromap_uses *uses,
     shapes->items[0].primitive_count = uses->built_triangle_count;
 }
 
-/* Without dense geometries and micromaps nothing lies behind the items. */
+/* Without dense geometries and micromaps, only the items are allocated. */
 static struct geometry_shapes *allocate_shapes(uint32_t count, uint32_t dense_count,
                                                bool has_micromaps)
 {
@@ -231,7 +232,7 @@ void built_add_shapes(struct built *built, const struct build_description *descr
 
 /* ---- VK_NV_ray_tracing */
 
-/* Nothing is drawn of no vertices, whatever the indices say. */
+/* A geometry without vertices has no triangles, whatever its index count. */
 uint32_t nv_primitive_count(const VkGeometryNV *geometry)
 {
     const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What an acceleration structure was built with: what later updates are measured by.
+/* Describes the last build of an acceleration structure, with which later updates are compared.
  *
- * Geometry details are kept only of builds that allow updates, of updates themselves, and of builds
- * of micromaps, whose one geometry has as many primitives as the micromap has triangles; they are
- * shared by reference between the journals of command buffers and the live states. */
+ * Geometry shapes are kept for builds that allow updates, for updates, and for builds of micromaps,
+ * whose one geometry has as many primitives as the micromap has triangles. The journals of command
+ * buffers and the live states share them by reference. */
 #ifndef ASSAY_STATE_BUILDS_BUILT_H
 #define ASSAY_STATE_BUILDS_BUILT_H
 
@@ -19,107 +19,111 @@
 struct geometry_shape {
     VkGeometryTypeKHR type;
     VkGeometryFlagsKHR flags;
-    VkFormat vertex_format; /* these four: triangles only */
+    VkFormat vertex_format; /* vertex_format to has_transform: triangles only */
     uint32_t max_vertex;
     VkIndexType index_type;
     bool has_transform;
-    bool count_known; /* the indirect command's counts are in device memory */
+    bool count_known; /* false for the indirect command, whose counts are in device memory */
     uint32_t primitive_count;
 };
 
-/* What a geometry of VK_AMDX_dense_geometry_format has beside its type and flags. */
+/* The additional members of a geometry of VK_AMDX_dense_geometry_format. */
 struct dense_shape {
-    uint32_t geometry; /* its index */
+    uint32_t geometry; /* index of the geometry */
     uint32_t triangle_count, vertex_count, max_primitive_index, max_geometry_index;
     uint32_t format;        /* VkCompressedTriangleFormatAMDX */
-    VkDeviceSize data_size; /* bytes */
+    VkDeviceSize data_size; /* in bytes */
 };
 
-/* What triangles were built with of VK_KHR_opacity_micromap. */
+/* The micromap of VK_KHR_opacity_micromap that triangles were built with. */
 struct micromap_shape {
-    uint64_t handle; /* 0: null */
-    bool given;      /* the structure that names it is there */
+    uint64_t handle; /* 0: VK_NULL_HANDLE */
+    bool given;      /* the chain has the structure with the handle */
 };
 
-/* Immutable once made; freed with its last reference. The dense shapes lie behind the items, and
- * behind those, if any geometry has a micromap, the micromaps of all. */
+/* Immutable; freed with the last reference. Any thread may share and release it. The dense shapes
+ * follow the items in memory; if any geometry has a micromap, the micromap shapes of all geometries
+ * follow those. */
 struct geometry_shapes {
     atomic_uint references;
     bool has_micromaps;
-    /* Of an update: the size of its dst, and what vkGetAccelerationStructureBuildSizesKHR says that
-     * it needs, in bytes; 0 where that isn't known. */
+    /* For an update: the size of its dst, and the size required by
+     * vkGetAccelerationStructureBuildSizesKHR, in bytes; 0 if unknown. */
     VkDeviceSize dst_size, needed_size;
     uint32_t count, dense_count;
     struct geometry_shape items[];
 };
 
-/* In ascending order of their geometries; dense_count of them. */
+/* Returns the dense shapes in ascending order of their geometries; there are dense_count. */
 const struct dense_shape *built_dense_shapes(const struct geometry_shapes *shapes);
 
-/* Of one geometry; zero where none was given. */
+/* Returns the micromap shape of one geometry; zero if it had none. */
 struct micromap_shape built_micromap_shape(const struct geometry_shapes *shapes, uint32_t geometry);
 
-/* What queries have told of the compacted size of one build: shared by the structure that holds it,
- * its copies, and the queries that wait to be read. `size` is for who owns the live states. */
+/* The compacted size of one build, as queried. Shared by the structure that holds the build, its
+ * copies, and the queries that are not read yet. Only the owner of the live states accesses
+ * `size`. */
 struct compacted_size {
     atomic_uint references;
-    VkDeviceSize size; /* bytes, the least answer; 0: none was read yet */
+    VkDeviceSize size; /* in bytes: the smallest query result; 0: none was read yet */
 };
 
 enum built_state {
-    BUILT_UNKNOWN, /* of undetermined order: nothing is said of it */
-    BUILT_NEVER,   /* created, and never written since */
+    BUILT_UNKNOWN, /* the last write is unknown */
+    BUILT_NEVER,   /* created and never written */
     BUILT_BEFORE,
-    BUILT_FILLED, /* deserialized: with what it was built isn't known */
+    BUILT_FILLED, /* deserialized: the flags and inputs of its build are unknown */
 };
 
 struct built {
-    /* Where: the command buffer and the build's position in it; of a build by the host, null and
-     * the index in pInfos. */
+    /* Where the build was recorded: the command buffer and the build's position in it. For a host
+     * build: NULL and the index in pInfos. */
     VkCommandBuffer command_buffer;
     uint32_t position;
 
     uint32_t geometry_count;
-    struct geometry_shapes *shapes; /* NULL where they weren't kept */
-    struct build_inputs *inputs;    /* NULL: none are kept */
+    struct geometry_shapes *shapes; /* NULL: not kept */
+    struct build_inputs *inputs;    /* NULL: not kept */
     VkAccelerationStructureTypeKHR type;
     VkBuildAccelerationStructureFlagsKHR flags;
     enum built_state state;
-    bool compacted; /* it holds a compacting copy */
-    bool sole;      /* of a query: nothing was written there before */
-    /* Live, or of a query: of the build that it holds, or that a compacting copy was made of. NULL
-     * where nobody asked. */
+    bool compacted; /* the structure holds a compacting copy */
+    bool sole;      /* of a query: this is its first write */
+    /* In live states and queries: the compacted size of the build, or of the build that was
+     * compacted. NULL if it has not been queried. */
     struct compacted_size *compacted_size;
 };
 
-/* NULL without memory; with one reference. */
+/* Returns a compacted size with one reference, or NULL if there is no memory. */
 struct compacted_size *compacted_size_create(void);
-void compacted_size_learn(struct compacted_size *compacted, VkDeviceSize size);
+/* Lowers the compacted size to `size`, a query result. Ignores 0. */
+void compacted_size_update(struct compacted_size *compacted, VkDeviceSize size);
 
-/* A copy shares what it points to; each copy is released by itself. */
+/* Returns a copy that shares the members it points to. Release each copy with built_release(). */
 struct built built_share(const struct built *built);
 void built_release(struct built *built);
 
-/* The micromaps that the geometries of one build use. */
+/* A micromap that a geometry of a build uses. */
 struct micromap_use {
     uint32_t geometry;
     bool is_ext;       /* of VK_EXT_opacity_micromap; else of VK_KHR_opacity_micromap */
-    uint64_t handle;   /* 0: null */
-    uint64_t id;       /* 0 where it isn't known */
-    bool is_unindexed; /* the triangles, whose count is known, have the micromap's in order, */
-    uint32_t first, triangle_count; /* beginning with that one */
-    struct accel_facts accel;       /* unless is_ext */
+    uint64_t handle;   /* 0: VK_NULL_HANDLE */
+    uint64_t id;       /* 0: unknown */
+    bool is_unindexed; /* the triangles use consecutive micromap triangles, and their count is
+                        * known */
+    uint32_t first, triangle_count; /* the first micromap triangle, and the number of triangles */
+    struct accel_facts accel;       /* not set if is_ext */
 };
 
 struct micromap_uses {
     struct micromap_use *items;
     uint32_t count, capacity;
-    bool incomplete;        /* some were lost for lack of memory */
-    bool built_count_known; /* the build is one of a micromap, of so many triangles */
+    bool incomplete;        /* some uses are missing because there was no memory */
+    bool built_count_known; /* the build is of a micromap with built_triangle_count triangles */
     uint32_t built_triangle_count;
 };
 
-/* Describes a build as the application gave it, all but its shapes: most builds keep none. */
+/* Describes a build as the application gave it, without shapes, which most builds don't keep. */
 static inline void built_describe(struct built *built,
                                   const VkAccelerationStructureBuildGeometryInfoKHR *info,
                                   VkCommandBuffer command_buffer, uint32_t position)
@@ -136,9 +140,10 @@ static inline void built_describe(struct built *built,
     built->compacted_size = NULL;
 }
 
-/* Nothing is known of it but where it is. */
+/* Makes a description unknown except for its position. */
 void built_forget(struct built *built);
 
+/* Returns whether the shapes of a build are kept. */
 static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     return (info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
@@ -146,23 +151,24 @@ static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryIn
            info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
 }
 
-/* For builds that have them. The geometries of `info`, and `ranges` where counts are known, are
- * readable. Without memory what was described is forgotten. */
+/* The inputs of built_add_shapes(). The geometries of `info`, and `ranges` if counts are known, are
+ * readable. */
 struct build_description {
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
     VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
-    bool dense_readable;                   /* the chains of dense geometries, with their data */
+    bool dense_readable;                   /* the chains of dense geometries are readable */
     const struct micromap_uses *micromaps; /* NULL: none */
     struct build_inputs *inputs;           /* shared; NULL: none */
 };
 
-/* Of a build of VK_NV_ray_tracing, whose geometries are readable: types, counts and index types.
- * NULL without memory. */
+/* Makes the shapes of a build of VK_NV_ray_tracing: types, counts and index types. Its geometries
+ * are readable. Returns NULL if there is no memory. */
 struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info);
-/* As many triangles or boxes as a geometry has. */
+/* Returns the number of triangles or AABBs of a geometry. */
 uint32_t nv_primitive_count(const VkGeometryNV *geometry);
 
+/* Adds the shapes of a build. Makes the description unknown if that fails. */
 void built_add_shapes(struct built *built, const struct build_description *description);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Structures and the flag that they were built with, since which turn. */
+/* The flags that structures were built with, and the serials of the writes. */
 #include "src/state/builds/built_flags.h"
 
 #include <pthread.h>
@@ -7,7 +7,7 @@
 
 #include "src/base/handle_table.h"
 
-/* Written at `written`, in turn `since`, and with the same flag ever after. */
+/* Written at `written` with serial `since`; every later write had the same flag. */
 struct flagged {
     bool allows;
     uint64_t since;
@@ -15,7 +15,7 @@ struct flagged {
 };
 
 struct built_flags {
-    pthread_mutex_t lock; /* guards the rest */
+    pthread_mutex_t lock; /* guards the other members */
     struct handle_table by_id;
     uint64_t serial;
 };
@@ -67,21 +67,21 @@ void built_flags_forget(struct built_flags *flags, uint64_t id)
     pthread_mutex_unlock(&flags->lock);
 }
 
-/* Without memory it is forgotten. */
+/* If there is no memory, the flag stays unknown. */
 static void set(struct built_flags *flags, uint64_t id, const struct flagged *flagged)
 {
-    struct flagged *there = handle_table_find(&flags->by_id, id);
-    if (there) {
-        if (there->allows != flagged->allows)
-            *there = *flagged;
+    struct flagged *existing = handle_table_find(&flags->by_id, id);
+    if (existing) {
+        if (existing->allows != flagged->allows)
+            *existing = *flagged;
         return;
     }
-    there = malloc(sizeof(*there));
-    if (!there)
+    existing = malloc(sizeof(*existing));
+    if (!existing)
         return;
-    *there = *flagged;
-    if (!handle_table_set(&flags->by_id, id, there))
-        free(there);
+    *existing = *flagged;
+    if (!handle_table_set(&flags->by_id, id, existing))
+        free(existing);
 }
 
 void built_flags_write(struct built_flags *flags, uint64_t id, const struct built *built,
@@ -110,23 +110,23 @@ uint64_t built_flags_now(struct built_flags *flags)
     return serial;
 }
 
-static bool came_before(const struct flagged *flagged, const struct execution_point *serial)
+static bool came_before(const struct flagged *flagged, const struct execution_point *point)
 {
     struct timestamp written = flagged->written;
-    bool is_own = written.queue == serial->now.queue && written.count == serial->now.count;
-    return flagged->since <= serial->serial &&
-           ((is_own && !serial->is_unordered) || execution_clock_has(&serial->follows, written));
+    bool is_own = written.queue == point->now.queue && written.count == point->now.count;
+    return flagged->since <= point->serial &&
+           ((is_own && !point->is_unordered) || execution_clock_has(&point->follows, written));
 }
 
 enum tristate built_flags_allow_disabling(struct built_flags *flags, uint64_t id,
-                                          const struct execution_point *serial)
+                                          const struct execution_point *point)
 {
-    if (!flags || !id || !serial)
+    if (!flags || !id || !point)
         return UNKNOWN;
     pthread_mutex_lock(&flags->lock);
     const struct flagged *flagged = handle_table_find(&flags->by_id, id);
     enum tristate allows = UNKNOWN;
-    if (flagged && came_before(flagged, serial))
+    if (flagged && came_before(flagged, point))
         allows = flagged->allows ? YES : NO;
     pthread_mutex_unlock(&flags->lock);
     return allows;

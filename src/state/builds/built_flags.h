@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether structures were built so that instances may disable their micromaps, told of any turn in
- * the order of execution for as long as that hasn't changed since: for who learns only later what a
- * build has read. Locks itself; nothing is called under the lock. */
+/* Answers, for a past execution point, whether a structure was built so that instances may disable
+ * its micromaps. An answer is known as long as the flag hasn't changed since that point. Takes its
+ * own lock and calls nothing while it is locked. */
 #ifndef ASSAY_STATE_BUILDS_BUILT_FLAGS_H
 #define ASSAY_STATE_BUILDS_BUILT_FLAGS_H
 
@@ -10,28 +10,30 @@
 
 struct built_flags;
 
-/* When a build executed, and what came before it. */
+/* When a build executed, and the work that executed before it. */
 struct execution_point {
     uint64_t serial;
     struct timestamp now;
-    bool is_unordered; /* what its batch does has no order in itself */
+    bool is_unordered; /* the commands of its batch are unordered among themselves */
     struct execution_clock follows;
 };
 
-struct built_flags *built_flags_create(void);        /* NULL without memory */
-void built_flags_destroy(struct built_flags *flags); /* NULL: nothing, here and below */
+struct built_flags *built_flags_create(void);        /* NULL if there is no memory */
+void built_flags_destroy(struct built_flags *flags); /* no effect if `flags` is NULL, also below */
 
-/* The structure of that id was written at that moment, and the turn it was. */
+/* Records a write of the structure `id` at the timestamp `written`, and gives the write the next
+ * serial. */
 void built_flags_write(struct built_flags *flags, uint64_t id, const struct built *built,
                        struct timestamp written);
-/* Nothing is known of it, or of any, until it is written again. */
+/* The flag of one structure, or of all, is unknown until it is written again. */
 void built_flags_forget(struct built_flags *flags, uint64_t id);
 void built_flags_forget_all(struct built_flags *flags);
 
-/* The turn of what executes now. */
+/* Returns the current serial. `flags` must not be NULL. */
 uint64_t built_flags_now(struct built_flags *flags);
-/* Whether the structure, as a build at that turn found it, lets instances disable micromaps. */
+/* Returns whether the structure allowed instances to disable micromaps at an execution point.
+ * UNKNOWN if `point` is NULL. */
 enum tristate built_flags_allow_disabling(struct built_flags *flags, uint64_t id,
-                                          const struct execution_point *serial);
+                                          const struct execution_point *point);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The life of kept data. */
+/* Reference counting of build inputs. */
 #include "src/state/builds/inputs.h"
 
 #include <stdlib.h>

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is kept of the data of a build that may be updated: how many primitives it has, which of
- * them were active, and the indices. Kept at level CONTENT alone: a bit a primitive, and the bytes
- * of the indices.
+/* The inputs of a build that are kept for later updates: for each geometry the number of
+ * primitives, which of them were inactive, and the indices. Kept at level CONTENT only. Takes one
+ * bit for each primitive, and the bytes of the indices.
  *
- * Of a build of the host it is known at the call; of one in a command buffer each execution has its
- * own, which is attached to the live states when its turn comes and filled once it is complete. */
+ * The inputs of a host build are known during the call. For a device build, each execution has its
+ * own inputs, which are attached to the live states when the build executes, and filled when the
+ * execution has completed. */
 #ifndef ASSAY_STATE_BUILDS_INPUTS_H
 #define ASSAY_STATE_BUILDS_INPUTS_H
 
@@ -12,33 +13,34 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* NULL where something isn't known, or isn't there. */
+/* Members are NULL if unknown or absent. */
 struct geometry_inputs {
     bool count_known;
     uint32_t primitive_count;
     uint64_t *inactive; /* bit i of word i / 64: primitive 64 * (i / 64) + i % 64 */
     uint8_t *indices;
-    uint64_t indices_size; /* bytes */
+    uint64_t indices_size; /* in bytes */
 };
 
-/* Whoever reads the data fills it, and then says that it is known: from then on it is immutable.
- * Freed with its last reference. */
+/* The reader of the data fills the items and then calls build_inputs_mark_known(); from then on
+ * they are immutable. Freed with the last reference. */
 struct build_inputs {
     atomic_uint references;
     atomic_bool is_known;
-    const void *filler; /* what will fill it, for who does; NULL: not known yet */
-    uint32_t count;     /* of geometries */
+    const void *filler; /* the object that will fill the items, set and compared by the filler only;
+                         * NULL: not known yet */
+    uint32_t count;     /* number of geometries */
     struct geometry_inputs items[];
 };
 
-/* With one reference, all unknown; NULL without memory. */
+/* Returns unknown inputs with one reference, or NULL if there is no memory. */
 struct build_inputs *build_inputs_create(uint32_t count);
 struct build_inputs *build_inputs_share(struct build_inputs *inputs); /* may be NULL */
 void build_inputs_release(struct build_inputs *inputs);               /* may be NULL */
 
-/* The items don't change any more. */
+/* Called when the items are complete and will not change. */
 void build_inputs_mark_known(struct build_inputs *inputs); /* may be NULL */
-/* Those of a geometry; NULL where they aren't known. `contents` may be NULL. */
+/* Returns the inputs of a geometry, or NULL if they are unknown. `inputs` may be NULL. */
 const struct geometry_inputs *build_inputs_of(const struct build_inputs *inputs, uint32_t geometry);
 
 #endif

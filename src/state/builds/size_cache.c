@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The cache of build sizes: direct-mapped. Its readers neither lock nor write, as each build of
- * each thread is one. */
+/* The cache of build sizes: direct-mapped. Readers take no lock and write nothing, because every
+ * build of every thread reads it. */
 #include "src/state/builds/size_cache.h"
 
 #include <stdatomic.h>
@@ -17,8 +17,8 @@
 enum { ENTRIES = 1024, CACHE_LINE = 64 };
 enum { SHAPE_LOW, SHAPE_HIGH, STRUCTURE_SIZE, BUILD_SCRATCH, UPDATE_SCRATCH, WORDS };
 
-/* What the words say is valid if the version is even, not 0, and the same before and after they
- * are read: a writer makes it odd first and even last. */
+/* The words are valid if the version is even, not 0, and the same before and after they are read. A
+ * writer makes the version odd first and even last. */
 struct size_entry {
     atomic_uint_fast64_t version;
     atomic_uint_fast64_t words[WORDS];
@@ -58,7 +58,7 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
         return false;
     XXH128_hash_t hash = XXH3_128bits(&small, sizeof(small));
 
-    /* Chain the hashes of the others: one geometry is the common case. */
+    /* Chains the hashes of the other geometries: one geometry is the common case. */
     for (uint32_t i = 1; i < info->geometryCount; i++) {
         struct {
             XXH128_hash_t before;
@@ -72,7 +72,7 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
     return true;
 }
 
-/* A reader that sees a word of a writer, which releases each, then sees its version, too. */
+/* Release and acquire: a reader that sees a word of a writer also sees the writer's version. */
 static inline uint64_t read_word(const struct size_entry *entry, int word)
 {
     return atomic_load_explicit(&entry->words[word], memory_order_acquire);
@@ -109,7 +109,7 @@ void size_cache_add(struct size_cache *cache, const struct build_shape *shape,
     if (version % 2 ||
         !atomic_compare_exchange_strong_explicit(&entry->version, &version, version + 1,
                                                  memory_order_acquire, memory_order_relaxed))
-        return; /* another thread writes it */
+        return; /* another thread is writing the entry */
     write_word(entry, SHAPE_LOW, shape->low);
     write_word(entry, SHAPE_HIGH, shape->high);
     write_word(entry, STRUCTURE_SIZE, sizes->acceleration_structure);

@@ -12,8 +12,8 @@
 
 #include "src/state/builds/build_info.h"
 
-/* Without padding, so that its bytes can be hashed. Zeros where there is no geometry, or no such
- * member. */
+/* Has no padding, so that its bytes can be hashed. Members are 0 if there is no geometry, or if its
+ * type lacks the member. */
 struct small_shape {
     uint32_t build_type, type, flags, geometry_count;
     struct shape_geometry {
@@ -24,7 +24,8 @@ struct small_shape {
     } first;
 };
 
-/* Member by member, so that a shape that is only compared need not be written. */
+/* Compares member by member, so that the compiler need not write a shape to memory only to compare
+ * it. */
 static inline bool small_shapes_are_equal(const struct small_shape *a, const struct small_shape *b)
 {
     const struct shape_geometry *x = &a->first, *y = &b->first;
@@ -37,7 +38,7 @@ static inline bool small_shapes_are_equal(const struct small_shape *a, const str
     return !different && x->stride == y->stride;
 }
 
-/* These two return false where a chain is present, whose meaning for the sizes isn't known. */
+/* These two functions return false if there is a chain, whose effect on the sizes is unknown. */
 static inline bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *geometry,
                                      uint32_t primitive_count, struct shape_geometry *shape)
 {
@@ -66,7 +67,7 @@ static inline bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *g
     return false;
 }
 
-/* The build without its geometries behind the first. */
+/* Gets the shape of a build with its first geometry only. */
 static inline bool small_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
                                   const uint32_t *primitive_counts,
                                   VkAccelerationStructureBuildTypeKHR build_type,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How the records of acceleration structures come and go. */
+/* The records of acceleration structures: creation and destruction. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
@@ -23,7 +23,7 @@ void accel_record_free(struct accel_record *accel)
     free(accel);
 }
 
-/* Returns the id of what was removed, or 0. */
+/* Returns the id of the removed record, or 0. */
 static uint64_t remove_accel(struct resources *resources, VkAccelerationStructureKHR handle)
 {
     struct accel_record *accel =
@@ -48,7 +48,7 @@ static void put_into_buffer(struct accel_record *accel, struct buffer_record *bu
     resources_refresh_accel(accel);
 }
 
-/* Without a buffer; NULL without memory. */
+/* Makes a record without a buffer. Returns NULL if there is no memory. */
 static struct accel_record *make_accel(VkAccelerationStructureKHR handle, VkDeviceSize size,
                                        VkAccelerationStructureTypeKHR type,
                                        VkAccelerationStructureCreateFlagsKHR flags)
@@ -70,9 +70,9 @@ static void add_accel(struct resources *resources, struct accel_record *accel,
     remove_accel(resources, handle);
     if (accel)
         accel->facts.id = ++resources->last_id;
-    bool kept =
+    bool published =
         resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel);
-    if (accel && kept && buffer)
+    if (accel && published && buffer)
         put_into_buffer(accel, buffer);
 }
 
@@ -104,8 +104,8 @@ static void note_containing_buffer(const struct address_facts *place, void *cont
     search->matches++;
 }
 
-/* Several buffers may hold the range; which one is meant doesn't matter for where the bytes lie,
- * but it does for what happens when one of them dies, so then the buffer counts as unknown. */
+/* Several buffers may contain the range. Their bytes are the same, but the buffer whose destruction
+ * ends the structure is ambiguous, so the buffer then counts as unknown. */
 void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
                             const VkAccelerationStructureCreateInfo2KHR *create_info)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How guesses at places are made. */
+/* Guesses the buffer range that contains a device address: second guesses and tuning. */
 #include "src/state/resources/address_guesses.h"
 
 #include <string.h>
@@ -14,7 +14,7 @@ const struct address_facts *address_guesses_second(const struct address_guesses 
     for (size_t way = 0; way < ADDRESS_WAYS; way++) {
         guess =
             atomic_load_explicit(address_guesses_item(guesses, grain, way), memory_order_relaxed);
-        if (address_guesses_know(guesses, guess, grain))
+        if (address_guesses_matches(guesses, guess, grain))
             break;
     }
     return &guesses->ranges[guess & guesses->mask];
@@ -28,7 +28,7 @@ unsigned address_guesses_remember(const struct address_guesses *guesses, uint64_
     for (unsigned way = 0; way < ADDRESS_WAYS; way++) {
         _Atomic uint32_t *item = address_guesses_item(guesses, grain, way);
         uint32_t old = atomic_load_explicit(item, memory_order_relaxed);
-        if (old && !address_guesses_know(guesses, old, grain))
+        if (old && !address_guesses_matches(guesses, old, grain))
             continue;
         atomic_store_explicit(item, guess, memory_order_relaxed);
         return old && old != guess ? ADDRESS_WAYS : way;
@@ -43,17 +43,17 @@ static void forget_all(const struct address_guesses *guesses)
     memset((void *)guesses->items, 0, ((size_t)guesses->mask + 1) * sizeof(*guesses->items));
 }
 
-/* What was tried, and the best of that. */
+/* The best parameters found so far. */
 struct choice {
     const uint64_t *addresses;
     size_t count;
     unsigned grain_shift;
     uint64_t factor;
-    uint64_t cost; /* how many items are looked at in vain until all places are found */
+    uint64_t cost; /* items that are tried and don't match before every range is found */
 };
 
-static void attempt(struct address_guesses *guesses, unsigned grain_shift, uint64_t factor,
-                    struct choice *best)
+static void try_parameters(struct address_guesses *guesses, unsigned grain_shift, uint64_t factor,
+                           struct choice *best)
 {
     uint64_t cost = 0;
     guesses->grain_shift = grain_shift;
@@ -68,18 +68,18 @@ static void attempt(struct address_guesses *guesses, unsigned grain_shift, uint6
     best->factor = factor;
 }
 
-/* The largest grains that tell places apart, in their order, are the best: neighbours then share a
- * cache line, and a large buffer takes few guesses. Where places lie too unevenly for that, small
- * ones are spread, by a factor that happens to be good for how they lie. */
+/* Prefers the largest grain that separates the ranges, with slots in address order: neighbours then
+ * share a cache line, and a large buffer needs few guesses. If the ranges are too unevenly spaced
+ * for that, uses the smallest grain and the multiplier that spreads these ranges best. */
 void address_guesses_tune(struct address_guesses *guesses, const uint64_t *addresses, size_t count)
 {
     const uint64_t in_order = (uint64_t)1 << 32, good = count / 16;
     struct choice best = {.addresses = addresses, .count = count, .cost = UINT64_MAX};
     for (unsigned shift = LARGEST_GRAIN; shift >= SMALLEST_GRAIN && best.cost > good; shift--)
-        attempt(guesses, shift, in_order, &best);
+        try_parameters(guesses, shift, in_order, &best);
     uint64_t factor = 0x9e3779b97f4a7c15u; /* 2^64 / phi, and its powers */
     for (unsigned i = 0; i < FACTORS && best.cost > good; i++, factor *= 0x9e3779b97f4a7c15u)
-        attempt(guesses, SMALLEST_GRAIN, factor, &best);
+        try_parameters(guesses, SMALLEST_GRAIN, factor, &best);
     guesses->grain_shift = best.grain_shift;
     guesses->factor = best.factor;
     forget_all(guesses);

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The ordered set of the places of buffers. */
+/* The ordered set of buffer ranges. */
 #include "src/state/resources/address_map.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_PLACES = 16, FIRST_CHUNKS = 8, FIRST_SLOTS = 128, CACHE_LINE = 64 };
-/* Guesses are chosen anew where one in so many places has no room among them. */
-enum { CROWD = 16 };
+enum { CHUNK_RANGES = 16, FIRST_CHUNKS = 8, FIRST_SLOTS = 128, CACHE_LINE = 64 };
+/* Guesses are tuned again if one range in CROWDED_FRACTION has no guess of its own. */
+enum { CROWDED_FRACTION = 16 };
 
 _Static_assert(sizeof(struct address_facts) == CACHE_LINE, "a look-up reads one line");
 
-/* Places in order. */
+/* Ranges in ascending order of addresses. */
 struct address_chunk {
-    uint64_t begins[CHUNK_PLACES];
-    uint32_t slots[CHUNK_PLACES];
+    uint64_t begins[CHUNK_RANGES];
+    uint32_t slots[CHUNK_RANGES];
     size_t count; /* never 0 between calls */
 };
 
@@ -23,7 +23,7 @@ static uint64_t end_of(const struct address_facts *range)
     return range->address + range->bytes_left;
 }
 
-/* The number of places of a chunk that begin at or before `address`. */
+/* Returns the number of ranges of a chunk that begin at or before `address`. */
 static size_t count_up_to(const struct address_chunk *chunk, uint64_t address)
 {
     size_t count = 0;
@@ -32,8 +32,8 @@ static size_t count_up_to(const struct address_chunk *chunk, uint64_t address)
     return count;
 }
 
-/* The last chunk that begins at or before `address`; chunk 0 if none does. Without branches, which
- * no processor could predict. */
+/* Returns the last chunk that begins at or before `address`, else chunk 0. Branchless, because no
+ * processor could predict the branches. */
 static size_t chunk_of(const struct address_map *map, uint64_t address)
 {
     size_t low = 0, count = map->chunk_count;
@@ -45,14 +45,14 @@ static size_t chunk_of(const struct address_map *map, uint64_t address)
     return low;
 }
 
-/* ---- what is known of places together */
+/* ---- what is derived from all ranges together */
 
 static uint64_t larger_of(uint64_t a, uint64_t b)
 {
     return a > b ? a : b;
 }
 
-/* The beginning of the place behind place `i` of chunk `c`. */
+/* Returns where the range after range `i` of chunk `c` begins. */
 static uint64_t begin_of_next(const struct address_map *map, size_t c, size_t i)
 {
     if (i + 1 < map->chunks[c]->count)
@@ -60,9 +60,9 @@ static uint64_t begin_of_next(const struct address_map *map, size_t c, size_t i)
     return c + 1 < map->chunk_count ? map->chunks[c + 1]->begins[0] : UINT64_MAX;
 }
 
-/* Restores what a chunk and the map know of its places; `reach` is that of the chunks before it.
- * Returns how far it reaches with them. */
-static uint64_t settle_chunk(struct address_map *map, size_t c, uint64_t reach)
+/* Recomputes is_shared of the ranges of a chunk. `reach` is the largest end in the chunks before
+ * it. Returns the largest end including this chunk. */
+static uint64_t update_chunk(struct address_map *map, size_t c, uint64_t reach)
 {
     const struct address_chunk *chunk = map->chunks[c];
     for (size_t i = 0; i < chunk->count; i++) {
@@ -74,15 +74,16 @@ static uint64_t settle_chunk(struct address_map *map, size_t c, uint64_t reach)
     return reach;
 }
 
-/* Restores what is known of chunk `c`, which has changed, of the one before it, whose last place
- * has another behind it now, and of those behind it as far as it reaches otherwise than before. */
-static void settle(struct address_map *map, size_t changed)
+/* Recomputes what is derived from the ranges after chunk `changed` has changed: for that chunk, for
+ * the one before it, whose last range has a new successor, and for the following chunks until the
+ * reach stays the same. */
+static void update_from(struct address_map *map, size_t changed)
 {
-    bool reaches_otherwise = true;
+    bool reach_changed = true;
     for (size_t c = changed ? changed - 1 : 0;
-         c < map->chunk_count && (c <= changed || reaches_otherwise); c++) {
-        uint64_t reach = settle_chunk(map, c, c ? map->reaches[c - 1] : 0);
-        reaches_otherwise = map->reaches[c] != reach;
+         c < map->chunk_count && (c <= changed || reach_changed); c++) {
+        uint64_t reach = update_chunk(map, c, c ? map->reaches[c - 1] : 0);
+        reach_changed = map->reaches[c] != reach;
         map->reaches[c] = reach;
         map->firsts[c] = map->chunks[c]->begins[0];
     }
@@ -90,8 +91,8 @@ static void settle(struct address_map *map, size_t changed)
 
 /* ---- slots */
 
-/* The slot that an address leads to or one beside it, or, where these are taken, the next behind
- * `cursor` that isn't. */
+/* Returns the slot that an address hashes to or another way of it; if these are taken, the next
+ * free slot after `cursor`. */
 static uint32_t take_slot(const struct address_guesses *guesses, uint64_t address, size_t *cursor)
 {
     size_t home = address_guesses_home(guesses, address >> guesses->grain_shift);
@@ -104,16 +105,16 @@ static uint32_t take_slot(const struct address_guesses *guesses, uint64_t addres
     return (uint32_t)*cursor;
 }
 
-/* Puts a place into a slot; returns whether there is room for a guess at it. */
-static bool settle_range(const struct address_guesses *guesses, const struct address_facts *range,
-                         size_t *cursor, uint32_t *slot)
+/* Copies a range into a slot. Returns whether its guess overwrites no other. */
+static bool store_range(const struct address_guesses *guesses, const struct address_facts *range,
+                        size_t *cursor, uint32_t *slot)
 {
     *slot = take_slot(guesses, range->address, cursor);
     guesses->ranges[*slot] = *range;
     return address_guesses_remember(guesses, range->address, *slot) < ADDRESS_WAYS;
 }
 
-/* Where places begin, in their order; NULL without memory. */
+/* Returns the ascending addresses of all ranges; the caller frees them. NULL: no memory. */
 static uint64_t *begins_of_all(const struct address_map *map)
 {
     uint64_t *begins = malloc((map->range_count + 1) * sizeof(*begins)), *next = begins;
@@ -125,7 +126,7 @@ static uint64_t *begins_of_all(const struct address_map *map)
     return begins;
 }
 
-/* Makes so many slots, chosen anew for the places that there are. */
+/* Allocates `slot_count` slots and tunes the guesses for the ranges of the map. */
 static bool rebuild(struct address_map *map, uint32_t slot_count)
 {
     const struct address_guesses old = map->guesses;
@@ -146,18 +147,18 @@ static bool rebuild(struct address_map *map, uint32_t slot_count)
     for (size_t c = 0; c < map->chunk_count; c++)
         for (size_t i = 0; i < map->chunks[c]->count; i++) {
             uint32_t *slot = &map->chunks[c]->slots[i];
-            settle_range(&guesses, &old.ranges[*slot], &map->cursor, slot);
+            store_range(&guesses, &old.ranges[*slot], &map->cursor, slot);
         }
     free((void *)old.items);
     free(old.ranges);
     map->guesses = guesses;
     map->slot_count = slot_count;
     map->crowded = 0;
-    map->chosen_for = map->range_count;
+    map->tuned_for = map->range_count;
     return true;
 }
 
-/* So many that half of them at least stay free, also when one place more comes. */
+/* Returns a number of slots of which at least half stay free after one more range is added. */
 static uint32_t slots_for(uint32_t range_count)
 {
     uint32_t slots = FIRST_SLOTS;
@@ -171,13 +172,13 @@ static bool reserve_slot(struct address_map *map)
     return map->range_count < map->slot_count / 2 || rebuild(map, slots_for(map->range_count));
 }
 
-/* Chooses guesses anew, if that succeeds, where they are for others than there are: where places
- * crowd, and whenever there are twice as many as there were, or half as many, which gives back
- * slots. */
-static void adapt(struct address_map *map)
+/* Tunes the guesses again if too many ranges have none, or if the number of ranges has doubled or
+ * halved. Halving frees slots. Keeps the old guesses if there is no memory. */
+static void retune_if_needed(struct address_map *map)
 {
     uint32_t count = map->range_count;
-    if (map->crowded * CROWD > count || count > 2 * map->chosen_for || 2 * count < map->chosen_for)
+    if (map->crowded * CROWDED_FRACTION > count || count > 2 * map->tuned_for ||
+        2 * count < map->tuned_for)
         rebuild(map, slots_for(count));
 }
 
@@ -204,7 +205,7 @@ static bool reserve_chunks(struct address_map *map)
     return true;
 }
 
-/* Moves the items of chunks from `from` on to `to`. */
+/* Moves the items of the parallel arrays from index `from` on to index `to`. */
 static void move_chunks(struct address_map *map, size_t to, size_t from)
 {
     size_t count = map->chunk_count - from;
@@ -213,7 +214,7 @@ static void move_chunks(struct address_map *map, size_t to, size_t from)
     memmove(&map->reaches[to], &map->reaches[from], count * sizeof(*map->reaches));
 }
 
-/* Makes room for an empty chunk at index `c`; NULL without memory. */
+/* Inserts an empty chunk at index `c`. Returns NULL if there is no memory. */
 static struct address_chunk *insert_chunk(struct address_map *map, size_t c)
 {
     if (!reserve_chunks(map))
@@ -236,7 +237,7 @@ static void remove_chunk(struct address_map *map, size_t c)
     map->chunk_count--;
 }
 
-/* Moves `count` places from `from` of one chunk to `to` of another, or of the same. */
+/* Moves `count` ranges to index `to` of `target`; `source` may be the same chunk. */
 static void move_ranges(struct address_chunk *target, size_t to, const struct address_chunk *source,
                         size_t from, size_t count)
 {
@@ -244,7 +245,7 @@ static void move_ranges(struct address_chunk *target, size_t to, const struct ad
     memmove(&target->slots[to], &source->slots[from], count * sizeof(source->slots[0]));
 }
 
-/* Moves the places of a full chunk from `from` on into a new one behind it. */
+/* Moves the ranges of a full chunk from index `from` on into a new chunk after it. */
 static bool split_chunk(struct address_map *map, size_t c, size_t from)
 {
     struct address_chunk *upper = insert_chunk(map, c + 1);
@@ -254,26 +255,26 @@ static bool split_chunk(struct address_map *map, size_t c, size_t from)
     upper->count = lower->count - from;
     lower->count = from;
     move_ranges(upper, 0, lower, from, upper->count);
-    settle(map, c);
-    settle(map, c + 1);
+    update_from(map, c);
+    update_from(map, c + 1);
     return true;
 }
 
 /* ---- changes */
 
-/* The index of a chunk for a place at `address`, with room for it; chunk_count without memory. */
+/* Returns a chunk that has room for a range at `address`, or chunk_count if there is no memory. */
 static size_t make_room(struct address_map *map, uint64_t address)
 {
     if (!map->chunk_count)
         return insert_chunk(map, 0) ? 0 : map->chunk_count;
     size_t c = chunk_of(map, address);
     const struct address_chunk *chunk = map->chunks[c];
-    if (chunk->count < CHUNK_PLACES)
+    if (chunk->count < CHUNK_RANGES)
         return c;
-    /* What comes in ascending order fills chunks. */
-    if (address >= chunk->begins[CHUNK_PLACES - 1])
+    /* Ranges added in ascending order fill chunks completely. */
+    if (address >= chunk->begins[CHUNK_RANGES - 1])
         return insert_chunk(map, c + 1) ? c + 1 : map->chunk_count;
-    if (!split_chunk(map, c, CHUNK_PLACES / 2))
+    if (!split_chunk(map, c, CHUNK_RANGES / 2))
         return map->chunk_count;
     return chunk_of(map, address);
 }
@@ -287,7 +288,7 @@ bool address_map_add(struct address_map *map, const struct address_facts *range)
     if (c == map->chunk_count)
         return false;
     uint32_t slot;
-    map->crowded += !settle_range(&map->guesses, range, &map->cursor, &slot);
+    map->crowded += !store_range(&map->guesses, range, &map->cursor, &slot);
     map->range_count++;
     struct address_chunk *chunk = map->chunks[c];
     size_t at = count_up_to(chunk, begin);
@@ -295,12 +296,12 @@ bool address_map_add(struct address_map *map, const struct address_facts *range)
     chunk->begins[at] = begin;
     chunk->slots[at] = slot;
     chunk->count++;
-    settle(map, c);
-    adapt(map);
+    update_from(map, c);
+    retune_if_needed(map);
     return true;
 }
 
-/* Where a place is in the order. */
+/* The position of a range in the ordered set. */
 struct position {
     size_t chunk, entry;
 };
@@ -310,8 +311,8 @@ static struct address_facts *range_at(const struct address_map *map, struct posi
     return &map->guesses.ranges[map->chunks[position.chunk]->slots[position.entry]];
 }
 
-/* Finds the place of that address and buffer. Equal addresses may lie in several chunks, so look
- * back from the last of them. */
+/* Finds the range with that address and buffer_id. Equal addresses may lie in several chunks, so
+ * searches back from the last one. */
 static bool find_range(const struct address_map *map, const struct address_facts *range,
                        struct position *position)
 {
@@ -334,10 +335,10 @@ void address_map_update(struct address_map *map, const struct address_facts *ran
     struct position position;
     if (!find_range(map, range, &position))
         return;
-    struct address_facts *kept = range_at(map, position);
-    bool is_shared = kept->is_shared;
-    *kept = *range;
-    kept->is_shared = is_shared;
+    struct address_facts *stored = range_at(map, position);
+    bool is_shared = stored->is_shared;
+    *stored = *range;
+    stored->is_shared = is_shared;
 }
 
 void address_map_remove(struct address_map *map, const struct address_facts *range)
@@ -353,8 +354,8 @@ void address_map_remove(struct address_map *map, const struct address_facts *ran
     move_ranges(chunk, at, chunk, at + 1, chunk->count - at);
     if (!chunk->count)
         remove_chunk(map, c);
-    settle(map, c);
-    adapt(map);
+    update_from(map, c);
+    retune_if_needed(map);
 }
 
 /* ---- look-ups */
@@ -362,13 +363,13 @@ void address_map_remove(struct address_map *map, const struct address_facts *ran
 struct address_guesses address_map_guesses(const struct address_map *map)
 {
     static _Atomic uint32_t no_items[ADDRESS_WAYS];
-    static struct address_facts nobody;
+    static struct address_facts no_range;
     if (map && map->slot_count)
         return map->guesses;
-    return (struct address_guesses){.items = no_items, .ranges = &nobody};
+    return (struct address_guesses){.items = no_items, .ranges = &no_range};
 }
 
-/* In the chunks before its own every place begins before the address. */
+/* Every range in the chunks before chunk_of(address) begins before the address. */
 void address_map_find(const struct address_map *map, uint64_t address, buffer_range_visitor visit,
                       void *context)
 {

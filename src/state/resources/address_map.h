@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which buffers cover a device address: an ordered set of their places, which may overlap (buffers
- * that alias memory share addresses). Not locked: its owner is.
+/* Maps device addresses to buffers: an ordered set of buffer ranges, which may overlap because
+ * buffers that alias memory share addresses. Not locked: its owner is.
  *
- * A place is what there is to say of its first address; what there is to say of another is that,
- * moved. It is one cache line, in a slot. For a look-up in a large scene waits for memory more than
- * for anything else: it reads one slot, which is guessed (address_guesses.h). Only where that is
- * wrong, or where buffers overlap, the order of places is searched: slots sorted by address in
- * chunks, so that an insertion moves one chunk at most. Each chunk knows how far it and all before
- * it reach, so that a search walks back no further than there is something to find.
- */
+ * A buffer range is stored as the facts about its first address; the facts about another address
+ * follow from the offset. Each range is one cache line, in a slot. A look-up in a large scene
+ * mostly waits for memory, so it reads one slot, which is guessed (address_guesses.h). The ordered
+ * set is searched only if the guess is wrong or if buffers overlap: slot numbers sorted by address,
+ * in chunks, so that an insertion moves one chunk at most. Each chunk stores the largest end of its
+ * ranges and of all ranges before it, which bounds the backward search. */
 #ifndef ASSAY_STATE_RESOURCES_ADDRESS_MAP_H
 #define ASSAY_STATE_RESOURCES_ADDRESS_MAP_H
 
@@ -20,40 +19,43 @@ struct address_chunk;
 
 struct address_map {
     struct address_guesses guesses;
-    uint32_t chosen_for; /* so many places */
-    uint32_t crowded;    /* places for which there was no room among them since */
+    uint32_t tuned_for; /* number of ranges that the guesses were tuned for */
+    uint32_t crowded;   /* guesses overwritten since then */
     uint32_t range_count, slot_count;
-    size_t cursor; /* the last slot that was taken for its being free */
-    /* Arrays side by side, an item a chunk. */
+    size_t cursor; /* the last slot that take_slot found by linear search */
+    /* Parallel arrays, one item for each chunk. */
     struct address_chunk **chunks;
-    uint64_t *firsts;  /* where each begins, to be searched */
-    uint64_t *reaches; /* the largest end in it and in all before it */
+    uint64_t *firsts;  /* address of the first range of each chunk, for binary search */
+    uint64_t *reaches; /* largest end in each chunk and all chunks before it */
     size_t chunk_count, chunk_capacity;
 };
 
-/* Adds a copy. Of size (bytes_left) 0 and ranges that wrap are refused, as is a lack of memory. */
+/* Adds a copy of `range`. Returns false if the range is empty (bytes_left 0) or wraps around, or if
+ * there is no memory. */
 bool address_map_add(struct address_map *map, const struct address_facts *range);
 
-/* Changes what is said of a buffer that keeps its address and size; nothing happens if it isn't
- * there. */
+/* Replaces the facts about a buffer whose address and size stay the same. Does nothing if the map
+ * has no such range. */
 void address_map_update(struct address_map *map, const struct address_facts *range);
 
-/* Removes the place of that address and buffer_id; nothing happens if there is none. */
+/* Removes the range with that address and buffer_id. Does nothing if there is none. */
 void address_map_remove(struct address_map *map, const struct address_facts *range);
 
-/* Those of a map, or, where that is NULL, of an empty one; good until the map changes. A copy of
- * them can stay in the processor's registers. */
+/* Returns the guesses of a map, or those of an empty map if `map` is NULL. Valid until the map
+ * changes. Returned by value so that the compiler can keep them in registers. */
 struct address_guesses address_map_guesses(const struct address_map *map);
 
 typedef void (*buffer_range_visitor)(const struct address_facts *range, void *context);
 
-/* Calls `visit` for every place that holds `address`, and remembers where that was. */
+/* Calls `visit` for every range that contains `address`, and stores a guess for each. */
 void address_map_find(const struct address_map *map, uint64_t address, buffer_range_visitor visit,
                       void *context);
 
-/* Calls `visit` for every place, in ascending order of addresses; it must not change the map. */
+/* Calls `visit` for every range in ascending order of addresses. `visit` must not change the
+ * map. */
 void address_map_each(const struct address_map *map, buffer_range_visitor visit, void *context);
 
+/* Frees the memory of the map and makes it empty. */
 void address_map_release(struct address_map *map);
 
 #endif

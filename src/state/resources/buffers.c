@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How the records of buffers come and go, and what they are bound to. */
+/* The records of buffers: creation, destruction, binding and addresses. */
 #include <stdlib.h>
 
 #include "src/base/chain.h"
@@ -44,7 +44,7 @@ static void remove_buffer(struct resources *resources, VkBuffer handle)
         handle_table_remove(&resources->buffers, (uint64_t)(uintptr_t)handle);
     if (!buffer)
         return;
-    if (buffer->where.address) /* who still refers to the record has nothing to update there */
+    if (buffer->where.address) /* structures that refer to the record need no address */
         remove_address(resources, buffer);
     resources_count_destroyed(resources);
     buffer->alive = false;
@@ -59,8 +59,8 @@ static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *create_info)
     return flags2 ? flags2->usage : create_info->usage;
 }
 
-/* Whether the application asked for an address that it knows from elsewhere, and need not retrieve.
- */
+/* Returns whether the application creates the buffer with a captured address, which it need not
+ * retrieve again. */
 static bool replays_address(const VkBufferCreateInfo *create_info)
 {
     const VkBufferOpaqueCaptureAddressCreateInfo *opaque =
@@ -112,6 +112,7 @@ struct memory_record *resources_memory(const struct resources *resources, VkDevi
     return handle_table_find(&resources->memories, (uint64_t)(uintptr_t)handle);
 }
 
+/* Sets the address of a buffer. If there is no memory, the state is incomplete from then on. */
 static void add_address(struct resources *resources, struct buffer_record *buffer,
                         VkDeviceAddress address)
 {
@@ -122,14 +123,15 @@ static void add_address(struct resources *resources, struct buffer_record *buffe
     }
 }
 
-/* Applications ask for the same address often, so look before taking the write lock. */
+/* Applications retrieve the same address often, so this compares it before it takes the write
+ * lock. */
 void resources_set_address(struct resources *resources, VkBuffer handle, VkDeviceAddress address)
 {
     unsigned token = resources_begin_reading(resources);
     const struct buffer_record *known = resources_buffer(resources, handle);
-    bool changes_usage = known && known->where.address != address;
+    bool is_new = known && known->where.address != address;
     resources_end_reading(resources, token);
-    if (!changes_usage)
+    if (!is_new)
         return;
 
     reader_lock_write(&resources->lock);

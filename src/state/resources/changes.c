@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What each change of the tables comes with. */
+/* Helpers for every change of the tables: publishing and releasing records, counting destroyed
+ * ones. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
@@ -13,12 +14,12 @@ void memory_record_release(struct memory_record *memory)
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record)
 {
-    bool kept = record && handle_table_set(table, handle, record);
-    if (!kept) {
+    bool published = record && handle_table_set(table, handle, record);
+    if (!published) {
         resources_become_incomplete(resources);
         free(record);
     }
-    return kept;
+    return published;
 }
 
 void resources_count_destroyed(struct resources *resources)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the records say: facts about structures and addresses. */
+/* Look-ups: facts about structures, buffers and addresses. */
 #include <string.h>
 
 #include "src/base/recording_path.h"
@@ -39,10 +39,10 @@ static enum address_status status_of(const struct buffer_record *buffer)
     return ADDRESS_UNKNOWN;
 }
 
-/* enum tristate of what is asked of something, if that is known. */
-static enum tristate is_true(const void *something, bool answer)
+/* Returns UNKNOWN if available is no record, else `value` as YES or NO. */
+static enum tristate tristate_of(const void *record, bool value)
 {
-    return !something ? UNKNOWN : answer ? YES : NO;
+    return !record ? UNKNOWN : value ? YES : NO;
 }
 
 void resources_refresh_accel(struct accel_record *accel)
@@ -54,12 +54,13 @@ void resources_refresh_accel(struct accel_record *accel)
     facts->memory = buffer->where.memory;
     facts->begin = buffer->where.begin + accel->offset;
     facts->is_sparse = buffer->where.is_sparse && buffer->alive;
-    /* Of a sparse one it depends on who asks: see resources_sparse_backing. */
+    /* Whether a sparse buffer is backed depends on the execution point: see
+     * resources_sparse_backing(). */
     facts->backed = facts->is_sparse ? UNKNOWN : buffer->backed;
     const struct memory_record *memory = facts->backed == YES ? buffer->memory : NULL;
     facts->host_visible =
-        is_true(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
-    facts->multi_instance = is_true(memory, memory && memory->multi_instance);
+        tristate_of(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    facts->multi_instance = tristate_of(memory, memory && memory->multi_instance);
 }
 
 void resources_refresh(struct resources *resources, struct buffer_record *buffer)
@@ -151,8 +152,8 @@ uint64_t resources_find_id(struct resources *resources, enum resource_kind kind,
     return id;
 }
 
-/* Where buffers share an address a bound one outweighs an unbound one. One whose binding isn't
- * known outweighs both: its usage and its size may be what makes the address good. */
+/* If buffers share an address, a bound buffer outweighs an unbound one. A buffer whose binding is
+ * unknown outweighs both, because its usage and size may make the address valid. */
 static int weight(enum address_status status)
 {
     switch (status) {
@@ -169,7 +170,7 @@ static int weight(enum address_status status)
     return 0;
 }
 
-/* What a place says of an address that it holds. */
+/* Derives the facts about an address from the range that contains it. */
 static inline void read_range(const struct address_facts *range, VkDeviceAddress address,
                               struct address_facts *facts)
 {
@@ -208,7 +209,7 @@ __attribute__((noinline, cold)) static void search_address(const struct resource
         facts->status = ADDRESS_UNKNOWN;
 }
 
-/* Where the state is incomplete nothing is certain of any address. */
+/* If the state is incomplete, nothing is certain about any address. */
 static struct address_guesses guesses_of(const struct resources *resources)
 {
     return address_map_guesses(resources->incomplete ? NULL : &resources->addresses);
@@ -230,13 +231,13 @@ void resources_find_address(const struct resources *resources, VkDeviceAddress a
     describe_address(resources, address, address_guesses_find(&guesses, address), facts);
 }
 
-/* What queries have found before they are answered. */
+/* Records and guesses found for a batch of queries. */
 struct found {
     const struct accel_record *accels[RESOURCE_ACCEL_QUERIES];
-    const struct address_facts *ranges[RESOURCE_ADDRESS_QUERIES]; /* guessed first */
+    const struct address_facts *ranges[RESOURCE_ADDRESS_QUERIES]; /* first guesses */
 };
 
-/* And fetches it into the processor's cache, all together. */
+/* Finds the records and guesses and prefetches all of them. */
 static inline void locate_all(const struct resources *resources,
                               const struct address_guesses *guesses,
                               const struct resource_queries *queries, struct found *found)
@@ -262,7 +263,7 @@ ON_RECORDING_PATH void resources_find_all(struct resources *resources,
     for (unsigned i = 0; i < queries->address_count; i++)
         describe_address(
             resources, queries->addresses[i].address,
-            address_guesses_go_on(&guesses, found.ranges[i], queries->addresses[i].address),
+            address_guesses_find_from(&guesses, found.ranges[i], queries->addresses[i].address),
             queries->addresses[i].facts);
     for (unsigned i = 0; i < queries->accel_count; i++)
         describe_accel(resources, queries->accels[i].handle, found.accels[i],
@@ -306,7 +307,7 @@ void resources_ask_nv_accel(struct resources *resources, VkAccelerationStructure
 struct range_union {
     void (*visit)(void *user, uint64_t begin, uint64_t end);
     void *user;
-    uint64_t begin, end; /* of what was joined so far; equal: nothing */
+    uint64_t begin, end; /* the ranges joined so far; empty if equal */
 };
 
 static void end_range(const struct range_union *joined)
@@ -349,10 +350,10 @@ uint64_t resources_find_readable(struct resources *resources, VkDeviceAddress ad
     resources_look_up_address(resources, address, &facts);
     if (facts.status != ADDRESS_IN_BUFFER || facts.is_protected)
         return 0;
-    uint64_t there = size < facts.bytes_left ? size : facts.bytes_left;
+    uint64_t available = size < facts.bytes_left ? size : facts.bytes_left;
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
-                                       facts.begin + there};
+                                       facts.begin + available};
     if (facts.is_sparse && resources_sparse_backing(resources, &bytes, clock, &missing) != YES)
         return 0;
-    return there;
+    return available;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the host has memory mapped. The mapped ones are few, and only host builds ask. */
+/* Host mappings of memory. A linear search suffices: few allocations are mapped at a time, and only
+ * host builds search them. */
 #include "src/state/resources/records.h"
 
 void memory_record_unmap(struct resources *resources, struct memory_record *memory)
@@ -54,7 +55,7 @@ void resources_unmap_memory(struct resources *resources, VkDeviceMemory handle)
     reader_lock_write_done(&resources->lock);
 }
 
-/* The piece that begins at `begin`, and goes no further than `end`. */
+/* Returns the span that begins at `begin` and ends at `end` at most. */
 static struct memory_span piece_at(const struct resources *resources, uint64_t begin, uint64_t end)
 {
     struct memory_span piece = {memory_of_host(), begin, end};
@@ -87,7 +88,7 @@ void resources_find_host_pieces(struct resources *resources, const void *pointer
     resources_end_reading(resources, token);
 }
 
-/* Of the bytes from an address on those that are mapped. */
+/* Finds the host mapping of an address. Returns how many bytes are mapped from there on. */
 static uint64_t find_bytes(const struct resources *resources, const struct address_facts *facts,
                            const void **bytes)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The records of a device as a whole, and those of memory. */
+/* Creates and destroys struct resources; the records of memory. */
 #include "src/state/resources/resources.h"
 
 #include <stdlib.h>
@@ -56,7 +56,7 @@ void resources_destroy(struct resources *resources)
     free(resources);
 }
 
-/* Memory. */
+/* ---- memory */
 
 static void remove_memory(struct resources *resources, VkDeviceMemory handle)
 {

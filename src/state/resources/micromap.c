@@ -4,7 +4,7 @@
 
 #include "src/state/resources/records.h"
 
-/* Returns the id of what was removed, or 0. */
+/* Returns the id of the removed record, or 0. */
 static uint64_t remove_micromap(struct resources *resources, VkMicromapEXT handle)
 {
     struct micromap_record *micromap =

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Structures of VK_NV_ray_tracing: each is bound to memory by itself, without a buffer between. */
+/* The records of acceleration structures of VK_NV_ray_tracing, which are bound to memory directly,
+ * without a buffer. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
@@ -33,7 +34,7 @@ void resources_release_nv(struct resources *resources)
     handle_table_release(&resources->nv_references);
 }
 
-/* Returns the id of what was removed, or 0. */
+/* Returns the id of the removed record, or 0. */
 static uint64_t remove_record(struct resources *resources, uint64_t handle)
 {
     struct nv_accel_record *accel = handle_table_remove(&resources->nv_accels, handle);
@@ -57,10 +58,10 @@ void resources_add_nv_accel(struct resources *resources, VkAccelerationStructure
     remove_record(resources, (uint64_t)(uintptr_t)handle);
     if (accel)
         accel->id = ++resources->last_id;
-    bool kept =
+    bool published =
         resources_publish(resources, &resources->nv_accels, (uint64_t)(uintptr_t)handle, accel);
     reader_lock_write_done(&resources->lock);
-    if (!kept)
+    if (!published)
         nv_shape_release(created);
 }
 
@@ -106,8 +107,8 @@ void resources_forget_nv_binding(struct resources *resources, VkAccelerationStru
     reader_lock_write_done(&resources->lock);
 }
 
-/* Whether the structure goes beyond the end of its memory; a size of 0 is that of an import, whose
- * own size isn't known. */
+/* Returns whether the structure exceeds its memory. A memory size of 0 means imported memory of
+ * unknown size. */
 static bool is_cut_short(const struct nv_accel_record *accel)
 {
     VkDeviceSize size = accel->memory->size, offset = accel->memory_offset;
@@ -151,7 +152,7 @@ void resources_find_nv_accel(const struct resources *resources, VkAccelerationSt
     facts->created = nv_shape_share(accel->created);
 }
 
-/* ---- what instances refer to */
+/* ---- references from instances */
 
 static enum nv_reference level_of(const struct nv_accel_record *accel)
 {
@@ -162,7 +163,7 @@ static enum nv_reference level_of(const struct nv_accel_record *accel)
                : NV_REFERENCE_BOTTOM_LEVEL;
 }
 
-/* Without memory for it the state is incomplete from now on. */
+/* If there is no memory, marks the state incomplete and returns NULL. */
 static struct nv_reference_record *find_or_add(struct resources *resources, uint64_t reference,
                                                enum nv_reference level)
 {
@@ -182,7 +183,7 @@ static struct nv_reference_record *find_or_add(struct resources *resources, uint
     return NULL;
 }
 
-/* A reference that was of structures of both levels tells nothing. */
+/* If structures of both levels had a reference, its level is unknown. */
 void resources_add_nv_reference(struct resources *resources, VkAccelerationStructureNV handle,
                                 uint64_t reference)
 {
@@ -198,7 +199,7 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     reader_lock_write_done(&resources->lock);
 }
 
-static enum nv_reference judge(const struct nv_reference_record *record, uint64_t destroy_count)
+static enum nv_reference level_at(const struct nv_reference_record *record, uint64_t destroy_count)
 {
     bool is_destroyed = !record->alive && record->destroyed_at <= destroy_count;
     return is_destroyed && record->level != NV_REFERENCE_TOP_LEVEL ? NV_REFERENCE_DESTROYED
@@ -211,9 +212,9 @@ enum nv_reference resources_find_nv_reference(struct resources *resources, uint6
     unsigned token = resources_begin_reading(resources);
     const struct nv_reference_record *record =
         handle_table_find(&resources->nv_references, reference);
-    enum nv_reference found = resources->incomplete ? NV_REFERENCE_UNKNOWN : NV_REFERENCE_OF_NOBODY;
+    enum nv_reference found = resources->incomplete ? NV_REFERENCE_UNKNOWN : NV_REFERENCE_INVALID;
     if (record)
-        found = judge(record, destroy_count);
+        found = level_at(record, destroy_count);
     resources_end_reading(resources, token);
     return found;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copies of create infos of VK_NV_ray_tracing. */
+/* Reference-counted copies of VkAccelerationStructureInfoNV. */
 #include "src/state/resources/nv_shape.h"
 
 #include <stdlib.h>
@@ -33,7 +33,7 @@ struct nv_shape *nv_shape_create(const VkAccelerationStructureInfoNV *info)
     shape->instance_count = info->instanceCount;
     shape->geometry_count = info->geometryCount;
     for (size_t i = 0; i < count; i++) {
-        VkGeometryNV geometry; /* the array may be misaligned */
+        VkGeometryNV geometry; /* the application's array may be misaligned */
         memcpy(&geometry, &info->pGeometries[i], sizeof(geometry));
         shape->geometries[i] = nv_counts_of(&geometry);
     }
@@ -49,7 +49,8 @@ struct nv_shape *nv_shape_share(struct nv_shape *shape)
 
 void nv_shape_release(struct nv_shape *shape)
 {
-    /* Release and acquire: who frees has seen what the other holders did. */
+    /* Acquire and release: the thread that frees the shape must see the other threads' accesses
+     * done. */
     if (shape && atomic_fetch_sub_explicit(&shape->references, 1, memory_order_acq_rel) == 1)
         free(shape);
 }

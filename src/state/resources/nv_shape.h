@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a structure of VK_NV_ray_tracing was created for: as much of its
- * VkAccelerationStructureInfoNV as builds into it are measured by. */
+/* What an acceleration structure of VK_NV_ray_tracing was created for: the part of its
+ * VkAccelerationStructureInfoNV that limits the builds into it. */
 #ifndef ASSAY_STATE_RESOURCES_NV_SHAPE_H
 #define ASSAY_STATE_RESOURCES_NV_SHAPE_H
 
@@ -8,14 +8,16 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-/* What a geometry has; 0 of what its type has none of. */
+/* The counts of a geometry; 0 for counts that its type lacks. */
 struct nv_counts {
     uint32_t vertices, indices, aabbs;
 };
 
+/* Returns the counts of a geometry. */
 struct nv_counts nv_counts_of(const VkGeometryNV *geometry);
 
-/* Immutable once made; freed with its last reference. */
+/* Immutable. Reference counted: freed with the last reference. Any thread may share and release
+ * it. */
 struct nv_shape {
     atomic_uint references;
     VkAccelerationStructureTypeNV type;
@@ -24,10 +26,11 @@ struct nv_shape {
     struct nv_counts geometries[];
 };
 
-/* NULL without memory, or where the application's geometries can't be read. */
+/* Copies `info`; the caller owns one reference. Returns NULL if there is no memory or if the
+ * application's geometries can't be read. */
 struct nv_shape *nv_shape_create(const VkAccelerationStructureInfoNV *info);
 
-/* Each accepts NULL. */
+/* nv_shape_share() adds a reference, nv_shape_release() drops one. Both accept NULL. */
 struct nv_shape *nv_shape_share(struct nv_shape *shape);
 void nv_shape_release(struct nv_shape *shape);
 

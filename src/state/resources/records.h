@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The records behind resources.h; private to resources*.c. All fields are guarded by the lock of
- * struct resources. */
+/* The records behind resources.h; private to src/state/resources. The lock of struct resources
+ * guards all fields. */
 #ifndef ASSAY_STATE_RESOURCES_RECORDS_H
 #define ASSAY_STATE_RESOURCES_RECORDS_H
 
@@ -14,68 +14,68 @@
 #include "src/state/resources/resources.h"
 
 struct memory_record {
-    uint32_t references; /* of buffers, and one of the table while alive */
+    uint32_t references; /* from buffers, and one from the table while alive */
     bool alive;
     uint64_t id;
     VkDeviceMemory handle;
     VkDeviceSize size;
     VkMemoryPropertyFlags properties;
     bool multi_instance;
-    struct buffer_record *buffers; /* bound to it; not sparse ones */
-    /* Where the host has it mapped, from `mapped_offset` on; equal: nowhere. */
+    struct buffer_record *buffers; /* list of the non-sparse buffers bound to it */
+    /* The host address range that maps it, from offset `mapped_offset` on; empty if not mapped. */
     uint64_t mapped_begin, mapped_end;
     VkDeviceSize mapped_offset;
     struct memory_record *previous_mapped, *next_mapped;
 };
 
-/* What was bound last to a range of a sparse buffer; the ranges of a buffer are sorted and do not
- * overlap, and between them nothing was ever bound. */
+/* The last binding of a range of a sparse buffer. The ranges of a buffer are sorted and don't
+ * overlap; bytes between them were never bound. */
 struct sparse_range {
     VkDeviceSize begin, end;      /* in the buffer */
     struct memory_record *memory; /* NULL: unbound again */
-    VkDeviceSize memory_offset;   /* of `begin` */
-    struct timestamp written;     /* timestamp_never(): it isn't known what was bound last */
+    VkDeviceSize memory_offset;   /* of the byte at `begin` */
+    struct timestamp written;     /* when bound; timestamp_never() if the last binding is unknown */
 };
 
 struct buffer_record {
-    /* Its place: what there is to say of its first byte, whether it has an address or not (0: not
-     * retrieved). Follows from the rest, see resources_refresh. */
+    /* Facts about its first byte; address is 0 if the application hasn't retrieved it. Derived by
+     * resources_refresh(). */
     struct address_facts where;
-    enum tristate backed; /* likewise; not of a sparse buffer */
+    enum tristate backed; /* derived by resources_refresh(); not valid for a sparse buffer */
 
-    uint32_t references; /* of acceleration structures, and one of the table while alive */
+    uint32_t references; /* from acceleration structures, and one from the table while alive */
     bool alive;
     VkBufferCreateFlags flags;
 
-    /* Not sparse: YES if bound to `memory` at `memory_offset`. */
+    /* Non-sparse buffers only. YES: bound to `memory` at `memory_offset`. */
     enum tristate bound;
     struct memory_record *memory;
     VkDeviceSize memory_offset;
     bool instances_differ;
-    struct buffer_record *previous, *next; /* of the same memory */
+    struct buffer_record *previous, *next; /* in the list of the same memory */
 
     struct sparse_range *sparse;
     uint32_t sparse_count, sparse_capacity;
-    uint32_t sparse_announced; /* bindings that are not settled yet */
-    bool sparse_incomplete;    /* a binding was lost, or is of one device of a group */
+    uint32_t sparse_announced; /* bindings announced and not settled yet */
+    bool sparse_incomplete;    /* a binding was not tracked, or binds one device of a group only */
 
-    struct accel_record *accels; /* that lie in it */
+    struct accel_record *accels; /* list of the structures created in it */
 };
 
 enum { CACHE_LINE = 64 };
 
-/* Allocated by aligned_alloc, for look-ups read one cache line of it. Where the structure lies
- * follows from its buffer, see resources_refresh. */
+/* Allocated by aligned_alloc, because a look-up reads one cache line of it. resources_refresh()
+ * derives from the buffer where the structure's bytes lie. */
 struct accel_record {
     _Alignas(CACHE_LINE) struct accel_facts facts;
 
-    struct buffer_record *buffer;         /* NULL: not known */
-    VkDeviceSize offset;                  /* in it */
+    struct buffer_record *buffer;         /* NULL: unknown */
+    VkDeviceSize offset;                  /* in the buffer */
     struct accel_record *previous, *next; /* in the same buffer */
 
-    /* Where the address that instances refer to it by is known; else 0. */
+    /* The device address that instances refer to it by; 0 if unknown. */
     VkDeviceAddress address;
-    bool address_is_unknown; /* it is 0, and counted as such */
+    bool address_is_unknown; /* counted in unknown_references */
     struct accel_record *same_address;
 };
 _Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
@@ -89,65 +89,72 @@ struct micromap_record {
 
 struct nv_accel_record {
     uint64_t id;
-    enum tristate bound; /* YES: to `memory` at `memory_offset` */
+    enum tristate bound; /* YES: bound to `memory` at `memory_offset` */
     bool instances_differ;
     struct memory_record *memory;
     VkDeviceSize memory_offset;
     struct nv_size_facts sizes;
-    struct nv_shape *created;              /* NULL: not known */
-    struct nv_reference_record *reference; /* NULL: not known */
+    struct nv_shape *created;              /* NULL: unknown */
+    struct nv_reference_record *reference; /* NULL: unknown */
 };
 
-/* What vkGetAccelerationStructureHandleNV has said of one or more structures: a driver may use a
- * value again once its structure is destroyed. Never freed before the table. */
+/* A value that vkGetAccelerationStructureHandleNV returned for one or more structures: a driver may
+ * return a value again after its structure is destroyed. Freed with the table only. */
 struct nv_reference_record {
-    enum nv_reference level; /* NV_REFERENCE_UNKNOWN if they were of both levels */
-    uint32_t alive;          /* structures; those whose record is unknown stay alive */
-    uint64_t destroyed_at;   /* resources_destroy_count when the last one died */
+    enum nv_reference level; /* NV_REFERENCE_UNKNOWN if structures of both levels had the value */
+    uint32_t alive;          /* number of live structures; a structure without a record counts
+                              * forever */
+    uint64_t destroyed_at;   /* resources_destroy_count() when the last structure was destroyed */
 };
 
 struct resources {
     struct reader_lock lock;
     struct handle_table memories, buffers, accels, micromaps, nv_accels;
-    struct handle_table
-        nv_references; /* what instances refer to by vkGetAccelerationStructureHandleNV:
-                          of struct nv_reference_record */
-    struct handle_table accel_addresses; /* see resources_references.c; only of those set */
-    struct address_map addresses;        /* copies of the places of buffers that have one */
-    struct memory_record *mapped;        /* all that the host has mapped */
-    atomic_uint_fast64_t destroy_count;  /* of records of any kind */
+    struct handle_table nv_references;   /* struct nv_reference_record by the value that
+                                          * vkGetAccelerationStructureHandleNV returned */
+    struct handle_table accel_addresses; /* struct accel_address by device address, see
+                                          * references.c; known addresses only */
+    struct address_map addresses;        /* copies of `where` of all buffers that have an address */
+    struct memory_record *mapped;        /* list of the memory that the host has mapped */
+    atomic_uint_fast64_t destroy_count;  /* of destroyed records of any kind */
     bool incomplete;
-    uint32_t unknown_references; /* structures whose address isn't known, where they are set */
-    /* A buffer may have been given an address that the application never retrieves: what is in no
-     * known one may be in that. */
+    uint32_t unknown_references; /* number of structures whose address was set to unknown */
+    /* The application may use a capture address that it never retrieved: an address in no known
+     * buffer may be in such a buffer. */
     bool replays_addresses;
-    uint64_t last_id; /* of memory, buffers, structures of either kind, micromaps; 0 is nobody's */
+    uint64_t last_id; /* last id given to memory, a buffer, a structure or a micromap; 0 is no id */
 };
 
-/* Puts a new record into a table; without memory for it the state is incomplete from now on. */
+/* Puts a new record into a table, which then owns it. If there is no memory, or `record` is NULL,
+ * frees the record, marks the state incomplete and returns false. */
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
+/* Increments the number of destroyed records. */
 void resources_count_destroyed(struct resources *resources);
-/* From now on what isn't found counts as unknown. */
+/* From now on, an object that isn't found counts as unknown. */
 void resources_become_incomplete(struct resources *resources);
+/* Free the records of nv.c and of references.c when the state is destroyed. */
 void resources_release_nv(struct resources *resources);
 void resources_release_references(struct resources *resources);
 
+/* Drop a reference and free the record with the last one. Both accept NULL. */
 void memory_record_release(struct memory_record *memory);
 void buffer_record_release(struct buffer_record *buffer);
+/* Removes the record from its buffer and frees it. */
 void accel_record_free(struct accel_record *accel);
-/* The structure dies, and that is noted. */
+/* Called when the structure is destroyed: removes it from the structures at its address and stores
+ * the destroy count there. */
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel);
 
-/* NULL where it isn't known. */
+/* Both return NULL if the handle is unknown. */
 struct buffer_record *resources_buffer(const struct resources *resources, VkBuffer handle);
 struct memory_record *resources_memory(const struct resources *resources, VkDeviceMemory handle);
 
-/* Derives what look-ups read of a buffer, and of the structures in it, after a change. */
+/* Recomputes, after a change, the derived facts of a buffer and of the structures in it. */
 void resources_refresh(struct resources *resources, struct buffer_record *buffer);
 void resources_refresh_accel(struct accel_record *accel);
 
-/* Ends a mapping, if there is one (resources_mapped.c). */
+/* Ends the mapping of the memory if it is mapped (mapped.c). */
 void memory_record_unmap(struct resources *resources, struct memory_record *memory);
 
 #endif

@@ -4,10 +4,11 @@
 
 #include "src/state/resources/records.h"
 
-/* Aliasing structures may share an address. */
+/* The structures at one address: structures that alias memory may share it. */
 struct accel_address {
-    struct accel_record *first; /* of those that are alive; linked by same_address */
-    uint64_t destroyed_at;      /* resources_destroy_count when the last one died */
+    struct accel_record *first; /* first live structure; linked by same_address */
+    uint64_t destroyed_at;      /* resources_destroy_count() when the last structure there was
+                                 * destroyed */
 };
 
 static struct accel_address *find_or_add(struct resources *resources, VkDeviceAddress address)
@@ -46,7 +47,7 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
     at->destroyed_at = resources_destroy_count(resources);
 }
 
-/* With the lock held. Without memory it counts as unknown. */
+/* The caller holds the lock. If there is no memory, the address counts as unknown. */
 static void add_address(struct resources *resources, struct accel_record *accel,
                         VkDeviceAddress address)
 {
@@ -71,7 +72,7 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
     reader_lock_write_done(&resources->lock);
 }
 
-/* Where it isn't known which structure it is. */
+/* Returns whether an address refers to a live structure if it isn't known to which one. */
 static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
                               uint64_t destroy_count)
 {

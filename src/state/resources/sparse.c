@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is bound to the ranges of sparse buffers, and since when. */
+/* The bindings of the ranges of sparse buffers, and their timestamps. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,8 +48,8 @@ static struct sparse_range tail_of(const struct sparse_range *range, VkDeviceSiz
     return tail;
 }
 
-/* The index of the first range that ends behind `begin`: buffers of many pages are bound page by
- * page, so it is searched for. */
+/* Returns the index of the first range that ends after `begin`. Binary search, because large
+ * buffers are bound page by page. */
 static uint32_t first_behind(const struct buffer_record *buffer, VkDeviceSize begin)
 {
     uint32_t low = 0, high = buffer->sparse_count;
@@ -63,7 +63,7 @@ static uint32_t first_behind(const struct buffer_record *buffer, VkDeviceSize be
     return low;
 }
 
-/* Takes [begin, end) out of the ranges, cutting those that reach over its ends. Needs room for one
+/* Removes [begin, end) from the ranges and cuts ranges that reach beyond it. Needs room for one
  * more range. Returns the index where a range that begins at `begin` belongs. */
 static uint32_t cut_out(struct buffer_record *buffer, VkDeviceSize begin, VkDeviceSize end)
 {
@@ -84,7 +84,7 @@ static uint32_t cut_out(struct buffer_record *buffer, VkDeviceSize begin, VkDevi
     return i;
 }
 
-/* Whether all that was bound there is certain to have been bound before. */
+/* Returns whether every earlier binding of [begin, end) is certain to precede `clock`. */
 static bool is_settled(const struct buffer_record *buffer, VkDeviceSize begin, VkDeviceSize end,
                        const struct execution_clock *clock)
 {
@@ -118,7 +118,7 @@ struct sparse_binding resources_announce_sparse(struct resources *resources, VkB
     return binding;
 }
 
-/* NULL where it is gone. */
+/* Returns NULL if the buffer is destroyed. */
 static struct buffer_record *buffer_of(struct resources *resources,
                                        const struct sparse_binding *binding)
 {
@@ -135,8 +135,8 @@ void resources_settle_sparse(struct resources *resources, const struct sparse_bi
     reader_lock_write_done(&resources->lock);
 }
 
-/* Two bindings of one range without an order between them leave open which came last. So does one
- * of memory that is gone, or was never known. */
+/* If two bindings of one range are unordered, the last one is unknown. The same holds if the memory
+ * is destroyed or unknown. */
 static void bind(struct buffer_record *buffer, const struct sparse_binding *binding,
                  struct memory_record *memory, struct timestamp when,
                  const struct execution_clock *follows)
@@ -181,7 +181,7 @@ void resources_forget_sparse(struct resources *resources, VkBuffer handle)
 
 /* ---- look-ups */
 
-/* NULL where nothing is certain. */
+/* Returns NULL if the bindings of the buffer are not certain. */
 static const struct buffer_record *find_certain(const struct resources *resources,
                                                 const struct sparse_bytes *bytes)
 {
