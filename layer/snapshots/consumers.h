@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Those that use snapshots: whoever validates input data, or executes builds. The snapshots know
- * them by these functions only. */
+/* Consumers of snapshots: the validation of input data, and the backend that executes builds. The
+ * snapshots reach consumers through these functions only. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_CONSUMERS_H
 #define ASSAY_LAYER_SNAPSHOTS_CONSUMERS_H
 
