@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Asking for format features, once for most formats. */
+/* Queries format features, for most formats only once. */
 #include "layer/formats.h"
 
 #include <stdatomic.h>
@@ -18,7 +18,7 @@ static enum tristate query_vertices(const struct layer_device *device, VkFormat 
                : NO;
 }
 
-/* A driver that doesn't know the structure leaves all bits on. */
+/* A driver that ignores the structure leaves all bits set. */
 static enum tristate query_radii(const struct layer_device *device, VkFormat format)
 {
     PFN_vkGetPhysicalDeviceFormatProperties2 get_properties = physical_device_format_properties2(
@@ -37,7 +37,7 @@ static enum tristate query_radii(const struct layer_device *device, VkFormat for
                : NO;
 }
 
-/* A driver is asked only for formats that exist. */
+/* The driver is queried only for formats that exist. */
 static enum tristate find(const struct layer_device *device, VkFormat format,
                           _Atomic unsigned char *cache,
                           enum tristate (*ask)(const struct layer_device *, VkFormat))

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The course of the host's commands, and intercepts of the operations that they are deferred to. */
+/* Host commands from begin to end, and intercepts of the deferred operations that execute them. */
 #include "layer/intercepts/host_work.h"
 
 #include "layer/intercepts/intercepts.h"
 
-/* Backend cpu has an order at each level. */
+/* Checks the level, because backend cpu has an order at each level. */
 static bool is_followed(const struct layer_device *device)
 {
     return device->level >= LEVEL_EXECUTION;
@@ -20,7 +20,7 @@ struct host_work host_work_begin(struct layer_device *device)
     return work;
 }
 
-/* Without a journal the work may write anything. */
+/* Without a journal the order assumes that the work may write anything. */
 bool host_work_prepare(struct host_work *work, bool skip)
 {
     if (is_followed(work->device))
@@ -41,7 +41,7 @@ void host_work_end(void *submission, VkResult result)
     submission_finish_silently(submission, result);
 }
 
-/* Asks how an operation stands that has work. */
+/* Queries an operation that has work, and ends the work if the operation is complete. */
 static void look_after(struct layer_device *device, VkDeferredOperationKHR operation)
 {
     uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
@@ -53,7 +53,7 @@ static void look_after(struct layer_device *device, VkDeferredOperationKHR opera
         execution_order_run(device->order);
 }
 
-/* Other threads may complete an operation before this one has noted that it has work. */
+/* Other threads may complete an operation before this thread has recorded its work. */
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
 {
     struct layer_device *device = work->device;
@@ -112,7 +112,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
     state->vk.DestroyDeferredOperationKHR(device, operation, pAllocator);
 }
 
-/* A result that is ready is that of the work which the operation had before. */
+/* A result that is available belongs to the work that the operation had before the call. */
 VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice device,
                                                                    VkDeferredOperationKHR operation)
 {
@@ -125,7 +125,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice devi
     return result;
 }
 
-/* To have joined a complete operation doesn't tell how it went. */
+/* A join does not return the operation's result. */
 VKAPI_ATTR VkResult VKAPI_CALL assay_DeferredOperationJoinKHR(VkDevice device,
                                                               VkDeferredOperationKHR operation)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Journals, of command buffers and of the host's own commands. */
+/* Access to journals: of command buffers, and of host commands. */
 #include "layer/intercepts/journal_access.h"
 
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of queries of compacted sizes: what command buffers write is noted in their journals;
- * what the host resets and reads takes its turn among the batches. */
+/* Intercepts of queries of compacted sizes. Commands that write queries are recorded in journals;
+ * resets and reads by the host are placed in execution order among the batches. */
 #include "layer/execution/input_checks.h"
 #include "src/state/commands/query_pools.h"
 
@@ -101,8 +101,8 @@ VKAPI_ATTR void VKAPI_CALL assay_ResetQueryPoolEXT(VkDevice device, VkQueryPool 
 
 /* ---- the host reads
  *
- * What the host knows is asked before the call goes down: a batch that is submitted while the call
- * is under way may have changed a query after it was read. */
+ * The completions that the host has observed are recorded before the call goes down: a batch that
+ * is submitted during the call may change a query after it was read. */
 
 static struct journal *begin_reading(const struct layer_device *device)
 {
@@ -149,8 +149,8 @@ static bool has_result(const struct results *results, uint32_t i)
     return size <= results->size && (!i || results->stride <= (results->size - size) / i);
 }
 
-/* 0 where the query was not available, or may not have been: without a word about that, partial
- * results look like others. */
+/* Returns 0 if the query was, or may have been, unavailable: without an availability word, partial
+ * results look like complete ones. */
 static VkDeviceSize read_result(const struct results *results, uint32_t i)
 {
     const char *at = results->data + i * results->stride;
