@@ -5,8 +5,8 @@
 
 #include "layer/snapshots/snapshots.h"
 
-/* Warns about builds of a command buffer, and of secondaries that it executes, which were left out
- * when they were recorded. Warns once for each recording. */
+/* Warns about builds of a command buffer that were left out when they were recorded. Warns once for
+ * each recording. Also called for secondaries, when they are executed. */
 void warn_left_out(const struct layer_device *device, VkCommandBuffer handle);
 
 /* Numbers of executions whose builds were not validated, by reason. */

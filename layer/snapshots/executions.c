@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Executions that were submitted: each goes to the consumers at its point in execution order. */
+/* Executions that were submitted. Each goes to the consumers at its execution point. */
 #include "layer/snapshots/consumers.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
@@ -15,7 +15,7 @@ void snapshots_add_consumer(struct snapshots *snapshots, struct snapshots_consum
     *last = consumer;
 }
 
-/* Releases the execution. */
+/* Passes the execution to each consumer, then releases it. */
 static void hand_over(const struct snapshots *snapshots,
                       const struct submitted_execution *submitted)
 {
@@ -53,7 +53,8 @@ void snapshots_add_submitted(struct snapshots *snapshots, struct execution *exec
     pthread_mutex_unlock(&snapshots->submitted_lock);
 }
 
-/* The first execution of a recording, or of any, taken off the list; or NULL. */
+/* Removes the first execution of a recording from the list, or the first of all if `recording` is
+ * NULL. Returns NULL if there is none. */
 static struct execution *take(struct snapshots *snapshots, const struct recording *recording)
 {
     pthread_mutex_lock(&snapshots->submitted_lock);

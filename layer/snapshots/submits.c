@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Submissions. Each that has recordings is followed by a fence of the layer's own, which tells when
- * its snapshots can be read. On backend cpu the application's fence comes after it, so that whoever
- * sees that one signalled finds the other so; on backend driver all that the application submits
- * goes down as it is, and what the layer has no memory for isn't looked at. */
+/* Submissions. A submission with recordings is followed by a fence of the layer's own, which
+ * signals when its snapshots can be read. On backend cpu the application's fence comes after the
+ * layer's, so that it signals later. On backend driver the application's submission goes down
+ * unchanged. If memory runs out there, the snapshots are not validated. */
 #include <stdlib.h>
 
 #include "layer/snapshots/commands.h"
@@ -20,12 +20,12 @@ struct submit {
     struct execution **executions;
     uint32_t count, capacity;
     struct missed_executions missed;
-    VkResult result; /* of what was done so far */
+    VkResult result; /* result so far */
 };
 
-/* For the end of an execution whose snapshots are about to be overwritten. The application has
- * often seen it, and the layer's fence comes a moment later; but of a fence no more is known than
- * that what comes before it has begun. */
+/* The longest wait for an execution whose snapshots are about to be overwritten. Often the
+ * application has already observed its end, and the layer's fence signals a moment later. But an
+ * observed fence only shows that earlier batches have begun. */
 static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
 static bool reserve(struct submit *submit)
@@ -41,7 +41,8 @@ static bool reserve(struct submit *submit)
     return true;
 }
 
-/* The device may only read what is there now, also if nobody will look at what it copies. */
+/* The copy orders are renewed even if no execution can be created, because the device may only read
+ * memory that exists now. */
 static bool add_execution(struct submit *submit, struct recording *recording)
 {
     if (!submit->ticket)
@@ -97,7 +98,7 @@ static void release(struct submit *submit)
     free(submit->executions);
 }
 
-/* Nothing was submitted. */
+/* Releases everything if nothing was submitted. */
 static VkResult give_up(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
@@ -106,14 +107,14 @@ static VkResult give_up(struct submit *submit, VkResult result)
     return result;
 }
 
-/* What goes down with the application's batches. */
+/* The fence that goes down with the application's batches. */
 static VkFence fence_below(const struct submit *submit, VkFence fence)
 {
     return submit->count && submit->snapshots->are_for_backend ? VK_NULL_HANDLE : fence;
 }
 
-/* The fences, after the application's batches. Where they can't be submitted, nobody will learn of
- * the end of those: on backend cpu the device is as good as lost. */
+/* Submits the fences after the application's batches. If that fails, the end of the batches cannot
+ * be observed, so backend cpu reports a lost device. */
 static VkResult submit_fences(const struct submit *submit, VkFence fence)
 {
     VkResult result = ticket_submit(submit->ticket);
@@ -124,7 +125,7 @@ static VkResult submit_fences(const struct submit *submit, VkFence fence)
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
 }
 
-/* `result` is that of the application's batches. */
+/* `result`: the result of the application's batches. */
 static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
@@ -142,7 +143,8 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
     return VK_SUCCESS;
 }
 
-/* With the queues locked, which no message may find. */
+/* Finishes with the queues locked, then unlocks them, because no message may be sent with the lock
+ * held. */
 static VkResult leave_queues(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
@@ -205,7 +207,7 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2KHR(VkQueue queue, uint32_t
     return submit2(snapshots_of(queue)->below.QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
 }
 
-/* ---- other uses of queues, which the layer uses itself */
+/* ---- queues, which the layer also uses itself */
 
 void snapshots_lock_queues(struct snapshots *snapshots)
 {

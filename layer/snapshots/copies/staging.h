@@ -18,8 +18,7 @@ VkResult staging_create(struct layer_device *device, uint64_t budget, struct sta
 void staging_destroy(struct staging *staging); /* accepts NULL */
 
 /* Takes an unused chunk of at least `size` bytes. Returns VK_NOT_READY if the budget has no room
- * until other chunks are given back, or an error without host or device memory. Both functions may
- * be called from any thread. */
+ * now, or an error without host or device memory. Both functions may be called from any thread. */
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
 
