@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Extensions, features, limits and formats of a physical device: the driver's, without its ray
- * tracing, and with the backend's acceleration structures. */
+/* Extensions, features, limits and formats of a physical device: the driver's, with its ray tracing
+ * replaced by the backend's. */
 #include "layer/cpu/advertise.h"
 
 #include <stdlib.h>
@@ -54,7 +54,7 @@ bool cpu_advertises_extension(const char *name)
     return false;
 }
 
-/* All of the driver's, with room for those offered; the caller frees them. */
+/* Lists the driver's extensions, with room for the backend's. The caller frees the list. */
 static VkResult list_of_driver(PFN_vkEnumerateDeviceExtensionProperties enumerate,
                                VkPhysicalDevice physical_device, uint32_t *count,
                                VkExtensionProperties **list)
@@ -169,9 +169,9 @@ const struct cpu_features *cpu_find_features(VkStructureType type)
     return NULL;
 }
 
-/* Counts are the least that the specification allows, so that an application which stays within
- * them runs on every device, and the alignment is the strictest that it allows. No descriptors:
- * shaders cannot reach what the host has built. */
+/* Counts are the smallest that the specification allows, so that an application which stays within
+ * them runs on every device. The alignment is the largest that the specification allows. There are
+ * no descriptors, because shaders cannot access what the host has built. */
 enum {
     GEOMETRIES_MAX = (1 << 24) - 1,
     INSTANCES_MAX = (1 << 24) - 1,
@@ -188,8 +188,9 @@ static VkPhysicalDeviceAccelerationStructurePropertiesKHR limits(void)
     };
 }
 
-/* Likewise; and no recursion, for there are no pipelines. The sizes of a shader binding table are
- * those that the specification allows, for applications that compute with them. */
+/* The same for VK_NV_ray_tracing. Recursion is 0, because there are no pipelines. The sizes of a
+ * shader binding table are those that the specification allows, because applications compute with
+ * them. */
 static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)
 {
     return (VkPhysicalDeviceRayTracingPropertiesNV){
@@ -202,7 +203,8 @@ static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)
     };
 }
 
-/* Writes `ours` over a structure of the application's, or zeros where there is none. */
+/* Overwrites the members of the application's structure with `ours`, or with zeros if `ours` is
+ * NULL. */
 static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
 {
     const size_t head = sizeof(*structure);
@@ -212,7 +214,7 @@ static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
         memset((char *)structure + head, 0, size - head);
 }
 
-/* All that the builder takes. */
+/* Everything that the builder supports. */
 static VkPhysicalDeviceOpacityMicromapPropertiesEXT limits_of_micromaps_ext(void)
 {
     return (VkPhysicalDeviceOpacityMicromapPropertiesEXT){
@@ -237,7 +239,8 @@ static VkPhysicalDeviceDisplacementMicromapPropertiesNV limits_of_displacement(v
         .maxDisplacementMicromapSubdivisionLevel = DISPLACEMENT_MAX_LEVEL};
 }
 
-/* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
+/* Overwrites a structure of ray tracing in a chain of features or properties, because the driver's
+ * values do not apply. */
 static void answer_structure(VkBaseOutStructure *out, size_t size)
 {
     const VkPhysicalDeviceAccelerationStructurePropertiesKHR structure = limits();
@@ -277,7 +280,7 @@ static void answer_chain(void *chain)
     }
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_GET_FEATURES(name)                                                                  \
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
                                           VkPhysicalDeviceFeatures2 *pFeatures)                    \

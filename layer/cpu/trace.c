@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu that are the layer's own (assay.h): tracing, and counters. */
+/* Commands of assay.h on backend cpu: tracing, and counters. */
 #include "layer/assay.h"
 
 #include <stddef.h>
@@ -17,7 +17,7 @@ _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_EXACT == TRACE_EXACT,
                "accuracies");
 
-/* Rays may be of the size that they had without a time. */
+/* The size of rays before they had a time. */
 enum { UNTIMED_RAY_SIZE = offsetof(AssayRay, time) };
 
 static AssayRay ray_at(const AssayTraceInfo *info, uint32_t index)
@@ -57,7 +57,7 @@ static AssayHit hit_of(const struct trace_hit *from)
     };
 }
 
-/* One ray whose candidates the application answers. */
+/* One ray whose candidates are passed to the application's function. */
 struct questions {
     const AssayTraceInfo *info;
     uint32_t index; /* of the ray */

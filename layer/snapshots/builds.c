@@ -14,8 +14,8 @@
 struct copied_memory {
     struct recorder *recorder;
     struct recorded_build *build;
-    bool to_the_end; /* copies extend to the end of each buffer, because the ranges are unknown yet
-                      */
+    /* Copy to the end of each buffer, because the ranges are unknown yet. */
+    bool to_the_end;
 };
 
 static void keep_snapshot(struct recorder *recorder, struct recorded_build *build,

@@ -95,14 +95,14 @@ static void find_triangles(const struct input_memory *memory,
     if (motion.deviceAddress)
         to->motion_vertices_size = input_find(memory, motion, size, &to->motion_vertices);
     if (motion.deviceAddress && !to->motion_vertices)
-        to->motion_vertices = from; /* has motion, although none of the data can be read */
+        to->motion_vertices = from; /* has motion, but none of the data can be read */
     if (!from->transformData.deviceAddress)
         return;
     to->transforms_size = input_find(
         memory, from->transformData,
         input_extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
     if (!to->transforms)
-        to->transforms = from; /* has a transform, although none of the data can be read */
+        to->transforms = from; /* has a transform that can't be read */
 }
 
 enum { MOTION_INSTANCE_STRIDE = 160 };

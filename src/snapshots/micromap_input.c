@@ -101,8 +101,7 @@ static void find_displacement(const struct input_memory *memory,
                        input_extent(0, last, to->bias_and_scale_stride, INPUT_VERTEX_MAX),
                        &to->biases_and_scales);
         if (!to->biases_and_scales)
-            to->biases_and_scales =
-                from; /* has biases and scales, although none of the data can be read */
+            to->biases_and_scales = from; /* has them, but none can be read */
     }
     if (from->displacedMicromapPrimitiveFlags.deviceAddress) {
         to->flags_size = input_find(memory, from->displacedMicromapPrimitiveFlags,
