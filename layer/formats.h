@@ -6,7 +6,7 @@
 
 #include "layer/layer.h"
 
-enum tristate layer_takes_vertices(struct layer_device *device, VkFormat format);
-enum tristate layer_takes_radii(struct layer_device *device, VkFormat format);
+enum tristate layer_vertex_format_supported(struct layer_device *device, VkFormat format);
+enum tristate layer_radius_format_supported(struct layer_device *device, VkFormat format);
 
 #endif

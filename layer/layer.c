@@ -103,7 +103,7 @@ struct layer_device *layer_find_device_safely(const void *dispatchable)
     return find(&devices, dispatch_key_safely(dispatchable));
 }
 
-struct layer_device *layer_blamed_device(const void *dispatchable)
+struct layer_device *layer_find_reporting_device(const void *dispatchable)
 {
     struct layer_device *device = layer_find_device_safely(dispatchable);
     if (device)
@@ -169,7 +169,7 @@ inline struct layer_device *layer_find_build_device(VkCommandBuffer handle)
 
 __attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
 {
-    struct layer_device *device = layer_blamed_device(handle);
+    struct layer_device *device = layer_find_reporting_device(handle);
     char line[256];
     struct text_buffer text;
     if (!device || atomic_exchange(&device->warned_of_skipped, true))

@@ -9,7 +9,7 @@
  *
  * Order of locks: the registry (layer.c), then the modules of src/state, one at a time. One
  * exception: deferred operations end their work with their lock held, which takes the lock of the
- * execution order. No lock is held across a call down or a message. */
+ * execution order. None of these locks is held across a call down or a message. */
 #ifndef ASSAY_LAYER_LAYER_H
 #define ASSAY_LAYER_LAYER_H
 
@@ -104,7 +104,7 @@ struct layer_device {
             struct sweep *_Atomic spare_sweep;
         };
         char size[2 * READER_LOCK_STRIPE_SIZE];
-    } kept[READER_LOCK_STRIPES];
+    } stripe_caches[READER_LOCK_STRIPES];
 
     /* Values of enum tristate: whether builds support a VkFormat below FORMAT_CACHE_SIZE for
      * vertices, and for radii of spheres; see formats.h. */
@@ -120,10 +120,10 @@ struct layer_device {
 struct layer_instance *layer_find_instance(const void *dispatchable);
 struct layer_device *layer_find_device(const void *dispatchable);
 
-/* For handles that may be invalid. layer_blamed_device() returns the device on which to report an
- * invalid handle: the device that the handle leads to, or else any device, or NULL. */
+/* For handles that may be invalid. layer_find_reporting_device() returns the device on which to
+ * report an invalid handle: the device that the handle leads to, or else any device, or NULL. */
 struct layer_device *layer_find_device_safely(const void *dispatchable);
-struct layer_device *layer_blamed_device(const void *dispatchable);
+struct layer_device *layer_find_reporting_device(const void *dispatchable);
 
 /* The device of a command buffer, which may be an invalid handle. Returns NULL if no device tracks
  * a command buffer of that handle: the handle is VK_NULL_HANDLE, was freed, or was never allocated.

@@ -53,7 +53,7 @@ VkResult input_checks_create(struct layer_device *device)
 
 /* Marks inputs as known that will never be read, so that updates which are compared with them do
  * not wait. */
-static void report_notes(const struct input_notes *notes)
+static void mark_inputs_known(const struct input_notes *notes)
 {
     for (uint32_t i = 0; i < notes->count; i++)
         build_inputs_mark_known(notes->items[i].inputs);
@@ -61,7 +61,7 @@ static void report_notes(const struct input_notes *notes)
 
 static void free_waiting(struct waiting *waiting)
 {
-    report_notes(&waiting->ran.notes);
+    mark_inputs_known(&waiting->ran.notes);
     input_notes_release(&waiting->ran.notes);
     execution_release(waiting->ran.execution);
     journal_release(waiting->ran.journal);
@@ -107,7 +107,7 @@ static void drop_first(struct input_checks *input_checks)
     if (!input_checks->noted)
         input_checks->noted_last = &input_checks->noted;
     for (uint32_t i = 0; i < batch->count; i++) {
-        report_notes(&batch->commands[i]);
+        mark_inputs_known(&batch->commands[i]);
         input_notes_release(&batch->commands[i]);
     }
     free(batch);
@@ -202,7 +202,7 @@ static bool has_sources(const struct waiting *waiting)
     return true;
 }
 
-static struct waiting **next_of(struct input_checks *input_checks, struct waiting **link)
+static struct waiting **next_link(struct input_checks *input_checks, struct waiting **link)
 {
     pthread_mutex_lock(&input_checks->lock);
     link = *link ? &(*link)->next : link;
@@ -210,7 +210,7 @@ static struct waiting **next_of(struct input_checks *input_checks, struct waitin
     return link;
 }
 
-static struct waiting *at(struct input_checks *input_checks, struct waiting *const *link)
+static struct waiting *waiting_at(struct input_checks *input_checks, struct waiting *const *link)
 {
     pthread_mutex_lock(&input_checks->lock);
     struct waiting *waiting = *link;
@@ -218,7 +218,7 @@ static struct waiting *at(struct input_checks *input_checks, struct waiting *con
     return waiting;
 }
 
-static void take_off(struct input_checks *input_checks, struct waiting **link)
+static void remove_waiting(struct input_checks *input_checks, struct waiting **link)
 {
     pthread_mutex_lock(&input_checks->lock);
     struct waiting *waiting = *link;
@@ -236,12 +236,12 @@ static void deliver(struct input_checks *input_checks)
     struct missed_executions missed = {0};
     struct waiting **link = &input_checks->waiting;
     execution_order_host_clock(input_checks->device->order, &delivery.seen);
-    for (struct waiting *waiting; (waiting = at(input_checks, link));) {
+    for (struct waiting *waiting; (waiting = waiting_at(input_checks, link));) {
         if (!is_complete(&delivery, waiting) || !has_sources(waiting)) {
-            link = next_of(input_checks, link);
+            link = next_link(input_checks, link);
             continue;
         }
-        take_off(input_checks, link);
+        remove_waiting(input_checks, link);
         input_checks_read(&waiting->ran, &missed);
         free_waiting(waiting);
     }
@@ -260,7 +260,7 @@ static bool begin_delivery(struct input_checks *input_checks)
 }
 
 /* Whether another thread requested a delivery meanwhile. */
-static bool go_on(struct input_checks *input_checks)
+static bool repeat_delivery(struct input_checks *input_checks)
 {
     pthread_mutex_lock(&input_checks->lock);
     bool again = input_checks->again;
@@ -276,14 +276,14 @@ void input_checks_deliver(struct input_checks *input_checks)
         return;
     do {
         deliver(input_checks);
-    } while (go_on(input_checks));
+    } while (repeat_delivery(input_checks));
 }
 
 /* An execution in the list depends on no later submission. But another batch of its submission may,
  * or an event that the host sets. So the wait is limited. */
 enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 
-static bool waits_for(struct input_checks *input_checks, const struct ticket *ticket)
+static bool is_first(struct input_checks *input_checks, const struct ticket *ticket)
 {
     pthread_mutex_lock(&input_checks->lock);
     bool waits = input_checks->waiting && input_checks->waiting->ran.execution->ticket == ticket;
@@ -302,7 +302,7 @@ static bool wait_for_first(void *user)
     bool is_complete = ticket && ticket->wait(ticket, WAIT_NANOSECONDS) != VK_TIMEOUT;
     if (is_complete)
         input_checks_deliver(input_checks);
-    if (is_complete && waits_for(input_checks, ticket))
+    if (is_complete && is_first(input_checks, ticket))
         nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL);
     ticket_release(ticket);
     return is_complete;

@@ -64,7 +64,7 @@ static void check_one_rule(struct build_call *call, enum rule rule)
 
 void build_call_report_command_buffer(enum build_command command, VkCommandBuffer handle)
 {
-    struct layer_device *device = layer_blamed_device(handle);
+    struct layer_device *device = layer_find_reporting_device(handle);
     struct build_call call;
     if (!device)
         return;
@@ -75,7 +75,7 @@ void build_call_report_command_buffer(enum build_command command, VkCommandBuffe
 
 void build_call_report_device(VkDevice handle)
 {
-    struct layer_device *device = layer_blamed_device(handle);
+    struct layer_device *device = layer_find_reporting_device(handle);
     struct build_call call;
     if (!device)
         return;

@@ -20,12 +20,12 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
 
 ON_RECORDING_PATH static enum tristate vertex_format_supported(void *user, VkFormat format)
 {
-    return layer_takes_vertices(((struct build_call *)user)->device, format);
+    return layer_vertex_format_supported(((struct build_call *)user)->device, format);
 }
 
 static enum tristate radius_format_supported(void *user, VkFormat format)
 {
-    return layer_takes_radii(((struct build_call *)user)->device, format);
+    return layer_radius_format_supported(((struct build_call *)user)->device, format);
 }
 
 /* ---- the calls */
@@ -36,7 +36,7 @@ enum { LARGE_CALL = 16 };
 
 static struct sweep *_Atomic *spare_of_thread(const struct build_call *call)
 {
-    return &call->device->kept[reader_lock_stripe()].spare_sweep;
+    return &call->device->stripe_caches[reader_lock_stripe()].spare_sweep;
 }
 
 static struct sweep *take_sweep(const struct build_call *call)
@@ -57,7 +57,7 @@ static inline struct known_builds *take_known_builds(const struct build_call *ca
     const struct layer_device *device = call->device;
     if (call->view.command != COMMAND_DEVICE || device->level < LEVEL_STATE)
         return NULL;
-    return known_builds_take(&call->device->kept[reader_lock_stripe()].known);
+    return known_builds_take(&call->device->stripe_caches[reader_lock_stripe()].known);
 }
 
 static const struct check_hooks hooks = {

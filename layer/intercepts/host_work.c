@@ -5,7 +5,7 @@
 #include "layer/intercepts/intercepts.h"
 
 /* Checks the level, because backend cpu has an order at each level. */
-static bool is_followed(const struct layer_device *device)
+static bool tracks_work(const struct layer_device *device)
 {
     return device->level >= LEVEL_EXECUTION;
 }
@@ -13,7 +13,7 @@ static bool is_followed(const struct layer_device *device)
 struct host_work host_work_begin(struct layer_device *device)
 {
     struct host_work work = {.device = device};
-    if (is_followed(device))
+    if (tracks_work(device))
         work.journal = journal_create(VK_NULL_HANDLE);
     if (work.journal)
         work.journal->destroy_count = resources_destroy_count(device->resources);
@@ -23,7 +23,7 @@ struct host_work host_work_begin(struct layer_device *device)
 /* Without a journal the order assumes that the work may write anything. */
 bool host_work_prepare(struct host_work *work, bool skip)
 {
-    if (is_followed(work->device))
+    if (tracks_work(work->device))
         work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     if (!work->submission) {
         journal_release(work->journal);
@@ -42,7 +42,7 @@ void host_work_end(void *submission, VkResult result)
 }
 
 /* Queries an operation that has work, and ends the work if the operation is complete. */
-static void look_after(struct layer_device *device, VkDeferredOperationKHR operation)
+static void poll_operation(struct layer_device *device, VkDeferredOperationKHR operation)
 {
     uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
     if (!ticket)
@@ -61,7 +61,7 @@ VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operati
         return result;
     if (result == VK_OPERATION_DEFERRED_KHR &&
         deferred_operations_defer(device->deferred, operation, work->submission))
-        look_after(device, operation);
+        poll_operation(device, operation);
     else
         submission_finish(work->submission,
                           result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
@@ -103,7 +103,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
 {
     struct layer_device *state = layer_find_device(device);
     if (operation) {
-        look_after(state, operation);
+        poll_operation(state, operation);
         deferred_operations_remove(state->deferred, operation);
         execution_order_run(state->order);
         object_names_set(state->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
@@ -132,6 +132,6 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_DeferredOperationJoinKHR(VkDevice device,
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.DeferredOperationJoinKHR(device, operation);
     if (result == VK_SUCCESS)
-        look_after(state, operation);
+        poll_operation(state, operation);
     return result;
 }

@@ -16,7 +16,7 @@ struct command_buffer *layer_find_recording(const struct layer_device *device,
     return command_buffer && command_buffer->journal ? command_buffer : NULL;
 }
 
-void layer_carry_out(struct layer_device *device, struct journal *journal)
+void layer_run_host_command(struct layer_device *device, struct journal *journal)
 {
     struct submission *submission =
         journal ? submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE) : NULL;

@@ -14,6 +14,6 @@ struct command_buffer *layer_find_recording(const struct layer_device *device,
 
 /* Places a host command in execution order among the batches. Takes ownership of the journal, which
  * may be NULL. */
-void layer_carry_out(struct layer_device *device, struct journal *journal);
+void layer_run_host_command(struct layer_device *device, struct journal *journal);
 
 #endif

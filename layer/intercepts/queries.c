@@ -80,7 +80,7 @@ static void reset(struct layer_device *device, VkQueryPool handle, uint32_t firs
                                  .dst_id = pool.first_id + first,
                                  .info = query_pool_clamp(&pool, first, count),
                              });
-    layer_carry_out(device, journal);
+    layer_run_host_command(device, journal);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_ResetQueryPool(VkDevice device, VkQueryPool queryPool,
@@ -154,8 +154,8 @@ static bool has_result(const struct results *results, uint32_t i)
 static VkDeviceSize read_result(const struct results *results, uint32_t i)
 {
     const char *at = results->data + i * results->stride;
-    bool says_so = results->flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
-    bool available = says_so ? read_word(results, at, 1) != 0 : results->all_available;
+    bool has_availability = results->flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
+    bool available = has_availability ? read_word(results, at, 1) != 0 : results->all_available;
     return available ? read_word(results, at, 0) : 0;
 }
 
@@ -199,7 +199,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQuer
     if (result >= VK_SUCCESS)
         add_answers(journal, pool.first_id + firstQuery,
                     query_pool_clamp(&pool, firstQuery, queryCount), &results);
-    layer_carry_out(state, journal);
+    layer_run_host_command(state, journal);
     return result;
 }
 
@@ -228,6 +228,6 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WriteAccelerationStructuresPropertiesKHR(
                                        .size = read_result(&results, i)};
         journal_add(journal, &answer);
     }
-    layer_carry_out(state, journal);
+    layer_run_host_command(state, journal);
     return result;
 }

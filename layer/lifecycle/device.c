@@ -51,8 +51,8 @@ static void free_device(struct layer_device *device)
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++) {
-        known_builds_release(&device->kept[i].known);
-        check_free_sweep(atomic_load(&device->kept[i].spare_sweep));
+        known_builds_release(&device->stripe_caches[i].known);
+        check_free_sweep(atomic_load(&device->stripe_caches[i].spare_sweep));
     }
     free(device->queue_families);
     free(device);
@@ -76,7 +76,7 @@ static struct layer_device *allocate_device(void)
     return NULL;
 }
 
-static VkResult follow_submissions(struct layer_device *device)
+static VkResult track_submissions(struct layer_device *device)
 {
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
@@ -138,7 +138,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result == VK_SUCCESS)
         result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
-        result = follow_submissions(device);
+        result = track_submissions(device);
     if (result != VK_SUCCESS)
         return result;
     register_consumers(device);

@@ -19,7 +19,7 @@ static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *info)
 /* Whether the layer may change a buffer's usage. External memory is shared with other processes,
  * and capture and replay need the same usage. Sparse and protected buffers are not copied, so they
  * need no usage. */
-static bool is_plain(const VkBufferCreateInfo *info)
+static bool may_change_usage(const VkBufferCreateInfo *info)
 {
     const VkBufferCreateFlags special = VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
                                         VK_BUFFER_CREATE_PROTECTED_BIT |
@@ -30,7 +30,7 @@ static bool is_plain(const VkBufferCreateInfo *info)
     return !(info->flags & special) && !(external && external->handleTypes);
 }
 
-static bool is_input(const struct layer_device *device, VkBufferUsageFlags2 usage)
+static bool is_nv_input(const struct layer_device *device, VkBufferUsageFlags2 usage)
 {
     return device->facts.extension.ray_tracing_nv &&
            (usage & VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR);
@@ -39,8 +39,8 @@ static bool is_input(const struct layer_device *device, VkBufferUsageFlags2 usag
 static bool needs_usage(const struct layer_device *device, const VkBufferCreateInfo *info)
 {
     VkBufferUsageFlags2 usage = usage_of(info);
-    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && is_plain(info) &&
-           is_input(device, usage);
+    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && may_change_usage(info) &&
+           is_nv_input(device, usage);
 }
 
 /* Copies the creation parameters and adds the usage. The caller ends the copy of the chain. Returns

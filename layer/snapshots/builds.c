@@ -120,7 +120,7 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
         recording_leave_out(recorder->recording, position, recorder->left_out);
 }
 
-void recorder_miss_build(struct recorder *recorder, uint32_t position)
+void recorder_leave_out_build(struct recorder *recorder, uint32_t position)
 {
     recorder_fail(recorder);
     recording_leave_out(recorder->recording, position, recorder->left_out);
@@ -144,7 +144,7 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
     if (result != VK_SUCCESS) {
         recorded_build_free(build);
         if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-            recorder_miss_build(recorder, position);
+            recorder_leave_out_build(recorder, position);
         return NULL;
     }
     VkAccelerationStructureBuildGeometryInfoKHR given; /* may be misaligned */

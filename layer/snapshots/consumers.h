@@ -15,7 +15,7 @@ struct submitted_execution {
     uint32_t command;              /* index of the command buffer in the batch */
 };
 
-/* Lives as long as the device. Each function may be NULL. */
+/* A consumer lives as long as the device. Each function may be NULL. */
 struct snapshots_consumer {
     struct snapshots_consumer *next; /* for snapshots_add_consumer() */
     void *user;                      /* passed to each function */
@@ -33,7 +33,8 @@ struct snapshots_consumer {
     bool (*wait)(void *user);
 };
 
-/* Before the device is published. Consumers are called in the order in which they were added. */
+/* Call before the device is published. Consumers are called in the order in which they were added.
+ */
 void snapshots_add_consumer(struct snapshots *snapshots, struct snapshots_consumer *consumer);
 
 /* Calls `wait` of each consumer until one returns true. */

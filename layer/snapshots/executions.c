@@ -16,8 +16,8 @@ void snapshots_add_consumer(struct snapshots *snapshots, struct snapshots_consum
 }
 
 /* Passes the execution to each consumer, then releases it. */
-static void hand_over(const struct snapshots *snapshots,
-                      const struct submitted_execution *submitted)
+static void run_consumers(const struct snapshots *snapshots,
+                          const struct submitted_execution *submitted)
 {
     for (const struct snapshots_consumer *consumer = snapshots->consumers; consumer;
          consumer = consumer->next)
@@ -82,8 +82,8 @@ static void run_command(struct snapshots *snapshots, const struct batch_run *bat
     execution_mark_reached(execution);
     if (atomic_load(&execution->recording->is_invalidated))
         execution_drop_snapshots(execution);
-    hand_over(snapshots,
-              &(struct submitted_execution){execution, batch->timestamp, batch, command});
+    run_consumers(snapshots,
+                  &(struct submitted_execution){execution, batch->timestamp, batch, command});
 }
 
 void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch)
@@ -95,8 +95,8 @@ void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch)
 void snapshots_run_all(struct snapshots *snapshots)
 {
     for (struct execution *execution; (execution = take(snapshots, NULL));) {
-        hand_over(snapshots, &(struct submitted_execution){.execution = execution,
-                                                           .timestamp = timestamp_never()});
+        run_consumers(snapshots, &(struct submitted_execution){.execution = execution,
+                                                               .timestamp = timestamp_never()});
         atomic_fetch_add(&snapshots->unordered, 1);
     }
 }

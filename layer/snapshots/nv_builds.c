@@ -101,7 +101,7 @@ static struct recorded_build *translate(struct recorder *recorder,
         return build;
     }
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-        recorder_miss_build(recorder, position);
+        recorder_leave_out_build(recorder, position);
     free(build);
     return NULL;
 }

@@ -37,7 +37,7 @@ static bool enables_addresses(const VkDeviceCreateInfo *create_info)
 
 /* Whether level content needs snapshots. Device groups are excluded: each device of the group would
  * copy to the same host memory. */
-static bool are_wanted_by_level(const struct layer_device *device)
+static bool level_needs_snapshots(const struct layer_device *device)
 {
     bool builds =
         device->facts.extension.acceleration_structure || device->facts.extension.ray_tracing_nv;
@@ -64,7 +64,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
                           const VkuDeviceDispatchTable *below_backend)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
-    if (!below_backend && !are_wanted_by_level(device))
+    if (!below_backend && !level_needs_snapshots(device))
         return VK_SUCCESS;
     const uint64_t budget =
         below_backend ? UINT64_MAX : (uint64_t)settings->content_budget_mib << 20;

@@ -63,7 +63,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         recorder_fail(recorder);
         return false;
     }
-    recording_go_on(recorder->recording);
+    recording_continue(recorder->recording);
     if (recorder->recording->copy_block_count)
         recorder->first_order =
             recorder->recording->copy_blocks[recorder->recording->copy_block_count - 1].used;

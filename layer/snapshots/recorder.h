@@ -50,7 +50,7 @@ struct recording *recording_of(const struct layer_device *device, VkCommandBuffe
 /* Records copies of a build's inputs, and the build. Takes ownership of the build. */
 void recorder_add_build(struct recorder *recorder, struct recorded_build *build);
 /* Notes that a build is not recorded, for lack of memory. */
-void recorder_miss_build(struct recorder *recorder, uint32_t position);
+void recorder_leave_out_build(struct recorder *recorder, uint32_t position);
 
 /* Orders a copy of `size` bytes at an address, cut at the end of the buffer that has the address
  * now. Returns false if there is no such buffer, or without memory. */

@@ -85,7 +85,7 @@ static uint32_t count_overwritten(const struct execution *execution)
     return count;
 }
 
-static void tell(struct submit *submit)
+static void report_missed(struct submit *submit)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         submit->missed.overwritten += count_overwritten(submit->executions[i]);
@@ -99,7 +99,7 @@ static void release(struct submit *submit)
 }
 
 /* Releases everything if nothing was submitted. */
-static VkResult give_up(struct submit *submit, VkResult result)
+static VkResult abandon(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         execution_release(submit->executions[i]);
@@ -130,11 +130,11 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     if (!submit->count)
-        return give_up(submit, result);
+        return abandon(submit, result);
     if (result == VK_SUCCESS)
         result = submit_fences(submit, fence);
     if (result != VK_SUCCESS)
-        return give_up(submit, result);
+        return abandon(submit, result);
     for (uint32_t i = 0; i < submit->count; i++)
         snapshots_add_submitted(snapshots, submit->executions[i]);
     release(submit);
@@ -145,7 +145,7 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 
 /* Finishes with the queues locked, then unlocks them, because no message may be sent with the lock
  * held. */
-static VkResult leave_queues(struct submit *submit, VkFence fence, VkResult result)
+static VkResult finish_and_unlock(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     result = finish(submit, fence, result);
@@ -169,13 +169,13 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t sub
     for (uint32_t i = 0; i < submitCount; i++)
         for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
             add_command_buffer(&submit, pSubmits[i].pCommandBuffers[j]);
-    tell(&submit);
+    report_missed(&submit);
     if (submit.result != VK_SUCCESS)
-        return give_up(&submit, submit.result);
+        return abandon(&submit, submit.result);
     snapshots_lock_queues(snapshots);
     VkResult result =
         snapshots->below.QueueSubmit(queue, submitCount, pSubmits, fence_below(&submit, fence));
-    return leave_queues(&submit, fence, result);
+    return finish_and_unlock(&submit, fence, result);
 }
 
 static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
@@ -186,12 +186,12 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
             add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
-    tell(&submit);
+    report_missed(&submit);
     if (submit.result != VK_SUCCESS)
-        return give_up(&submit, submit.result);
+        return abandon(&submit, submit.result);
     snapshots_lock_queues(snapshots);
     VkResult result = next(queue, count, infos, fence_below(&submit, fence));
-    return leave_queues(&submit, fence, result);
+    return finish_and_unlock(&submit, fence, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2(VkQueue queue, uint32_t submitCount,

@@ -137,7 +137,7 @@ bool recording_add_copy_block(struct recording *recording, const struct copy_blo
     return true;
 }
 
-void recording_go_on(struct recording *recording)
+void recording_continue(struct recording *recording)
 {
     pthread_mutex_lock(&recording->lock);
     recording->keeps_chunks |= recording->execution_count != 0;

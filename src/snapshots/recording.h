@@ -181,7 +181,7 @@ bool recording_contains(const struct recording *recording, const struct recordin
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block);
 /* Called before more is recorded. If the recording has executions, because it was submitted too
  * early, its chunks stay, so that no chunk is given back while a command is recorded. */
-void recording_go_on(struct recording *recording);
+void recording_continue(struct recording *recording);
 /* From now on the chunks stay until the recording is released, because commands without a gate name
  * them. */
 void recording_keep_chunks(struct recording *recording);

@@ -4,7 +4,7 @@
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 
-/* Numbers of VkObjectType; VkDebugReportObjectTypeEXT has the same ones. */
+/* `type`: a VkObjectType. VkDebugReportObjectTypeEXT has the same values. */
 static bool is_own(const struct cpu_overlay *overlay, uint32_t type)
 {
     return (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR && overlay->acceleration_structure) ||
