@@ -63,8 +63,8 @@ typedef struct AssayRay {
 typedef struct AssayHit {
     VkBool32 isHit; /* if VK_FALSE, all other members are 0 */
     float t;
-    float u,
-        v; /* barycentric weights of the triangle's second and third vertex, before displacement */
+    /* Barycentric weights of the triangle's second and third vertex, before displacement. */
+    float u, v;
     uint32_t geometry, primitive;    /* indices within the build */
     uint32_t instance;               /* index among all instances of the build */
     uint32_t customIndex, sbtOffset; /* of the instance, 24 bits each */
@@ -78,9 +78,8 @@ typedef struct AssayHit {
  */
 typedef enum AssayAnswer {
     ASSAY_ANSWER_IGNORE = 0,
-    ASSAY_ANSWER_ACCEPT =
-        1,                 /* traversal continues with nearer candidates, unless flag 0x4 is set */
-    ASSAY_ANSWER_STOP = 2, /* ignore the candidate and end the ray with what was accepted before */
+    ASSAY_ANSWER_ACCEPT = 1, /* and continue with nearer candidates, unless flag 0x4 is set */
+    ASSAY_ANSWER_STOP = 2,   /* ignore the candidate and end the ray with what was accepted */
 } AssayAnswer;
 typedef AssayAnswer(VKAPI_PTR *PFN_AssayCandidate)(void *userData, uint32_t rayIndex,
                                                    AssayHit *candidate);

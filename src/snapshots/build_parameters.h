@@ -14,12 +14,10 @@
  * ppGeometries is resolved to pGeometries. */
 struct build_parameters {
     VkAccelerationStructureBuildGeometryInfoKHR info;
-    bool had_chains;                                /* the application gave any pNext */
-    VkAccelerationStructureGeometryKHR *geometries; /* info.pGeometries; owned */
-    VkAccelerationStructureBuildRangeInfoKHR
-        *ranges; /* one for each geometry; in the block of `geometries` */
-    struct chained_input
-        *chained; /* one for each geometry; owned; NULL: no geometry has chained input */
+    bool had_chains;                                  /* the application gave any pNext */
+    VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
+    VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one per geometry; in the same block */
+    struct chained_input *chained; /* one per geometry; owned; NULL: no chained input */
 };
 
 /* Whether any geometry takes a range, and a size query a primitive count. */

@@ -21,15 +21,12 @@ struct micromap_parameters {
 /* The chained input of one geometry. pNext and usages are NULL everywhere. Members are zero if the
  * chain lacks their structure. */
 struct chained_input {
-    VkDeviceOrHostAddressConstKHR motion_vertices; /* 0: no motion */
-    VkAccelerationStructureGeometryLinearSweptSpheresDataNV
-        spheres; /* for spheres and linear swept spheres */
+    VkDeviceOrHostAddressConstKHR motion_vertices;                   /* 0: no motion */
+    VkAccelerationStructureGeometryLinearSweptSpheresDataNV spheres; /* linear swept or not */
     VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
     bool has_opacity;
-    VkAccelerationStructureTrianglesOpacityMicromapEXT
-        opacity; /* its micromap may also be a VkMicromapKHR */
-    struct micromap_parameters
-        micromap; /* for triangles only `usages`, from `opacity` or `displacement` */
+    VkAccelerationStructureTrianglesOpacityMicromapEXT opacity; /* of -EXT or -KHR */
+    struct micromap_parameters micromap;                        /* triangles have only its usages */
     bool has_displacement;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
 };
