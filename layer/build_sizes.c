@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Asking for the sizes of builds. */
+/* Queries the sizes of builds, through the size cache. */
 #include "layer/build_sizes.h"
 
 void layer_find_build_sizes(struct layer_device *device,

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sizes of builds, asked of the commands below the layer once for each shape of a build. */
+/* Sizes of builds. The commands below the layer are called once for each shape of a build;
+ * size_cache.h keeps the result. */
 #ifndef ASSAY_LAYER_BUILD_SIZES_H
 #define ASSAY_LAYER_BUILD_SIZES_H
 
 #include "layer/layer.h"
 
-/* The answer of vkGetAccelerationStructureBuildSizesKHR; `counts` are the primitive counts. Leaves
- * `sizes` unchanged if there is no such command. */
+/* Writes what vkGetAccelerationStructureBuildSizesKHR returns; `counts` are the primitive counts.
+ * Leaves `sizes` unchanged if the device has no such command. */
 void layer_find_build_sizes(struct layer_device *device,
                             const VkAccelerationStructureBuildGeometryInfoKHR *info,
                             const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,

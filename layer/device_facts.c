@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What was enabled for a device, however the application asked for it, and its limits. */
+/* Collects what the application enabled for a device, in any of the possible ways, and the device's
+ * limits. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -50,7 +51,7 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         facts->newer_than_registry = true;
 }
 
-/* Cluster and partitioned builds write to addresses, and what is new may do anything. */
+/* Cluster and partitioned builds write to addresses, and unknown extensions may do anything. */
 static bool has_other_builders(const struct device_facts *facts,
                                const VkDeviceCreateInfo *create_info)
 {
@@ -58,7 +59,7 @@ static bool has_other_builders(const struct device_facts *facts,
            is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
 }
 
-/* Absent structures leave their features off. */
+/* A structure that is absent leaves its features off. */
 static void collect_features(struct device_facts *facts, const void *chain)
 {
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR *accel =
@@ -85,14 +86,14 @@ static void collect_features(struct device_facts *facts, const void *chain)
     facts->dense_geometry_format = dense && dense->denseGeometryFormat;
 }
 
-/* The structures of properties that a physical device may know. */
+/* The structures of micromap properties that a physical device may support. */
 struct micromap_properties {
     VkPhysicalDeviceOpacityMicromapPropertiesEXT ext;
     VkPhysicalDeviceOpacityMicromapPropertiesKHR khr;
     VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement;
 };
 
-/* Prepends those of the extensions that are enabled; the others bound nothing. */
+/* Prepends the structures of enabled extensions. The others keep values that allow everything. */
 static void chain_micromap_properties(const struct device_facts *facts, void **chain,
                                       struct micromap_properties *properties)
 {
@@ -129,7 +130,7 @@ static void keep_micromap_limits(struct micromap_support *support,
     support->displacement_level = properties->displacement.maxDisplacementMicromapSubdivisionLevel;
 }
 
-/* Limits that can't be asked for bound nothing. */
+/* Limits that cannot be queried allow everything. */
 static void collect_limits(struct layer_device *device)
 {
     PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Asking for format features, once for most formats. */
+/* Queries format features, for most formats only once. */
 #include "layer/formats.h"
 
 #include <stdatomic.h>
@@ -18,7 +18,7 @@ static enum tristate query_vertices(const struct layer_device *device, VkFormat 
                : NO;
 }
 
-/* A driver that doesn't know the structure leaves all bits on. */
+/* A driver that ignores the structure leaves all bits set. */
 static enum tristate query_radii(const struct layer_device *device, VkFormat format)
 {
     PFN_vkGetPhysicalDeviceFormatProperties2 get_properties = physical_device_format_properties2(
@@ -37,10 +37,10 @@ static enum tristate query_radii(const struct layer_device *device, VkFormat for
                : NO;
 }
 
-/* A driver is asked only for formats that exist. */
+/* The driver is queried only for formats that exist. */
 static enum tristate find(const struct layer_device *device, VkFormat format,
                           _Atomic unsigned char *cache,
-                          enum tristate (*ask)(const struct layer_device *, VkFormat))
+                          enum tristate (*query)(const struct layer_device *, VkFormat))
 {
     bool is_cached = (uint32_t)format < FORMAT_CACHE_SIZE;
     enum tristate known = UNKNOWN;
@@ -48,18 +48,18 @@ static enum tristate find(const struct layer_device *device, VkFormat format,
         known = (enum tristate)atomic_load_explicit(&cache[format], memory_order_relaxed);
     if (known != UNKNOWN || !format_is_known(format))
         return known;
-    known = ask(device, format);
+    known = query(device, format);
     if (is_cached)
         atomic_store_explicit(&cache[format], (unsigned char)known, memory_order_relaxed);
     return known;
 }
 
-enum tristate layer_takes_vertices(struct layer_device *device, VkFormat format)
+enum tristate layer_vertex_format_supported(struct layer_device *device, VkFormat format)
 {
     return find(device, format, device->vertex_formats, query_vertices);
 }
 
-enum tristate layer_takes_radii(struct layer_device *device, VkFormat format)
+enum tristate layer_radius_format_supported(struct layer_device *device, VkFormat format)
 {
     return find(device, format, device->radius_formats, query_radii);
 }

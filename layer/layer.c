@@ -10,34 +10,35 @@
 #include "src/base/text_buffer.h"
 
 /* Static storage without constructor or destructor. The lists are linked through their members, so
- * that publishing cannot fail: it comes after the call down, and what succeeded there cannot be
- * undone (loaders free an instance twice if a layer fails then). */
+ * publishing cannot fail. It must not fail, because it follows the call down, whose success cannot
+ * be undone (loaders free an instance twice if a layer fails then). */
 static struct reader_lock registry_lock;
 static struct layer_link *instances, *devices;
 
-/* The first few devices again, by dispatch key, for look-ups without a lock. Nobody withdraws the
- * device that is looked up, so its slot stays as it is, whatever happens to the others. */
+/* A second list of the first few devices, by dispatch key, for look-ups without a lock. No thread
+ * withdraws a device while another looks it up (external synchronization), so the slot of that
+ * device stays unchanged. */
 enum { QUICK_DEVICES = 8 };
 static struct quick_device {
     const void *_Atomic key; /* NULL: unused */
     struct layer_device *device;
 } quick_devices[QUICK_DEVICES];
 
-/* The devices of the command buffers that were looked up last, for look-ups without a lock and
- * without reading through the handle, which may be invalid. A word is the handle and, in the bits
- * that are 0 in a pointer to an object, the index of the device in quick_devices; 0: unused.
- * Freeing a command buffer clears its word, so that the handle of a freed one isn't found. */
+/* The devices of the command buffers that were looked up last, for look-ups without a lock that do
+ * not dereference the handle, which may be invalid. A word holds the handle; the bits that are 0 in
+ * a pointer to an object hold the index of the device in quick_devices. 0 means unused. Freeing a
+ * command buffer clears its word, so that a freed handle is not found. */
 enum { OWNER_BITS = 6 };
 static uintptr_t _Atomic recent_owners[1 << OWNER_BITS];
 static const uintptr_t owner_index_mask = QUICK_DEVICES - 1;
 
-/* Handles that the loader made for one instance or device begin with the same pointer. */
+/* Handles that the loader created for one instance or device begin with the same pointer. */
 static const void *dispatch_key(const void *dispatchable)
 {
     return dispatchable ? *(void *const *)dispatchable : NULL;
 }
 
-/* Of a handle that may be anything. */
+/* The same for a handle that may be invalid. */
 static const void *dispatch_key_safely(const void *dispatchable)
 {
     const void *key;
@@ -45,7 +46,7 @@ static const void *dispatch_key_safely(const void *dispatchable)
                                                                                          : NULL;
 }
 
-/* The member that has the link, which is its first. */
+/* Returns the instance or device whose first member is the link with this key. */
 __attribute__((noinline)) static void *find(struct layer_link *const *list, const void *key)
 {
     unsigned stripe = reader_lock_enter(&registry_lock);
@@ -80,7 +81,7 @@ struct layer_instance *layer_find_instance(const void *dispatchable)
     return find(&instances, dispatch_key(dispatchable));
 }
 
-/* The slot of a key, or NULL. */
+/* The slot of a key. Returns NULL if there is none. */
 static struct quick_device *quick_device(const void *key)
 {
     for (unsigned i = 0; i < QUICK_DEVICES; i++)
@@ -89,7 +90,7 @@ static struct quick_device *quick_device(const void *key)
     return NULL;
 }
 
-/* Each intercept begins with this: it is inlined when the library is linked. */
+/* Inlined when the library is linked, because each intercept begins with it. */
 inline struct layer_device *layer_find_device(const void *dispatchable)
 {
     const void *key = dispatch_key(dispatchable);
@@ -102,7 +103,7 @@ struct layer_device *layer_find_device_safely(const void *dispatchable)
     return find(&devices, dispatch_key_safely(dispatchable));
 }
 
-struct layer_device *layer_blamed_device(const void *dispatchable)
+struct layer_device *layer_find_reporting_device(const void *dispatchable)
 {
     struct layer_device *device = layer_find_device_safely(dispatchable);
     if (device)
@@ -115,7 +116,7 @@ struct layer_device *layer_blamed_device(const void *dispatchable)
 
 /* ---- devices of command buffers */
 
-/* Spread as in src/base/handle_table.c. */
+/* Hashed as in src/base/handle_table.c. */
 static uintptr_t _Atomic *recent_owner(VkCommandBuffer handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
@@ -131,7 +132,7 @@ static void remember_owner(VkCommandBuffer handle, const struct layer_device *de
                               memory_order_release);
 }
 
-/* Looks into all devices, with the registry locked so that each of them stays. */
+/* Searches all devices. The registry is locked so that each of them stays. */
 static struct layer_device *find_owner(VkCommandBuffer handle)
 {
     unsigned stripe = reader_lock_enter(&registry_lock);
@@ -142,8 +143,8 @@ static struct layer_device *find_owner(VkCommandBuffer handle)
     return (struct layer_device *)link;
 }
 
-/* Of a handle that was not looked up lately, or is invalid. Below level STATE nothing is said of an
- * invalid one, so what may be passed down is. */
+/* Searches for the device of a handle that was not looked up recently, or is invalid. Below level
+ * STATE invalid handles are not reported, so a handle that may be valid is passed down. */
 __attribute__((noinline, cold)) static struct layer_device *search_owner(VkCommandBuffer handle)
 {
     struct layer_device *device = handle ? find_owner(handle) : NULL;
@@ -157,8 +158,7 @@ __attribute__((noinline, cold)) static struct layer_device *search_owner(VkComma
     return may_be_valid ? device : NULL;
 }
 
-/* Each command that is recorded begins with one of these: they are inlined when the library is
- * linked. */
+/* Inlined when the library is linked, because each recorded command begins with one of these. */
 inline struct layer_device *layer_find_build_device(VkCommandBuffer handle)
 {
     uintptr_t owner = atomic_load_explicit(recent_owner(handle), memory_order_acquire);
@@ -169,7 +169,7 @@ inline struct layer_device *layer_find_build_device(VkCommandBuffer handle)
 
 __attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
 {
-    struct layer_device *device = layer_blamed_device(handle);
+    struct layer_device *device = layer_find_reporting_device(handle);
     char line[256];
     struct text_buffer text;
     if (!device || atomic_exchange(&device->warned_of_skipped, true))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making the layer's own buffers and pipelines. */
+/* Creates the layer's own buffers and pipelines. */
 #include "layer/own_objects.h"
 
 /* ---- buffers */
@@ -10,7 +10,7 @@ static const VkMemoryPropertyFlags MAPPED =
 static uint32_t find_type(const VkPhysicalDeviceMemoryProperties *memory, uint32_t allowed,
                           VkMemoryPropertyFlags wanted)
 {
-    /* Others are of extensions, whose features the application may not have enabled. */
+    /* Other bits belong to extensions whose features the application may not have enabled. */
     const VkMemoryPropertyFlags known =
         MAPPED | VK_MEMORY_PROPERTY_HOST_CACHED_BIT | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
     for (uint32_t i = 0; i < memory->memoryTypeCount; i++) {
@@ -21,7 +21,7 @@ static uint32_t find_type(const VkPhysicalDeviceMemoryProperties *memory, uint32
     return UINT32_MAX;
 }
 
-/* A type that its user reads quickly, if there is one; a coherent one there always is. */
+/* A memory type that is fast to read, if there is one. A coherent type always exists. */
 static uint32_t memory_type(const struct own_device *device, uint32_t allowed, bool is_mapped)
 {
     VkMemoryPropertyFlags best = is_mapped ? MAPPED | VK_MEMORY_PROPERTY_HOST_CACHED_BIT
@@ -60,8 +60,8 @@ static VkDeviceAddress address_of(const struct own_device *device, VkBuffer buff
 {
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
-    /* There is none of the extension unless the application enables it, but layers below may return
-     * a core command that the application's version doesn't have. */
+    /* The extension's command is NULL unless the application enables it. A layer below may return a
+     * core command that the application's version lacks, so it comes second. */
     PFN_vkGetBufferDeviceAddress get = device->vk->GetBufferDeviceAddressKHR
                                            ? device->vk->GetBufferDeviceAddressKHR
                                            : device->vk->GetBufferDeviceAddress;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffers and pipelines of the layer's own on the application's device. */
+/* Buffers and pipelines that the layer creates for itself on the application's device. */
 #ifndef ASSAY_LAYER_OWN_OBJECTS_H
 #define ASSAY_LAYER_OWN_OBJECTS_H
 
@@ -15,20 +15,20 @@ struct own_device {
     const VkPhysicalDeviceMemoryProperties *memory;
 };
 
-/* With memory of its own. */
+/* A buffer with its own memory. */
 struct own_buffer {
     VkBuffer handle;
     VkDeviceMemory memory;
     VkDeviceAddress address; /* 0 without VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT */
-    unsigned char *bytes;    /* mapped, coherent; NULL where the device alone uses it */
+    unsigned char *bytes;    /* mapped, coherent; NULL if only the device uses it */
 };
 
-/* `size` in bytes. Whatever was made is freed by own_buffer_free(), also after a failure. */
+/* `size` is in bytes. own_buffer_free() frees what was created, also after a failure. */
 VkResult own_buffer_create(const struct own_device *device, VkBufferUsageFlags usage, uint64_t size,
                            bool is_mapped, struct own_buffer *buffer);
 void own_buffer_free(const struct own_device *device, struct own_buffer *buffer);
 
-/* Of SPIR-V, `size` in bytes. */
+/* Created from SPIR-V, `size` bytes. */
 VkResult own_module_create(const struct own_device *device, const uint32_t *words, size_t size,
                            VkShaderModule *module);
 VkResult own_compute_create(const struct own_device *device, const uint32_t *words, size_t size,

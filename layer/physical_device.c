@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Choosing between a core command, the same command of an extension, and neither. */
+/* Chooses between a core command, the equivalent command of an extension, and neither. */
 #include "layer/physical_device.h"
 
 uint32_t physical_device_api_version(const struct layer_instance *instance,

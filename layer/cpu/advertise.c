@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Extensions, features, limits and formats of a physical device: the driver's, without its ray
- * tracing, and with the backend's acceleration structures. */
+/* Extensions, features, limits and formats of a physical device: the driver's, with its ray tracing
+ * replaced by the backend's. */
 #include "layer/cpu/advertise.h"
 
 #include <stdlib.h>
@@ -44,20 +44,20 @@ static const VkExtensionProperties advertised[] = {
     {VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME, VK_NV_DISPLACEMENT_MICROMAP_SPEC_VERSION},
 };
 
-enum { OFFERED = sizeof(advertised) / sizeof(advertised[0]) };
+enum { ADVERTISED = sizeof(advertised) / sizeof(advertised[0]) };
 
 bool cpu_advertises_extension(const char *name)
 {
-    for (size_t i = 0; i < OFFERED; i++)
+    for (size_t i = 0; i < ADVERTISED; i++)
         if (strcmp(advertised[i].extensionName, name) == 0)
             return true;
     return false;
 }
 
-/* All of the driver's, with room for those offered; the caller frees them. */
-static VkResult list_of_driver(PFN_vkEnumerateDeviceExtensionProperties enumerate,
-                               VkPhysicalDevice physical_device, uint32_t *count,
-                               VkExtensionProperties **list)
+/* Lists the driver's extensions, with room for the backend's. The caller frees the list. */
+static VkResult list_driver_extensions(PFN_vkEnumerateDeviceExtensionProperties enumerate,
+                                       VkPhysicalDevice physical_device, uint32_t *count,
+                                       VkExtensionProperties **list)
 {
     VkResult result;
     *list = NULL;
@@ -66,7 +66,7 @@ static VkResult list_of_driver(PFN_vkEnumerateDeviceExtensionProperties enumerat
         if (result != VK_SUCCESS)
             break;
         free(*list);
-        *list = calloc(*count + OFFERED, sizeof(**list));
+        *list = calloc(*count + ADVERTISED, sizeof(**list));
         result =
             *list ? enumerate(physical_device, NULL, count, *list) : VK_ERROR_OUT_OF_HOST_MEMORY;
     } while (result == VK_INCOMPLETE);
@@ -80,7 +80,7 @@ static uint32_t exchange_ray_tracing(VkExtensionProperties *list, uint32_t count
         if (!registry_is_ray_tracing(list[i].extensionName))
             list[kept++] = list[i];
     memcpy(&list[kept], advertised, sizeof(advertised));
-    return kept + OFFERED;
+    return kept + ADVERTISED;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
@@ -95,7 +95,7 @@ cpu_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice, const ch
 
     uint32_t count, room = pProperties ? *pPropertyCount : 0;
     VkExtensionProperties *list;
-    VkResult result = list_of_driver(next, physicalDevice, &count, &list);
+    VkResult result = list_driver_extensions(next, physicalDevice, &count, &list);
     if (result == VK_SUCCESS) {
         count = exchange_ray_tracing(list, count);
         *pPropertyCount = !pProperties || count < room ? count : room;
@@ -169,9 +169,9 @@ const struct cpu_features *cpu_find_features(VkStructureType type)
     return NULL;
 }
 
-/* Counts are the least that the specification allows, so that an application which stays within
- * them runs on every device, and the alignment is the strictest that it allows. No descriptors:
- * shaders cannot reach what the host has built. */
+/* Counts are the smallest that the specification allows, so that an application which stays within
+ * them runs on every device. The alignment is the largest that the specification allows. There are
+ * no descriptors, because shaders cannot access what the host has built. */
 enum {
     GEOMETRIES_MAX = (1 << 24) - 1,
     INSTANCES_MAX = (1 << 24) - 1,
@@ -188,8 +188,9 @@ static VkPhysicalDeviceAccelerationStructurePropertiesKHR limits(void)
     };
 }
 
-/* Likewise; and no recursion, for there are no pipelines. The sizes of a shader binding table are
- * those that the specification allows, for applications that compute with them. */
+/* The same for VK_NV_ray_tracing. Recursion is 0, because there are no pipelines. The sizes of a
+ * shader binding table are those that the specification allows, because applications compute with
+ * them. */
 static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)
 {
     return (VkPhysicalDeviceRayTracingPropertiesNV){
@@ -202,8 +203,9 @@ static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)
     };
 }
 
-/* Writes `ours` over a structure of the application's, or zeros where there is none. */
-static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
+/* Overwrites the members of the application's structure with `ours`, or with zeros if `ours` is
+ * NULL. */
+static void replace_members(VkBaseOutStructure *structure, size_t size, const void *ours)
 {
     const size_t head = sizeof(*structure);
     if (ours)
@@ -212,7 +214,7 @@ static void answer(VkBaseOutStructure *structure, size_t size, const void *ours)
         memset((char *)structure + head, 0, size - head);
 }
 
-/* All that the builder takes. */
+/* Everything that the builder supports. */
 static VkPhysicalDeviceOpacityMicromapPropertiesEXT limits_of_micromaps_ext(void)
 {
     return (VkPhysicalDeviceOpacityMicromapPropertiesEXT){
@@ -237,8 +239,9 @@ static VkPhysicalDeviceDisplacementMicromapPropertiesNV limits_of_displacement(v
         .maxDisplacementMicromapSubdivisionLevel = DISPLACEMENT_MAX_LEVEL};
 }
 
-/* What a chain of features or properties tells of ray tracing is not the driver's to tell. */
-static void answer_structure(VkBaseOutStructure *out, size_t size)
+/* Overwrites a structure of ray tracing in a chain of features or properties, because the driver's
+ * values do not apply. */
+static void replace_structure(VkBaseOutStructure *out, size_t size)
 {
     const VkPhysicalDeviceAccelerationStructurePropertiesKHR structure = limits();
     const VkPhysicalDeviceRayTracingPropertiesNV nv = limits_nv();
@@ -249,35 +252,35 @@ static void answer_structure(VkBaseOutStructure *out, size_t size)
     const struct cpu_features *features = cpu_find_features(out->sType);
     switch (out->sType) {
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR:
-        answer(out, size, &structure);
+        replace_members(out, size, &structure);
         break;
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV:
-        answer(out, size, &nv);
+        replace_members(out, size, &nv);
         break;
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT:
-        answer(out, size, &ext);
+        replace_members(out, size, &ext);
         break;
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR:
-        answer(out, size, &khr);
+        replace_members(out, size, &khr);
         break;
     case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV:
-        answer(out, size, &nv_displacement);
+        replace_members(out, size, &nv_displacement);
         break;
     default:
-        answer(out, size, features ? features->structure : NULL);
+        replace_members(out, size, features ? features->structure : NULL);
     }
 }
 
-static void answer_chain(void *chain)
+static void replace_chain(void *chain)
 {
     for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
         const struct registry_structure *structure = registry_find_structure(out->sType);
         if (structure && structure->ray_tracing)
-            answer_structure(out, structure->size);
+            replace_structure(out, structure->size);
     }
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_GET_FEATURES(name)                                                                  \
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
                                           VkPhysicalDeviceFeatures2 *pFeatures)                    \
@@ -285,7 +288,7 @@ static void answer_chain(void *chain)
         struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
         instance->next.name(physicalDevice, pFeatures);                                            \
         if (cpu_advertises(instance, physicalDevice))                                              \
-            answer_chain(pFeatures->pNext);                                                        \
+            replace_chain(pFeatures->pNext);                                                       \
     }
 
 #define DEFINE_GET_PROPERTIES(name)                                                                \
@@ -295,7 +298,7 @@ static void answer_chain(void *chain)
         struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
         instance->next.name(physicalDevice, pProperties);                                          \
         if (cpu_advertises(instance, physicalDevice))                                              \
-            answer_chain(pProperties->pNext);                                                      \
+            replace_chain(pProperties->pNext);                                                     \
     }
 
 DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2)
@@ -317,7 +320,7 @@ static VkFormatFeatureFlags2 exchange_inputs(VkFormatFeatureFlags2 features, VkF
     return features;
 }
 
-static void answer_format(VkFormatProperties *properties, VkFormat format)
+static void replace_format(VkFormatProperties *properties, VkFormat format)
 {
     properties->bufferFeatures =
         (VkFormatFeatureFlags)exchange_inputs(properties->bufferFeatures, format);
@@ -329,12 +332,12 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetPhysicalDeviceFormatProperties(
     struct layer_instance *instance = layer_find_instance(physicalDevice);
     instance->next.GetPhysicalDeviceFormatProperties(physicalDevice, format, pFormatProperties);
     if (cpu_advertises(instance, physicalDevice))
-        answer_format(pFormatProperties, format);
+        replace_format(pFormatProperties, format);
 }
 
-static void answer_format_chain(VkFormatProperties2 *properties, VkFormat format)
+static void replace_format_chain(VkFormatProperties2 *properties, VkFormat format)
 {
-    answer_format(&properties->formatProperties, format);
+    replace_format(&properties->formatProperties, format);
     for (VkBaseOutStructure *out = properties->pNext; out; out = out->pNext) {
         VkFormatProperties3 *properties3 = (VkFormatProperties3 *)out;
         if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3)
@@ -349,7 +352,7 @@ static void answer_format_chain(VkFormatProperties2 *properties, VkFormat format
         struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
         instance->next.name(physicalDevice, format, pFormatProperties);                            \
         if (cpu_advertises(instance, physicalDevice))                                              \
-            answer_format_chain(pFormatProperties, format);                                        \
+            replace_format_chain(pFormatProperties, format);                                       \
     }
 
 DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2)

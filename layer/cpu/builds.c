@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: builds, copies and queries by the host, and what they need. */
+/* Commands of backend cpu: host builds, copies and queries, and queries of sizes and compatibility.
+ */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "src/cpu/host.h"
@@ -20,7 +21,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetAccelerationStructureBuildSizesKHR(
 {
     struct builder_sizes sizes;
     (void)device;
-    (void)buildType; /* the builder is the same */
+    (void)buildType; /* both types use the same builder */
     cpu_build_sizes(pBuildInfo, pMaxPrimitiveCounts, &sizes);
     pSizeInfo->accelerationStructureSize = sizes.structure;
     pSizeInfo->buildScratchSize = sizes.build_scratch + (sizes.structure ? CPU_SCRATCH_SLACK : 0);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The commands that backend cpu has, each by a function cpu_NAME. */
+/* The commands that backend cpu implements, each by a function cpu_NAME. */
 #ifndef ASSAY_LAYER_CPU_COMMANDS_H
 #define ASSAY_LAYER_CPU_COMMANDS_H
 
@@ -7,7 +7,8 @@
 
 #include "layer/assay.h"
 
-/* In place of the next layer's, which they call, on all physical devices of the instance. */
+/* These replace the next layer's commands on all physical devices of the instance, and call them.
+ */
 #define CPU_INSTANCE_COMMANDS(COMMAND)                                                             \
     COMMAND(EnumerateDeviceExtensionProperties)                                                    \
     COMMAND(GetPhysicalDeviceFeatures2)                                                            \
@@ -20,8 +21,8 @@
     COMMAND(GetPhysicalDeviceExternalBufferProperties)                                             \
     COMMAND(GetPhysicalDeviceExternalBufferPropertiesKHR)
 
-/* COMMAND(extension, name): the overlay has it where the application has enabled the extension (a
- * member of struct cpu_overlay). */
+/* COMMAND(extension, name): the overlay has the command if the application has enabled the
+ * extension (a member of struct cpu_overlay). */
 #define CPU_COMMANDS(COMMAND)                                                                      \
     COMMAND(acceleration_structure, CreateAccelerationStructureKHR)                                \
     COMMAND(acceleration_structure, CreateAccelerationStructure2KHR)                               \
@@ -72,7 +73,7 @@
     COMMAND(deferred_host_operations, GetDeferredOperationResultKHR)                               \
     COMMAND(deferred_host_operations, DeferredOperationJoinKHR)
 
-/* In place of the next layer's, which they call, where it has them. */
+/* These replace the next layer's commands if the next layer has them, and call them. */
 #define CPU_REPLACED_COMMANDS(COMMAND)                                                             \
     COMMAND(SetDebugUtilsObjectNameEXT)                                                            \
     COMMAND(SetDebugUtilsObjectTagEXT)                                                             \
@@ -139,7 +140,7 @@
     COMMAND(CreateComputePipelines)                                                                \
     COMMAND(CreateGraphicsPipelines)
 
-/* Not Vulkan's (assay.h), so in no dispatch table; vkGetDeviceProcAddr finds them. */
+/* Commands of assay.h. No dispatch table has them; vkGetDeviceProcAddr finds them. */
 #define CPU_OWN_COMMANDS(COMMAND)                                                                  \
     COMMAND(structures, TraceRaysASSAY)                                                            \
     COMMAND(structures, GetCountersASSAY)

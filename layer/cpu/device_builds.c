@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: builds of command buffers. The snapshots, which lie over them, have
- * recorded what they read, and the trees are made when somebody asks for them. */
+/* Commands of backend cpu: builds in command buffers. The snapshots, which cover these commands,
+ * have recorded the inputs. The BVH is built on first use. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 
@@ -29,7 +29,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdBuildAccelerationStructureNV(
 {
 }
 
-/* Tells of memory that ran out where the command buffer was recorded. */
+/* Reports lack of memory during recording. */
 VKAPI_ATTR VkResult VKAPI_CALL cpu_EndCommandBuffer(VkCommandBuffer commandBuffer)
 {
     const struct layer_device *device = layer_find_recording_device(commandBuffer);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: copies of command buffers, between structures and from and to memory. */
+/* Commands of backend cpu: copies in command buffers, between structures and from and to memory. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/snapshots/recorder.h"
@@ -42,7 +42,7 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
     recorder_add(&recorder, &item);
 }
 
-/* What the serialized form of a structure of `size` bytes can take at most: the header, and a
+/* The most bytes that the serialized form of a structure of `size` bytes takes: the header, and a
  * reference for each instance. */
 static uint64_t serialized_max(uint64_t size)
 {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Creating a device below the backend: which of what the application enables the driver may see. */
+/* Creates a device below the backend: decides which of the enabled extensions and features the
+ * driver receives. */
 #include <stdlib.h>
 
 #include "layer/cpu/advertise.h"
@@ -24,7 +25,8 @@ static VkResult check_extensions(const struct layer_instance *instance,
     return result;
 }
 
-/* Whether a feature is asked for that `offered`, a structure of the same type, hasn't got. */
+/* Whether the application enables a feature that `advertised`, a structure of the same type, lacks.
+ */
 static bool requests_more(const VkBaseInStructure *asked, const VkBaseInStructure *advertised,
                           unsigned count)
 {
@@ -53,9 +55,9 @@ static VkResult check_features(const struct layer_instance *instance,
     return result;
 }
 
-/* ---- what the driver sees */
+/* ---- what the driver receives */
 
-/* The names without those that the backend supplies; NULL without memory. */
+/* The extension names without those that the backend supplies. Returns NULL without memory. */
 static const char **names_below(const VkDeviceCreateInfo *create_info, uint32_t *count)
 {
     const char **names = malloc((create_info->enabledExtensionCount + 1) * sizeof(*names));
@@ -66,7 +68,7 @@ static const char **names_below(const VkDeviceCreateInfo *create_info, uint32_t 
     return names;
 }
 
-/* Takes the backend's features out of a chain, one copy for each. */
+/* Removes the backend's features from a chain, by one copy of the chain for each. */
 static VkResult chains_begin(struct chain_copy chains[CPU_FEATURES], const void **chain)
 {
     for (size_t i = 0; i < CPU_FEATURES; i++) {

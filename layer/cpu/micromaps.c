@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: micromaps of VK_EXT_opacity_micromap. They are structures of a type of
- * their own, in the same table, and are built and copied as these. */
+/* Commands of backend cpu: micromaps of VK_EXT_opacity_micromap. A micromap is a structure with a
+ * type of its own. It lies in the table of structures, and is built and copied like a structure. */
 #include <stdlib.h>
 
 #include "layer/cpu/commands.h"
@@ -46,14 +46,14 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetMicromapBuildSizesEXT(
     struct build_parameters build;
     struct builder_sizes sizes = {0};
     (void)device;
-    (void)buildType; /* the builder is the same */
+    (void)buildType; /* both types use the same builder */
     if (micromap_info_copy(&cache, pBuildInfo, &build) == VK_SUCCESS) {
         build_parameters_sizes(&build, NULL, &sizes);
         build_parameters_release(&build);
     }
     pSizeInfo->micromapSize = sizes.structure;
     pSizeInfo->buildScratchSize = 0;
-    pSizeInfo->discardable = VK_FALSE; /* rays look up what structures refer to */
+    pSizeInfo->discardable = VK_FALSE; /* rays read the micromaps to which structures refer */
 }
 
 VKAPI_ATTR void VKAPI_CALL

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: structures of VK_NV_ray_tracing as objects. They share a table with
- * those of VK_KHR_acceleration_structure. */
+/* Commands of backend cpu: creation and destruction of structures of VK_NV_ray_tracing, and their
+ * memory and handles. They share a table with those of VK_KHR_acceleration_structure. */
 #include <string.h>
 
 #include "layer/cpu/commands.h"
@@ -16,7 +16,7 @@ static struct cpu_structures *structures_of(VkDevice device)
     return cpu_overlay_of(device)->device->structures;
 }
 
-/* What a structure will take is settled now. */
+/* Determines the structure's size from its creation parameters. */
 static VkResult describe(const VkAccelerationStructureCreateInfoNV *create_info,
                          struct cpu_structure_info *info)
 {
@@ -64,9 +64,9 @@ cpu_DestroyAccelerationStructureNV(VkDevice device, VkAccelerationStructureNV ac
     cpu_structures_remove(structures_of(device), (uint64_t)accelerationStructure);
 }
 
-/* ---- memory, of which none is ever touched */
+/* ---- memory, which is never accessed */
 
-/* All types but those that are for one use alone, or for a feature. */
+/* All memory types except those that are for one use only, or need a feature. */
 static uint32_t memory_types(const struct layer_device *device)
 {
     const VkMemoryPropertyFlags special =
@@ -123,7 +123,7 @@ cpu_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
     return VK_SUCCESS;
 }
 
-/* ---- what instances refer to */
+/* ---- handles, by which instances refer to structures */
 
 VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureHandleNV(
     VkDevice device, VkAccelerationStructureNV accelerationStructure, size_t dataSize, void *pData)

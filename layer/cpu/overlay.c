@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which commands of instances and devices are the backend's. */
+/* Selects the commands of instances and devices that the backend replaces. */
 #include "layer/cpu/overlay.h"
 
 #include <stdlib.h>
@@ -46,8 +46,8 @@ static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extens
     return false;
 }
 
-/* Zeros if the version is 1.0: VkPhysicalDeviceIDProperties came with Vulkan 1.1, and so did what
- * the commands that serialize structures, which use the id, depend on. */
+/* Writes zeros if the version is 1.0: VkPhysicalDeviceIDProperties came with Vulkan 1.1. The
+ * commands that serialize structures, which use the id, need Vulkan 1.1, too. */
 static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_UUID_SIZE])
 {
     VkPhysicalDeviceIDProperties ids = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu as an overlay on dispatch tables: for each command that it has, device->vk (and
- * instance->vk) has a function of layer/cpu instead of the next layer's, so that intercepts
- * observe, check and forward as on backend driver. What the next layer has stays in
- * cpu_overlay.next (and instance->next). */
+/* Backend cpu as an overlay on dispatch tables. For each command that it implements, device->vk
+ * (and instance->vk) holds a function of layer/cpu instead of the next layer's, so that intercepts
+ * observe, check and forward as on backend driver. cpu_overlay.next (and instance->next) keeps the
+ * next layer's commands. */
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
@@ -11,52 +11,52 @@
 #include "src/cpu/device.h"
 #include "src/cpu/playback.h"
 
-/* Once instance->vk is filled in. */
+/* Covers instance->vk, which must be filled in. */
 void cpu_overlay_instance(struct layer_instance *instance);
 
-/* What vkGetInstanceProcAddr answers, where the next layer has `next`. Of the extensions of a
- * device it knows nothing, so it has all commands. */
+/* What vkGetInstanceProcAddr returns if the next layer returns `next`. The extensions that a device
+ * will enable are unknown here, so all commands of the overlay are found. */
 PFN_vkVoidFunction cpu_overlay_instance_command(const char *name, PFN_vkVoidFunction next);
 
-/* Creates a device below, without what the backend keeps from it. Fails, and tells why, where the
- * application enables what cannot work. */
+/* Creates a device below, without the extensions and features that the backend supplies itself.
+ * Fails and reports why if the application enables what cannot work. */
 VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice create,
                            const VkDeviceCreateInfo *create_info,
                            const VkAllocationCallbacks *allocator, VkDevice *handle);
 
-/* layer_device.cpu; NULL on backend driver, and for a device that enables nothing of the backend's.
- */
+/* layer_device.cpu; NULL on backend driver, and for a device that enables none of the backend's
+ * extensions. */
 struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
     VkuDeviceDispatchTable next;
     struct snapshots_consumer consumer; /* see cpu_overlay_consumer() */
-    /* extensions that the application has enabled, and that are the backend's */
+    /* the backend's extensions that the application has enabled */
     bool acceleration_structure, ray_tracing_nv, deferred_host_operations, opacity_micromap_ext;
-    bool structures; /* one of the first two */
+    bool structures; /* acceleration_structure or ray_tracing_nv */
 };
 
-/* Once device->vk and device->facts are filled in. */
+/* Sets device->cpu and covers device->vk. Call after device->vk and device->facts are filled in. */
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info);
-void cpu_overlay_destroy(struct cpu_overlay *overlay); /* NULL: nothing */
+void cpu_overlay_destroy(struct cpu_overlay *overlay); /* accepts NULL */
 
-/* What vkGetDeviceProcAddr answers, where the next layer has `next`. */
+/* What vkGetDeviceProcAddr returns if the next layer returns `next`. */
 PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
                                        PFN_vkVoidFunction next);
 
-/* The backend of the device of a VkDevice or VkQueue. */
+/* The overlay of the device to which a VkDevice or VkQueue belongs. */
 static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
 {
     return layer_find_device(dispatchable)->cpu;
 }
 
-/* The next layer's commands for it. */
+/* The next layer's commands for the same. */
 static inline const VkuDeviceDispatchTable *cpu_next(const void *dispatchable)
 {
     return &cpu_overlay_of(dispatchable)->next;
 }
 
-/* Both of a command buffer. Return NULL if the handle is invalid. */
+/* The same two for a command buffer. Return NULL if the handle is invalid. */
 static inline struct cpu_overlay *cpu_overlay_of_recording(VkCommandBuffer handle)
 {
     struct layer_device *device = layer_find_recording_device(handle);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: query pools of acceleration-structure properties. Other pools are the
- * next layer's. */
+/* Commands of backend cpu: query pools of acceleration-structure properties. Other pools belong to
+ * the next layer. */
 #include "src/cpu/query_pools.h"
 
 #include <stdlib.h>
@@ -102,8 +102,8 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
         recorder_add(&recorder, &item);
 }
 
-/* `structures`: handles of either kind. The type of queries is the pool's own, or the application
- * is wrong. */
+/* `structures`: handles of either kind. The type of the queries is that of the pool; another type
+ * would be invalid usage. */
 static void record_writes(VkCommandBuffer commands, uint32_t count, const void *structures,
                           VkQueryPool pool, uint32_t first)
 {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Results that commands write to buffers on backend cpu: serialized structures and queries.
  *
- * They are made by the host, so they reach the buffer when the submission is complete and before
- * the application learns of it; commands of the same submission that read the buffer come too
- * early. Each is copied by a submission of the backend's own. */
+ * The host computes them, so they reach the buffer when the submission is complete, before the
+ * application can observe that. Commands of the same submission that read the buffer read too
+ * early. Each result is copied by a submission of the backend's own. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,7 +14,7 @@
 #include "layer/snapshots/tickets.h"
 #include "src/cpu/playback.h"
 
-/* One copy on its way. */
+/* One copy to a buffer. */
 struct transfer {
     struct layer_device *device;
     const VkuDeviceDispatchTable *next;
@@ -104,7 +104,7 @@ static VkResult submit(const struct transfer *transfer)
                : result;
 }
 
-/* What can't be written is left out: the buffer keeps what it had. */
+/* If a copy fails, the buffer keeps its contents. */
 static void write(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
                   uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
 {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: acceleration structures as objects. */
+/* Commands of backend cpu: creation and destruction of acceleration structures, and their
+ * addresses. */
 #include "src/cpu/structures.h"
 
 #include "layer/cpu/commands.h"

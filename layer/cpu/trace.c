@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu that are the layer's own (assay.h): tracing, and counters. */
+/* Commands of assay.h on backend cpu: tracing, and counters. */
 #include "layer/assay.h"
 
 #include <stddef.h>
@@ -17,7 +17,7 @@ _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&
                    (int)ASSAY_ACCURACY_EXACT == TRACE_EXACT,
                "accuracies");
 
-/* Rays may be of the size that they had without a time. */
+/* The size of rays before they had a time. */
 enum { UNTIMED_RAY_SIZE = offsetof(AssayRay, time) };
 
 static AssayRay ray_at(const AssayTraceInfo *info, uint32_t index)
@@ -57,29 +57,29 @@ static AssayHit hit_of(const struct trace_hit *from)
     };
 }
 
-/* One ray whose candidates the application answers. */
-struct questions {
+/* One ray whose candidates are passed to the application's function. */
+struct candidate_filter {
     const AssayTraceInfo *info;
     uint32_t index; /* of the ray */
     AssayRay ray;
     AssayHit nearest;
 };
 
-static enum trace_answer ask(void *context, struct trace_hit *candidate)
+static enum trace_answer filter_candidate(void *context, struct trace_hit *candidate)
 {
-    struct questions *questions = context;
-    const AssayTraceInfo *info = questions->info;
-    const AssayRay *ray = &questions->ray;
+    struct candidate_filter *filter = context;
+    const AssayTraceInfo *info = filter->info;
+    const AssayRay *ray = &filter->ray;
     AssayHit hit = hit_of(candidate);
-    AssayAnswer answer = info->candidate(info->userData, questions->index, &hit);
+    AssayAnswer answer = info->candidate(info->userData, filter->index, &hit);
     if (answer == ASSAY_ANSWER_STOP)
         return TRACE_STOP;
-    float limit = questions->nearest.isHit ? questions->nearest.t : ray->tMax;
+    float limit = filter->nearest.isHit ? filter->nearest.t : ray->tMax;
     if (answer != ASSAY_ANSWER_ACCEPT || !(hit.t >= ray->tMin && hit.t <= limit))
         return TRACE_IGNORE;
     if (candidate->is_aabb)
         candidate->t = hit.t;
-    questions->nearest = hit_of(candidate);
+    filter->nearest = hit_of(candidate);
     return TRACE_ACCEPT;
 }
 
@@ -92,10 +92,10 @@ static AssayHit trace_ray(struct cpu_scene *scene, const AssayTraceInfo *info, u
     if (!info->candidate)
         return trace_closest(&scene->traced, &ray, &hit) ? hit_of(&hit)
                                                          : (AssayHit){.isHit = VK_FALSE};
-    struct questions questions = {.info = info, .index = index, .ray = given};
-    const struct trace_visitor visitor = {ask, &questions};
+    struct candidate_filter filter = {.info = info, .index = index, .ray = given};
+    const struct trace_visitor visitor = {filter_candidate, &filter};
     trace_candidates(&scene->traced, &ray, &visitor);
-    return questions.nearest;
+    return filter.nearest;
 }
 
 static bool is_ray_size(size_t size)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The wording of refusals. */
+/* Words the reports of what cannot work. */
 #include "layer/cpu/unsupported.h"
 
 #include "src/base/text_buffer.h"

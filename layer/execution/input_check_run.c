@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading what an execution has copied, build by build, and telling what is wrong with it. */
+/* Validates the copies of an execution, build by build, and reports the findings. */
 #include "layer/execution/input_check_run.h"
 
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #include "layer/snapshots/coverage_warnings.h"
 #include "src/check/content/executed.h"
 
-/* While snapshots are read they are locked, so what is found is told afterwards. */
+/* A finding to be reported later, because the execution is locked while its snapshots are read. */
 struct pending_finding {
     struct pending_finding *next;
     const struct journal *journal;
@@ -19,15 +19,15 @@ struct pending_finding {
     struct finding finding;
 };
 
-/* One call of a command buffer. Those with instances, which look beyond one build, are ended when
- * nothing is locked any more. */
+/* One build call of a command buffer. Calls with instances are ended after all locks are released,
+ * because their checks look beyond one build. */
 struct read_call {
     struct read_call *next;
     struct reading *reading;
     const struct journal *journal;
     uint32_t first;
     enum build_command command;
-    bool geometry_by_pointer; /* of the build in hand */
+    bool geometry_by_pointer; /* of the current build */
     struct check_context context;
     struct executed_call *executed;
 };
@@ -38,8 +38,8 @@ struct reading {
     uint32_t next_note, next_used, next_execution_point;
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
-    bool lacks_memory; /* and so some of what it says */
-    bool lacks_copies; /* likewise */
+    bool lacks_memory; /* some inputs could not be validated */
+    bool lacks_copies; /* the device has not executed some copies */
 };
 
 /* ---- findings */
@@ -163,7 +163,7 @@ static bool is_of_call(const struct read_call *call, const struct recorded_place
 
 /* ---- builds */
 
-/* One command buffer, and how far its journal was read. */
+/* One command buffer, and positions in its journal. */
 struct read_buffer {
     struct reading *reading;
     struct execution *execution;
@@ -172,7 +172,7 @@ struct read_buffer {
     struct read_call *call;
 };
 
-/* The build's own entry; NULL where it has none. */
+/* The journal entry of a build. Returns NULL if there is none. */
 static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32_t position)
 {
     struct journal_cursor cursor = buffer->builds;
@@ -188,7 +188,8 @@ static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32
     return NULL;
 }
 
-/* Notes come in the order of the builds; those in between are of builds that weren't recorded. */
+/* Finds the note of an entry. Notes come in the order of the builds. Notes in between belong to
+ * builds that were not recorded. */
 static const struct input_note *find_note(struct reading *reading,
                                           const struct journal_entry *entry)
 {
@@ -201,7 +202,7 @@ static const struct input_note *find_note(struct reading *reading,
     return NULL;
 }
 
-/* Those of one build lie behind each other, in the order of its geometries. */
+/* Finds the micromaps of a build. They are consecutive, in the order of the build's geometries. */
 static uint32_t find_used(struct read_buffer *buffer, const struct recorded_build *build,
                           const struct used_micromap_note **used)
 {

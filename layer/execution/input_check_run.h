@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Validating the snapshots of one execution. */
+/* Validates the snapshots of one execution. */
 #ifndef ASSAY_LAYER_EXECUTION_INPUT_CHECK_RUN_H
 #define ASSAY_LAYER_EXECUTION_INPUT_CHECK_RUN_H
 
@@ -9,7 +9,7 @@
 
 struct missed_executions;
 
-/* An execution that is complete. */
+/* A complete execution of a command buffer. */
 struct ran_execution {
     struct layer_device *device;
     struct execution *execution;
@@ -18,8 +18,8 @@ struct ran_execution {
     struct input_notes notes;
 };
 
-/* Reports what is wrong with it, with no lock held. Counts in `missed` what could not be
- * validated. */
+/* Validates the snapshots and reports the findings, with no lock held. Counts in `missed` what
+ * could not be validated. */
 void input_checks_read(const struct ran_execution *ran, struct missed_executions *missed);
 
 #endif

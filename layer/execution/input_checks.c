@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Executions whose contents wait: from their turn until they are complete. */
+/* Queue of executions whose snapshots wait to be validated: from their execution point until they
+ * are complete. */
 #include "layer/execution/input_checks.h"
 
 #include <pthread.h>
@@ -9,7 +10,7 @@
 #include "layer/execution/input_check_run.h"
 #include "layer/snapshots/coverage_warnings.h"
 
-/* Of a batch that was replayed, and hasn't run. */
+/* The notes of a batch that was replayed and has not run. */
 struct noted_batch {
     struct noted_batch *next;
     struct timestamp timestamp;
@@ -26,13 +27,13 @@ struct waiting {
 struct input_checks {
     struct layer_device *device;
     struct snapshots_consumer consumer;
-    struct noted_batch *noted, **noted_last; /* for the hooks */
+    struct noted_batch *noted, **noted_last; /* used by the hooks only */
 
-    /* Guards the rest. Only who is busy takes executions off the list; no call or message is made
-     * with the lock held. */
+    /* Guards the members below. Only the thread that set `busy` removes executions from the list.
+     * No call or message is made with the lock held. */
     pthread_mutex_t lock;
-    struct waiting *waiting, **waiting_last; /* in the order of their turns */
-    bool busy, again; /* somebody delivers; somebody else wanted to, meanwhile */
+    struct waiting *waiting, **waiting_last; /* in execution order */
+    bool busy, again; /* a thread delivers; another thread requested a delivery meanwhile */
 };
 
 VkResult input_checks_create(struct layer_device *device)
@@ -50,8 +51,9 @@ VkResult input_checks_create(struct layer_device *device)
     return VK_SUCCESS;
 }
 
-/* Whoever waits to compare with what was to be filled learns that it never will be. */
-static void report_notes(const struct input_notes *notes)
+/* Marks inputs as known that will never be read, so that updates which are compared with them do
+ * not wait. */
+static void mark_inputs_known(const struct input_notes *notes)
 {
     for (uint32_t i = 0; i < notes->count; i++)
         build_inputs_mark_known(notes->items[i].inputs);
@@ -59,7 +61,7 @@ static void report_notes(const struct input_notes *notes)
 
 static void free_waiting(struct waiting *waiting)
 {
-    report_notes(&waiting->ran.notes);
+    mark_inputs_known(&waiting->ran.notes);
     input_notes_release(&waiting->ran.notes);
     execution_release(waiting->ran.execution);
     journal_release(waiting->ran.journal);
@@ -105,7 +107,7 @@ static void drop_first(struct input_checks *input_checks)
     if (!input_checks->noted)
         input_checks->noted_last = &input_checks->noted;
     for (uint32_t i = 0; i < batch->count; i++) {
-        report_notes(&batch->commands[i]);
+        mark_inputs_known(&batch->commands[i]);
         input_notes_release(&batch->commands[i]);
     }
     free(batch);
@@ -123,8 +125,8 @@ static bool is_of(const struct noted_batch *batch, const struct batch_run *run)
            batch->timestamp.count == run->timestamp.count;
 }
 
-/* The consumer's `run`. If the order is unknown, so is what the builds were to find, and nothing is
- * validated; the snapshots count and report such executions. */
+/* The consumer's `run`. If the order is unknown, the states that builds found are unknown too, and
+ * nothing is validated. The snapshots count and report such executions. */
 static void run(void *user, const struct submitted_execution *submitted)
 {
     struct input_checks *input_checks = user;
@@ -164,15 +166,15 @@ void input_checks_end_batch(struct input_checks *input_checks, const struct batc
 
 /* ---- delivery */
 
-/* A walk over the executions that wait. */
+/* State of one delivery over the waiting executions. */
 struct delivery {
     struct execution_clock seen;
-    uint64_t busy_queues; /* by index: whose later batches aren't complete, either, or come so late
-                             that nobody waits again */
+    uint64_t busy_queues; /* bit set by queue index: later batches of the queue are not complete
+                             either, or too late to wait for */
 };
 _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
 
-/* False where nothing more will be known of the execution, either. */
+/* Whether the result of the execution's ticket is final. */
 static bool is_complete(struct delivery *delivery, const struct waiting *waiting)
 {
     struct ticket *ticket = waiting->ran.execution->ticket;
@@ -188,7 +190,8 @@ static bool is_complete(struct delivery *delivery, const struct waiting *waiting
     return false;
 }
 
-/* Whether the contents that its updates are compared with are known, or will be when it is read. */
+/* Whether the inputs are known with which the execution's updates are compared, or will be once the
+ * execution itself is read. */
 static bool has_sources(const struct waiting *waiting)
 {
     for (uint32_t i = 0; i < waiting->ran.notes.count; i++) {
@@ -199,7 +202,7 @@ static bool has_sources(const struct waiting *waiting)
     return true;
 }
 
-static struct waiting **next_of(struct input_checks *input_checks, struct waiting **link)
+static struct waiting **next_link(struct input_checks *input_checks, struct waiting **link)
 {
     pthread_mutex_lock(&input_checks->lock);
     link = *link ? &(*link)->next : link;
@@ -207,7 +210,7 @@ static struct waiting **next_of(struct input_checks *input_checks, struct waitin
     return link;
 }
 
-static struct waiting *at(struct input_checks *input_checks, struct waiting *const *link)
+static struct waiting *waiting_at(struct input_checks *input_checks, struct waiting *const *link)
 {
     pthread_mutex_lock(&input_checks->lock);
     struct waiting *waiting = *link;
@@ -215,7 +218,7 @@ static struct waiting *at(struct input_checks *input_checks, struct waiting *con
     return waiting;
 }
 
-static void take_off(struct input_checks *input_checks, struct waiting **link)
+static void remove_waiting(struct input_checks *input_checks, struct waiting **link)
 {
     pthread_mutex_lock(&input_checks->lock);
     struct waiting *waiting = *link;
@@ -225,27 +228,27 @@ static void take_off(struct input_checks *input_checks, struct waiting **link)
     pthread_mutex_unlock(&input_checks->lock);
 }
 
-/* In the order of their turns, but past those that are not complete: others of other queues may
- * be. */
+/* Validates complete executions in execution order. Skips incomplete ones, because executions of
+ * other queues may be complete. */
 static void deliver(struct input_checks *input_checks)
 {
     struct delivery delivery = {0};
     struct missed_executions missed = {0};
     struct waiting **link = &input_checks->waiting;
     execution_order_host_clock(input_checks->device->order, &delivery.seen);
-    for (struct waiting *waiting; (waiting = at(input_checks, link));) {
+    for (struct waiting *waiting; (waiting = waiting_at(input_checks, link));) {
         if (!is_complete(&delivery, waiting) || !has_sources(waiting)) {
-            link = next_of(input_checks, link);
+            link = next_link(input_checks, link);
             continue;
         }
-        take_off(input_checks, link);
+        remove_waiting(input_checks, link);
         input_checks_read(&waiting->ran, &missed);
         free_waiting(waiting);
     }
     warn_missed(input_checks->device, &missed);
 }
 
-/* Whether it is this thread's to deliver; not where there is nothing to be delivered. */
+/* Whether this thread is to deliver. Returns false if another thread delivers or nothing waits. */
 static bool begin_delivery(struct input_checks *input_checks)
 {
     pthread_mutex_lock(&input_checks->lock);
@@ -256,8 +259,8 @@ static bool begin_delivery(struct input_checks *input_checks)
     return is_free;
 }
 
-/* Whether there is more to deliver. */
-static bool go_on(struct input_checks *input_checks)
+/* Whether another thread requested a delivery meanwhile. */
+static bool repeat_delivery(struct input_checks *input_checks)
 {
     pthread_mutex_lock(&input_checks->lock);
     bool again = input_checks->again;
@@ -273,14 +276,14 @@ void input_checks_deliver(struct input_checks *input_checks)
         return;
     do {
         deliver(input_checks);
-    } while (go_on(input_checks));
+    } while (repeat_delivery(input_checks));
 }
 
-/* What had its turn waits for nothing that is still to be submitted; but another batch of its
- * submission may, or an event of the host's. */
+/* An execution in the list depends on no later submission. But another batch of its submission may,
+ * or an event that the host sets. So the wait is limited. */
 enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 
-static bool waits_for(struct input_checks *input_checks, const struct ticket *ticket)
+static bool is_first(struct input_checks *input_checks, const struct ticket *ticket)
 {
     pthread_mutex_lock(&input_checks->lock);
     bool waits = input_checks->waiting && input_checks->waiting->ran.execution->ticket == ticket;
@@ -288,7 +291,7 @@ static bool waits_for(struct input_checks *input_checks, const struct ticket *ti
     return waits;
 }
 
-/* The consumer's `wait`. */
+/* The consumer's `wait`. Pauses if another thread delivers the first execution. */
 static bool wait_for_first(void *user)
 {
     struct input_checks *input_checks = user;
@@ -299,8 +302,8 @@ static bool wait_for_first(void *user)
     bool is_complete = ticket && ticket->wait(ticket, WAIT_NANOSECONDS) != VK_TIMEOUT;
     if (is_complete)
         input_checks_deliver(input_checks);
-    if (is_complete && waits_for(input_checks, ticket))
-        nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL); /* another delivers it */
+    if (is_complete && is_first(input_checks, ticket))
+        nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL);
     ticket_release(ticket);
     return is_complete;
 }

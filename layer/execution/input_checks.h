@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Executions whose snapshots wait to be validated: a consumer of snapshots at level CONTENT. */
+/* Queue of executions whose snapshots wait to be validated: a consumer of snapshots at level
+ * CONTENT. */
 #ifndef ASSAY_LAYER_EXECUTION_INPUT_CHECKS_H
 #define ASSAY_LAYER_EXECUTION_INPUT_CHECKS_H
 
@@ -9,25 +10,27 @@
 
 struct batch_run;
 
-/* layer_device.contents; NULL below level CONTENT, and for a device without snapshots. */
+/* Sets layer_device.input_checks; leaves it NULL below level CONTENT, and for a device without
+ * snapshots. */
 VkResult input_checks_create(struct layer_device *device);
-void input_checks_destroy(struct input_checks *input_checks); /* NULL: nothing */
-/* For snapshots_add_consumer(). */
+void input_checks_destroy(struct input_checks *input_checks); /* accepts NULL */
+/* The consumer, for snapshots_add_consumer(). It lives as long as `input_checks`. */
 struct snapshots_consumer *input_checks_consumer(struct input_checks *input_checks);
 
-/* These three are called by one thread at a time, with the hooks of the execution order. */
+/* The hooks of the execution order call these three functions, one thread at a time. */
 
-/* A batch is replayed: the notes of its commands, one list each, in the order in which batches run.
- * NULL where nothing is to be noted. */
+/* Called when a batch is replayed. Returns one list of notes for each of its commands, which the
+ * replay fills. Lists are kept in the order in which batches run. Returns NULL if `input_checks` is
+ * NULL, or without memory. */
 struct input_notes *input_checks_note_batch(struct input_checks *input_checks,
                                             const struct batch_run *run);
-/* Those noted last will not run. */
+/* Drops all lists that were returned for batches which have not run: their submission failed. */
 void input_checks_drop(struct input_checks *input_checks);
-/* The batch had its turn. */
+/* Called when the batch has run. */
 void input_checks_end_batch(struct input_checks *input_checks, const struct batch_run *run);
 
-/* Validates the executions that are complete: also before something is destroyed that they may have
- * used. NULL: nothing. */
+/* Validates the executions that are complete. Also called before something is destroyed that they
+ * may have used. Accepts NULL. */
 void input_checks_deliver(struct input_checks *input_checks);
 
 #endif

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Replaying journals as batches execute.
+/* Replays journals as batches execute.
  *
- * The hooks are called by one thread at a time (src/state/order/order.h), so the live states need
- * no lock, and none is held while a message goes out. Structures may be destroyed, or written by
- * the host, on any thread: news of that waits on a list of its own until the next batch. */
+ * The hooks are called by one thread at a time (src/state/order/order.h), so the build states need
+ * no lock, and no lock is held while a message is sent. Structures may be destroyed on any thread:
+ * their ids wait in pending_destroys until the next batch. */
 #include "layer/execution/submissions.h"
 
 #include <pthread.h>
@@ -17,11 +17,11 @@
 struct submissions {
     struct layer_device *device;
     struct build_states live;
-    bool order_unknown; /* nothing is known any more, of anything */
+    bool order_unknown; /* all states are unknown */
 
-    struct build_undo undo; /* of batches that were checked and have not run */
+    struct build_undo undo; /* for batches that were checked and have not run */
 
-    pthread_mutex_t pending_destroys_lock; /* guards the rest */
+    pthread_mutex_t pending_destroys_lock; /* guards the members below */
     struct pending_destroys {
         uint64_t first_id;
         uint32_t count;
@@ -65,7 +65,8 @@ static bool reserve_pending_destroys(struct submissions *submissions)
     return true;
 }
 
-/* Without memory nothing is lost: of what is dead nobody asks again, as ids are not used twice. */
+/* Without memory the states stay, which is harmless: ids are not reused, so destroyed ids are never
+ * looked up again. */
 void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count)
 {
     if (!submissions || !first_id)
@@ -138,7 +139,7 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
     };
 }
 
-/* Work of the host is judged before its call goes down, if its turn has come by then. */
+/* Judges work of the host when it begins, unless that was done before its call went down. */
 static void replay_work(struct replay *replay, const struct journal *journal,
                         const struct batch_run *run)
 {
@@ -151,8 +152,9 @@ static void replay_work(struct replay *replay, const struct journal *journal,
     replay_begin_work(replay, journal);
 }
 
-/* Judges a batch and, save for a check of the host's work, applies it. A command buffer without a
- * whole journal may have written anything. */
+/* Judges a batch and applies it; a check of the host's work (`undo` set) is not applied. If a
+ * command buffer lacks a complete journal, it may have written anything, so the order becomes
+ * unknown. */
 static bool replay_batch(struct submissions *submissions, const struct batch_run *run,
                          struct build_undo *undo)
 {
@@ -224,8 +226,8 @@ static void release(void *user, void *captured)
     journal_release(captured);
 }
 
-/* A batch is judged before its call goes down, so that a callback can have the call skipped, and
- * applied at once: what comes before it has run. */
+/* Judges a batch before its call goes down, so that a callback can have the call skipped. Applies
+ * it at once, because all earlier batches have run. */
 static bool check(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the intercepts of the build commands share. */
+/* Shared by the intercepts of the build commands. */
 #include "layer/intercepts/build_call.h"
 
 #include "src/check/replay/replay.h"
 
-/* Those below are inlined where the library is linked: a call of one build is mostly them. */
+/* Inlined when the library is linked, because they are most of the cost of a call of one build. */
 inline void build_call_start(struct build_call *call, struct layer_device *device,
                              enum build_command command)
 {
@@ -52,7 +52,7 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
-/* Asks one rule of the call alone. */
+/* Evaluates one rule of the call alone. */
 static void check_one_rule(struct build_call *call, enum rule rule)
 {
     static const struct check_hooks hooks = {.found = build_call_found};
@@ -64,7 +64,7 @@ static void check_one_rule(struct build_call *call, enum rule rule)
 
 void build_call_report_command_buffer(enum build_command command, VkCommandBuffer handle)
 {
-    struct layer_device *device = layer_blamed_device(handle);
+    struct layer_device *device = layer_find_reporting_device(handle);
     struct build_call call;
     if (!device)
         return;
@@ -75,7 +75,7 @@ void build_call_report_command_buffer(enum build_command command, VkCommandBuffe
 
 void build_call_report_device(VkDevice handle)
 {
-    struct layer_device *device = layer_blamed_device(handle);
+    struct layer_device *device = layer_find_reporting_device(handle);
     struct build_call call;
     if (!device)
         return;
@@ -91,7 +91,7 @@ bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t 
 
 /* ---- the journal */
 
-/* A finding of what is being recorded is about this call. */
+/* Reports a finding about an entry that this call records. */
 static bool found_in_journal(void *user, const struct journal *journal, uint32_t first_build,
                              enum rule rule, const struct location *location,
                              const struct finding *finding)
@@ -123,7 +123,7 @@ __attribute__((cold)) static void settle(struct build_call *call)
         replay_keep(call->command_buffer, &call->mark);
 }
 
-/* Most journals have nothing to judge. */
+/* Most journals have no updates to judge. */
 inline void build_call_settle_journal(struct build_call *call)
 {
     const struct command_buffer *command_buffer = call->command_buffer;

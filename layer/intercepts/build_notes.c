@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds and what they use, as entries and inputs of a journal, which are made in their place: each
- * build that is recorded is noted. */
+/* Records builds and their inputs in a journal. Entries are filled in place, because each recorded
+ * build has one. */
 #include "layer/intercepts/build_notes.h"
 
 #include "src/base/recording_path.h"
@@ -14,7 +14,7 @@ static uint32_t position_of(const struct build_call *call, const struct build_vi
 
 /* ---- inputs */
 
-/* The inputs of a build that are being noted: where they are, and the next's place. */
+/* Inputs of a build that are being recorded: the position of the next one. */
 struct noting {
     struct journal *journal;
     struct journal_input *next;
@@ -68,7 +68,7 @@ static inline void note_geometry(struct noting *noting, const struct geometry_vi
     }
 }
 
-/* Of a build, or of its geometry of that index. */
+/* Records an address of a build or of one of its geometries. */
 static void note_address(const struct build_call *call, const struct build_view *build,
                          uint32_t geometry, enum input_role role, const struct address_facts *facts)
 {
@@ -102,7 +102,7 @@ void build_notes_record_indirect(void *user, const struct indirect_view *indirec
 
 /* ---- builds */
 
-/* The micromaps that a build reads. */
+/* Records the micromaps that a build reads. */
 __attribute__((cold)) static void note_micromaps(const struct build_call *call,
                                                  const struct build_view *build)
 {
@@ -139,7 +139,7 @@ static bool is_backed(const struct accel_facts *accel)
     return (accel->backed == YES) | accel->is_sparse;
 }
 
-/* Only updates read src. */
+/* Records src, which only updates read. */
 static inline void note_src(struct journal_entry *entry, const struct build_view *build)
 {
     if (!build_is_update(build->info)) {
@@ -158,7 +158,8 @@ static bool is_readable(const struct build_view *build)
     return build->geometry_count == build->info->geometryCount;
 }
 
-/* What is known of geometries that could not be read is nothing. */
+/* Adds the shapes of the geometries, or marks them as unknown if the geometries could not be read.
+ * Ends the entry. */
 __attribute__((noinline)) static void
 add_shapes(struct journal *journal, const struct build_view *build, struct journal_entry *entry)
 {
@@ -201,7 +202,7 @@ static inline void note_build(const struct build_call *call, const struct build_
         add_shapes(call->journal, build, entry);
 }
 
-/* Those of most builds are noted together. */
+/* Records all inputs of a typical build at once. */
 static inline void note_inputs(const struct build_call *call, const struct build_view *build,
                                const struct geometry_view *geometry)
 {
@@ -231,7 +232,7 @@ ON_RECORDING_PATH void build_notes_record_build(void *user, const struct build_v
                command_buffer ? journal_note_labels(call->journal, &command_buffer->labels) : 0);
 }
 
-/* Where the ranges can't be kept nothing is said of them. */
+/* If the ranges cannot be kept, rules about them stay silent. */
 void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
 {
     const struct build_call *call = user;

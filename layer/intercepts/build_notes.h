@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a build call leaves in a journal: hooks for a check (struct check_hooks), whose user is the
- * struct build_call. */
+/* Records builds in a journal: hooks for a check (struct check_hooks), whose `user` is the struct
+ * build_call. */
 #ifndef ASSAY_LAYER_INTERCEPTS_BUILD_NOTES_H
 #define ASSAY_LAYER_INTERCEPTS_BUILD_NOTES_H
 

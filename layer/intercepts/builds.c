@@ -20,17 +20,18 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
 
 ON_RECORDING_PATH static enum tristate vertex_format_supported(void *user, VkFormat format)
 {
-    return layer_takes_vertices(((struct build_call *)user)->device, format);
+    return layer_vertex_format_supported(((struct build_call *)user)->device, format);
 }
 
 static enum tristate radius_format_supported(void *user, VkFormat format)
 {
-    return layer_takes_radii(((struct build_call *)user)->device, format);
+    return layer_radius_format_supported(((struct build_call *)user)->device, format);
 }
 
 /* ---- the calls */
 
-/* Large calls want memory, and are often followed by others: the device keeps that of some. */
+/* Calls with more builds need a sweep. They often follow each other, so the device keeps a sweep
+ * for each stripe of threads. */
 enum { LARGE_CALL = 16 };
 
 static struct sweep *_Atomic *spare_of_thread(const struct build_call *call)
@@ -64,12 +65,12 @@ static const struct build_recorder recorder = {
     .record_ranges = build_notes_record_ranges,
 };
 
-/* Inlined, as most of it is to fill what each call of a command fills with the same. */
+/* Inlined, because most of it fills in values that are constant for each command. */
 static inline __attribute__((always_inline)) void run_checks(struct build_call *call,
                                                              struct readable_cache *readable)
 {
     const struct layer_device *device = call->device;
-    /* Below that level backend cpu has an order, too, but views have no state. */
+    /* Below level EXECUTION backend cpu has a journal too, but views have no state. */
     bool is_noted = call->journal && device->level >= LEVEL_EXECUTION;
     struct check_context context = {
         .hooks = &hooks,
@@ -90,8 +91,8 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
     build_call_settle_journal(call);
 }
 
-/* From so many builds on, a call pays little for probing its arrays anew. Smaller calls trust what
- * was readable within the last milliseconds: docs/probes.md has the figures. */
+/* With this many builds or more, probing the call's arrays anew costs little. Smaller calls trust
+ * probes of the last milliseconds: docs/probes.md has the figures. */
 enum { PROBED_ANEW = 64 };
 
 static inline struct readable_cache *readable_cache_for(uint32_t builds)
@@ -152,8 +153,8 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
                                                          ppMaxPrimitiveCounts);
 }
 
-/* What the host's instances refer to is as it is when the call is made; a structure that is being
- * written then is nobody's to refer to. False where it isn't known. */
+/* The execution point of a host build, at which its instances refer to structures. A structure that
+ * is being written at that time must not be referenced. Returns false if the point is unknown. */
 static bool find_execution_point(const struct layer_device *device, struct execution_point *point)
 {
     struct built_flags *flags = device->built_flags;

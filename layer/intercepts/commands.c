@@ -160,7 +160,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdEndRenderPass(VkCommandBuffer commandBuffer)
     state->vk.CmdEndRenderPass(commandBuffer);
 }
 
-/* A command and its older or newer names differ only in which of the next layer's is called. */
+/* Aliases of a command differ only in which command of the next layer they call. */
 #define DEFINE_BEGIN_RENDER_PASS_2(name)                                                           \
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer,                         \
                                             const VkRenderPassBeginInfo *pRenderPassBegin,         \

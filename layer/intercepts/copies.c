@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of copies between acceleration structures, and from memory into them: what they write
- * is noted in the command buffer's journal, in its place among the builds, or as work of the host.
- */
+/* Intercepts of copies between acceleration structures, and from memory into them. A copy in a
+ * command buffer is recorded in the journal, in its order among the builds; a copy on the host
+ * becomes work of the host. */
 #include "layer/compare/comparer.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"

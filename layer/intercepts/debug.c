@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of VK_EXT_debug_utils, VK_EXT_debug_report and VK_EXT_debug_marker: the messengers
- * that hear the layer, and the names and labels that its messages give. */
+ * that receive the layer's messages, and the names and labels in these messages. */
 #include <string.h>
 
 #include "layer/intercepts/intercepts.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of events: what the host sets, and what command buffers set and wait for, which is
- * noted in their journals. */
+/* Intercepts of events. The host sets and resets them directly; commands that set, reset and wait
+ * for them are recorded in journals. */
 #include "src/state/commands/events.h"
 
 #include "layer/intercepts/intercepts.h"
@@ -105,7 +105,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdWaitEvents(
                              pBufferMemoryBarriers, imageMemoryBarrierCount, pImageMemoryBarriers);
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_SET_EVENT_2(name)                                                                   \
     VKAPI_ATTR void VKAPI_CALL assay_##name(VkCommandBuffer commandBuffer, VkEvent event,          \
                                             const VkDependencyInfo *pDependencyInfo)               \

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The course of the host's commands, and intercepts of the operations that they are deferred to. */
+/* Host commands from begin to end, and intercepts of the deferred operations that execute them. */
 #include "layer/intercepts/host_work.h"
 
 #include "layer/intercepts/intercepts.h"
 
-/* Backend cpu has an order at each level. */
-static bool is_followed(const struct layer_device *device)
+/* Checks the level, because backend cpu has an order at each level. */
+static bool tracks_work(const struct layer_device *device)
 {
     return device->level >= LEVEL_EXECUTION;
 }
@@ -13,17 +13,17 @@ static bool is_followed(const struct layer_device *device)
 struct host_work host_work_begin(struct layer_device *device)
 {
     struct host_work work = {.device = device};
-    if (is_followed(device))
+    if (tracks_work(device))
         work.journal = journal_create(VK_NULL_HANDLE);
     if (work.journal)
         work.journal->destroy_count = resources_destroy_count(device->resources);
     return work;
 }
 
-/* Without a journal the work may write anything. */
+/* Without a journal the order assumes that the work may write anything. */
 bool host_work_prepare(struct host_work *work, bool skip)
 {
-    if (is_followed(work->device))
+    if (tracks_work(work->device))
         work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     if (!work->submission) {
         journal_release(work->journal);
@@ -41,8 +41,8 @@ void host_work_end(void *submission, VkResult result)
     submission_finish_silently(submission, result);
 }
 
-/* Asks how an operation stands that has work. */
-static void look_after(struct layer_device *device, VkDeferredOperationKHR operation)
+/* Queries an operation that has work, and ends the work if the operation is complete. */
+static void poll_operation(struct layer_device *device, VkDeferredOperationKHR operation)
 {
     uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
     if (!ticket)
@@ -53,7 +53,7 @@ static void look_after(struct layer_device *device, VkDeferredOperationKHR opera
         execution_order_run(device->order);
 }
 
-/* Other threads may complete an operation before this one has noted that it has work. */
+/* Other threads may complete an operation before this thread has recorded its work. */
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
 {
     struct layer_device *device = work->device;
@@ -61,7 +61,7 @@ VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operati
         return result;
     if (result == VK_OPERATION_DEFERRED_KHR &&
         deferred_operations_defer(device->deferred, operation, work->submission))
-        look_after(device, operation);
+        poll_operation(device, operation);
     else
         submission_finish(work->submission,
                           result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
@@ -103,7 +103,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
 {
     struct layer_device *state = layer_find_device(device);
     if (operation) {
-        look_after(state, operation);
+        poll_operation(state, operation);
         deferred_operations_remove(state->deferred, operation);
         execution_order_run(state->order);
         object_names_set(state->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
@@ -112,7 +112,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
     state->vk.DestroyDeferredOperationKHR(device, operation, pAllocator);
 }
 
-/* A result that is ready is that of the work which the operation had before. */
+/* A result that is available belongs to the work that the operation had before the call. */
 VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice device,
                                                                    VkDeferredOperationKHR operation)
 {
@@ -125,13 +125,13 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice devi
     return result;
 }
 
-/* To have joined a complete operation doesn't tell how it went. */
+/* A join does not return the operation's result. */
 VKAPI_ATTR VkResult VKAPI_CALL assay_DeferredOperationJoinKHR(VkDevice device,
                                                               VkDeferredOperationKHR operation)
 {
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.DeferredOperationJoinKHR(device, operation);
     if (result == VK_SUCCESS)
-        look_after(state, operation);
+        poll_operation(state, operation);
     return result;
 }

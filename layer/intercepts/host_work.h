@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A command by which the host builds or copies acceleration structures, on its way: what it does to
- * them is a journal of its own, judged before the call and applied when the work has ended, which
- * is after the call or when the operation that it was deferred to completes. */
+/* A host command that builds or copies acceleration structures, from begin to end. Its effects are
+ * a journal of its own. The journal is judged before the call. It is applied when the work has
+ * ended: after the call, or when the deferred operation completes. */
 #ifndef ASSAY_LAYER_INTERCEPTS_HOST_WORK_H
 #define ASSAY_LAYER_INTERCEPTS_HOST_WORK_H
 
@@ -10,26 +10,27 @@
 
 struct host_work {
     struct layer_device *device;
-    struct journal *journal; /* NULL below level EXECUTION, and without memory; until prepared */
+    struct journal *journal; /* NULL below level EXECUTION, and without memory; valid until
+                                host_work_prepare() */
     struct submission *submission;
 };
 
-/* The caller fills the journal next. */
+/* The caller then adds entries to the journal, if there is one. */
 struct host_work host_work_begin(struct layer_device *device);
 
-/* Before the call goes down: judges updates. True: the call is to be skipped, as `skip` or a
- * callback wants, and the work is over. */
+/* Called before the call goes down: judges updates. Returns true if the call is to be skipped,
+ * because `skip` is set or a callback returned VK_TRUE; the work is then over. */
 bool host_work_prepare(struct host_work *work, bool skip);
 
-/* After the call, with its result, which is returned. */
+/* Called after the call with its result. Returns that result. */
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation,
                           VkResult result);
 
-/* What rules may see of the operation that a command is to be deferred to. */
+/* What rules may read about the operation to which a command is deferred. */
 struct deferred_operation_facts host_work_operation_facts(const struct layer_device *device,
                                                           VkDeferredOperationKHR operation);
 
-/* For deferred_operations_create: ends the submission of work that was deferred. */
+/* Ends the submission of work that was deferred; a parameter of deferred_operations_create(). */
 void host_work_end(void *submission, VkResult result);
 
 #endif

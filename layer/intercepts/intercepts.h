@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The commands that the layer intercepts, each by a function assay_NAME.
  *
- * An intercept observes (changes the state after success, or before a destruction), checks (builds
- * only), and forwards to the next layer.
- */
+ * An intercept validates builds, forwards the call to device->vk, and updates the state: after
+ * success, or before a destruction. */
 #ifndef ASSAY_LAYER_INTERCEPTS_INTERCEPTS_H
 #define ASSAY_LAYER_INTERCEPTS_INTERCEPTS_H
 
 #include <vulkan/vulkan.h>
 
-/* Answered without an instance, or before it exists. */
+/* vkGetInstanceProcAddr returns these without an instance. */
 #define ASSAY_GLOBAL_INTERCEPTS(INTERCEPT)                                                         \
     INTERCEPT(CreateInstance)                                                                      \
     INTERCEPT(EnumerateInstanceLayerProperties)                                                    \
@@ -150,14 +149,14 @@
     INTERCEPT(CmdCopyAccelerationStructureNV)                                                      \
     INTERCEPT(CmdBuildAccelerationStructureNV)
 
-/* A parameter list can't come from a PFN type, so the prototypes are written through typeof. */
+/* typeof declares the prototypes, because a PFN type yields no parameter list. */
 #define ASSAY_DECLARE_INTERCEPT(name) extern __typeof__(*(PFN_vk##name)0) assay_##name;
 ASSAY_GLOBAL_INTERCEPTS(ASSAY_DECLARE_INTERCEPT)
 ASSAY_INSTANCE_INTERCEPTS(ASSAY_DECLARE_INTERCEPT)
 ASSAY_DEVICE_INTERCEPTS(ASSAY_DECLARE_INTERCEPT)
 #undef ASSAY_DECLARE_INTERCEPT
 
-/* For vk_layerGetPhysicalDeviceProcAddr. */
+/* The layer's vk_layerGetPhysicalDeviceProcAddr. */
 PFN_vkVoidFunction VKAPI_CALL assay_GetPhysicalDeviceProcAddr(VkInstance instance,
                                                               const char *pName);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Journals, of command buffers and of the host's own commands. */
+/* Access to journals: of command buffers, and of host commands. */
 #include "layer/intercepts/journal_access.h"
 
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)
@@ -16,7 +16,7 @@ struct command_buffer *layer_find_recording(const struct layer_device *device,
     return command_buffer && command_buffer->journal ? command_buffer : NULL;
 }
 
-void layer_carry_out(struct layer_device *device, struct journal *journal)
+void layer_run_host_command(struct layer_device *device, struct journal *journal)
 {
     struct submission *submission =
         journal ? submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE) : NULL;

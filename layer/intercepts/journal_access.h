@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What intercepts that note commands in journals share. */
+/* Shared by the intercepts that record commands in journals. */
 #ifndef ASSAY_LAYER_INTERCEPTS_JOURNAL_ACCESS_H
 #define ASSAY_LAYER_INTERCEPTS_JOURNAL_ACCESS_H
 
 #include "layer/layer.h"
 
-/* The id of a structure in journals; 0: not known. */
+/* The id of a structure in journals; 0 if it is unknown. */
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle);
 
-/* The command buffer, if what it records is to be noted in its journal; else NULL. */
+/* The command buffer, if its commands are recorded in a journal. Returns NULL otherwise. */
 struct command_buffer *layer_find_recording(const struct layer_device *device,
                                             VkCommandBuffer handle);
 
-/* Lets a command of the host take its turn among the batches; takes over the journal, which may be
- * NULL. */
-void layer_carry_out(struct layer_device *device, struct journal *journal);
+/* Places a host command in execution order among the batches. Takes ownership of the journal, which
+ * may be NULL. */
+void layer_run_host_command(struct layer_device *device, struct journal *journal);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of micromaps of VK_EXT_opacity_micromap: that a command writes one is noted in its
- * command buffer's journal, or in the work of the host, in its place among the builds that use
- * micromaps. */
+/* Intercepts of micromaps of VK_EXT_opacity_micromap. A command that writes a micromap is recorded
+ * in the command buffer's journal, in its order among the builds that use micromaps, or as work of
+ * the host. */
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
@@ -36,7 +36,7 @@ static uint64_t id_of(const struct layer_device *device, VkMicromapEXT micromap)
     return resources_find_id(device->resources, RESOURCE_MICROMAP, (uint64_t)(uintptr_t)micromap);
 }
 
-/* What is written need not be known, only that it is. */
+/* The journal needs to know that the micromap is written, but not its contents. */
 static struct journal_entry write_entry(const struct layer_device *device, VkMicromapEXT micromap)
 {
     return (struct journal_entry){.kind = JOURNAL_FILL,

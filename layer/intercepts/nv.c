@@ -25,7 +25,7 @@ static VkDeviceSize required_size(const struct layer_device *device,
     return answer.memoryRequirements.size;
 }
 
-/* They depend on what the structure was created for alone, so that builds need not ask. */
+/* The sizes depend only on the creation parameters, so builds need no query. */
 static struct nv_size_facts find_sizes(const struct layer_device *device,
                                        VkAccelerationStructureNV accel)
 {
@@ -78,7 +78,7 @@ static bool instances_differ(const VkBindAccelerationStructureMemoryInfoNV *bind
     return false;
 }
 
-/* A failed call may have bound some. */
+/* A failed call may have bound some structures. */
 VKAPI_ATTR VkResult VKAPI_CALL
 assay_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
                                         const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
@@ -117,7 +117,7 @@ static struct built describe(const struct build_call *call, const struct nv_call
     uint32_t position = call->view.command_buffer.build_index;
     if (!view->info)
         return (struct built){.state = BUILT_UNKNOWN, .position = position};
-    /* Updates are measured by their data alone. */
+    /* Later updates are compared with the shapes alone. */
     bool can_query =
         view->update || (view->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV);
     struct geometry_shapes *shapes = NULL;

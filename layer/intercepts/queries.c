@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of queries of compacted sizes: what command buffers write is noted in their journals;
- * what the host resets and reads takes its turn among the batches. */
+/* Intercepts of queries of compacted sizes. Commands that write queries are recorded in journals;
+ * resets and reads by the host are placed in execution order among the batches. */
 #include "layer/execution/input_checks.h"
 #include "src/state/commands/query_pools.h"
 
@@ -80,7 +80,7 @@ static void reset(struct layer_device *device, VkQueryPool handle, uint32_t firs
                                  .dst_id = pool.first_id + first,
                                  .info = query_pool_clamp(&pool, first, count),
                              });
-    layer_carry_out(device, journal);
+    layer_run_host_command(device, journal);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_ResetQueryPool(VkDevice device, VkQueryPool queryPool,
@@ -101,8 +101,8 @@ VKAPI_ATTR void VKAPI_CALL assay_ResetQueryPoolEXT(VkDevice device, VkQueryPool 
 
 /* ---- the host reads
  *
- * What the host knows is asked before the call goes down: a batch that is submitted while the call
- * is under way may have changed a query after it was read. */
+ * The completions that the host has observed are recorded before the call goes down: a batch that
+ * is submitted during the call may change a query after it was read. */
 
 static struct journal *begin_reading(const struct layer_device *device)
 {
@@ -149,13 +149,13 @@ static bool has_result(const struct results *results, uint32_t i)
     return size <= results->size && (!i || results->stride <= (results->size - size) / i);
 }
 
-/* 0 where the query was not available, or may not have been: without a word about that, partial
- * results look like others. */
+/* Returns 0 if the query was, or may have been, unavailable: without an availability word, partial
+ * results look like complete ones. */
 static VkDeviceSize read_result(const struct results *results, uint32_t i)
 {
     const char *at = results->data + i * results->stride;
-    bool says_so = results->flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
-    bool available = says_so ? read_word(results, at, 1) != 0 : results->all_available;
+    bool has_availability = results->flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
+    bool available = has_availability ? read_word(results, at, 1) != 0 : results->all_available;
     return available ? read_word(results, at, 0) : 0;
 }
 
@@ -199,7 +199,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQuer
     if (result >= VK_SUCCESS)
         add_answers(journal, pool.first_id + firstQuery,
                     query_pool_clamp(&pool, firstQuery, queryCount), &results);
-    layer_carry_out(state, journal);
+    layer_run_host_command(state, journal);
     return result;
 }
 
@@ -228,6 +228,6 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WriteAccelerationStructuresPropertiesKHR(
                                        .size = read_result(&results, i)};
         journal_add(journal, &answer);
     }
-    layer_carry_out(state, journal);
+    layer_run_host_command(state, journal);
     return result;
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of submissions: each is prepared before the call goes down, when its batches are
- * judged, and finished with the call's result. */
+/* Intercepts of submissions. Each is prepared before the call goes down, which judges its batches,
+ * and finished with the call's result. */
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
 
-/* Which commands a semaphore operation of these stages orders. The stage of builds is that of
- * copies of structures too. */
+/* The commands that a semaphore operation of these stages orders. The stage of builds includes
+ * copies of structures. */
 static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages, VkPipelineStageFlags2 all)
 {
     if (stages & (all | VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT))
@@ -16,8 +16,8 @@ static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages, VkPipelineSta
                                                                              : SCOPE_NOTHING;
 }
 
-/* A wait for the top of the pipe holds everything back, one for its bottom nothing; for signals it
- * is the other way round (Vulkan specification, VkPipelineStageFlagBits2). */
+/* A wait at the top of the pipe blocks all commands, a wait at its bottom none. For signals it is
+ * the other way round (Vulkan specification, VkPipelineStageFlagBits2). */
 static enum semaphore_scope scope_of_wait(VkPipelineStageFlags2 stages)
 {
     return scope_of(stages, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT);
@@ -28,8 +28,8 @@ static enum semaphore_scope scope_of_signal(VkPipelineStageFlags2 stages)
     return scope_of(stages, VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT);
 }
 
-/* Whether a batch uses other physical devices than the first. One of them waits for a semaphore, or
- * signals it, which tells little about the others. */
+/* Whether a batch uses physical devices besides the first. If one of them waits for a semaphore or
+ * signals it, that does not order the others. */
 static bool is_spread(const struct layer_device *device, const VkSubmitInfo *info)
 {
     const VkDeviceGroupSubmitInfo *group =
@@ -67,7 +67,7 @@ static bool is_spread2(const struct layer_device *device, const VkSubmitInfo2 *i
 
 /* ---- vkQueueSubmit */
 
-/* A value that the application did not give is that of a binary semaphore, and ignored. */
+/* A missing value belongs to a binary semaphore, and is ignored. */
 static uint64_t value_at(const uint64_t *values, uint32_t count, uint32_t i)
 {
     return values && i < count ? values[i] : 0;
@@ -101,7 +101,7 @@ static void add_submit(struct submission *submission, const struct layer_device 
             spread ? SCOPE_NOTHING : SCOPE_ALL);
 }
 
-/* Whether to skip the call. */
+/* Returns whether to skip the call. */
 static bool prepare(struct layer_device *device, struct submission *submission)
 {
     bool skip = submission_prepare(submission);
@@ -182,7 +182,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2KHR(VkQueue queue, uint32_t sub
 
 /* ---- vkQueueBindSparse */
 
-/* Each physical device of a group has bindings of its own; only those of the first are followed. */
+/* Whether the bindings belong to another physical device of the group than the first. Only those of
+ * the first are tracked. */
 static bool is_of_other_device(const VkBindSparseInfo *info)
 {
     const VkDeviceGroupBindSparseInfo *group =
@@ -190,14 +191,15 @@ static bool is_of_other_device(const VkBindSparseInfo *info)
     return group && (group->resourceDeviceIndex || group->memoryDeviceIndex);
 }
 
-/* Where they aren't followed nothing more is known of the buffers. */
+/* Marks the bindings of the buffers as unknown. */
 static void forget_bindings(struct layer_device *device, const VkBindSparseInfo *info)
 {
     for (uint32_t i = 0; i < info->bufferBindCount; i++)
         resources_forget_sparse(device->resources, info->pBufferBinds[i].buffer);
 }
 
-/* The bindings of buffers, announced; NULL where there are none, or they aren't followed. */
+/* Announces the bindings of buffers in a journal. Returns NULL if there are none, or if they are
+ * not tracked. */
 static struct journal *announce_bindings(struct layer_device *device, const VkBindSparseInfo *info)
 {
     if (!info->bufferBindCount)
@@ -263,7 +265,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
                                                      const VkPresentInfoKHR *pPresentInfo)
 {
     struct layer_device *state = layer_find_device(queue);
-    /* Waits of a call that fails may not be made; to forget the signals costs but their order. */
+    /* If the call fails, its waits may not have happened. To forget the signals only loses their
+     * order. */
     for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
         execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
     VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
@@ -273,8 +276,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
     return result;
 }
 
-/* What signals the semaphore and the fence isn't a batch. Of a fence that has been reset nothing is
- * known anyway. */
+/* The presentation engine signals the semaphore and the fence, not a batch. A fence that was reset
+ * needs no update. */
 static VkResult observe_acquisition(struct layer_device *state, VkSemaphore semaphore,
                                     VkResult result)
 {

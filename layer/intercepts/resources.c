@@ -21,8 +21,9 @@ static uint32_t bits_in(uint32_t mask)
     return (uint32_t)__builtin_popcount(mask);
 }
 
-/* One instance for each physical device of the mask; without a mask, of the group, if the heap is
- * multi-instance (Vulkan specification, VkMemoryAllocateFlagsInfo). */
+/* Whether an allocation has several instances: one for each physical device of the mask; without a
+ * mask, of the group, if the heap is multi-instance (Vulkan specification,
+ * VkMemoryAllocateFlagsInfo). */
 static bool has_instances(const struct layer_device *device,
                           const VkMemoryAllocateInfo *allocate_info)
 {
@@ -175,8 +176,8 @@ static bool instances_differ(const VkBindBufferMemoryInfo *bind)
     return false;
 }
 
-/* A failed call may have bound some; each says so if the application asked for it
- * (VK_KHR_maintenance6). */
+/* A failed call may have bound some buffers. VK_KHR_maintenance6 returns the result of each if the
+ * application requests that. */
 static void observe_bind(struct layer_device *state, const VkBindBufferMemoryInfo *bind,
                          VkResult result)
 {
@@ -252,8 +253,9 @@ static bool is_bound(const struct layer_device *state, VkAccelerationStructureKH
     return facts.backed == YES;
 }
 
-/* Instances refer to structures by addresses that the application may have worked out by itself;
- * but a structure has none yet where its buffer isn't bound. */
+/* Notes the address of a structure even if the application never queries it, because instances may
+ * refer to it by an address that the application computed. A structure has no address until its
+ * buffer is bound. */
 static void note_address(struct layer_device *state, VkAccelerationStructureKHR structure)
 {
     const VkAccelerationStructureDeviceAddressInfoKHR info = {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of semaphores and fences: what the host creates, signals, and sees signalled. */
+/* Intercepts of semaphores and fences: creation, signals by the host, and completions that the host
+ * observes. */
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
@@ -70,7 +71,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_SignalSemaphoreKHR(VkDevice device,
     return signal_semaphore(state, state->vk.SignalSemaphoreKHR, device, pSignalInfo);
 }
 
-/* Of several semaphores of which any will do it isn't known which has reached its value. */
+/* A wait for any of several semaphores does not tell which one has reached its value. */
 static VkResult observe_wait(struct layer_device *state, const VkSemaphoreWaitInfo *info,
                              VkResult result)
 {

@@ -41,7 +41,7 @@ static void free_device(struct layer_device *device)
     submissions_destroy(device->submissions);
     built_flags_destroy(device->built_flags);
     input_checks_destroy(device->input_checks);
-    command_buffers_destroy(device->command_buffers); /* and their work for the backend */
+    command_buffers_destroy(device->command_buffers); /* and their recordings */
     comparer_destroy(device->comparer);
     cpu_overlay_destroy(device->cpu);
     snapshots_destroy(device->snapshots);
@@ -56,7 +56,7 @@ static void free_device(struct layer_device *device)
     free(device);
 }
 
-/* All that can fail for lack of memory, before anything is created below. */
+/* Allocates everything that may run out of memory, before the device is created below. */
 static struct layer_device *allocate_device(void)
 {
     struct layer_device *device = calloc(1, sizeof(*device));
@@ -74,7 +74,7 @@ static struct layer_device *allocate_device(void)
     return NULL;
 }
 
-static VkResult follow_submissions(struct layer_device *device)
+static VkResult track_submissions(struct layer_device *device)
 {
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
@@ -83,12 +83,12 @@ static VkResult follow_submissions(struct layer_device *device)
         return result;
     if (device->level >= LEVEL_CONTENT &&
         (device->facts.micromap.ext || device->facts.micromap.khr))
-        device->built_flags = built_flags_create(); /* NULL: rules that ask stay silent */
+        device->built_flags = built_flags_create(); /* NULL: rules about it stay silent */
     struct execution_hooks hooks = submissions_hooks(device->submissions);
     return execution_order_create(&device->order, &hooks);
 }
 
-/* Below the layer. */
+/* Creates the device below the layer. */
 static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice create,
                               const VkDeviceCreateInfo *create_info,
                               const VkAllocationCallbacks *allocator,
@@ -102,13 +102,14 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
     VkResult result = create(device->physical_device, enabling->info, allocator, handle);
     if (result != VK_SUCCESS && enabling->is_added) {
         compare_enabling_undo(enabling, create_info);
-        link->u.pLayerInfo = below; /* where layers below have moved it on */
+        link->u.pLayerInfo = below; /* the first attempt may have changed it */
         result = create(device->physical_device, create_info, allocator, handle);
     }
     return result;
 }
 
-/* The order in which they are called: builds are executed before they are validated. */
+/* Adds consumers in the order in which they are called: builds are executed before they are
+ * validated. */
 static void register_consumers(struct layer_device *device)
 {
     if (device->cpu)
@@ -135,7 +136,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result == VK_SUCCESS)
         result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
-        result = follow_submissions(device);
+        result = track_submissions(device);
     if (result != VK_SUCCESS)
         return result;
     register_consumers(device);
@@ -202,6 +203,6 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     snapshots_deliver(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
-    free_device(state); /* first: it may have objects of the device */
+    free_device(state); /* first, because it owns objects of the device */
     destroy(device, pAllocator);
 }

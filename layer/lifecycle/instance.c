@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Instances: creation, destruction, and what the layer says of itself. */
+/* Instances: creation, destruction, and the layer's properties. */
 #include <stdlib.h>
 #include <string.h>
 

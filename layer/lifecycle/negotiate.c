@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the loader asks of the layer: the one exported function, and commands by name. */
+/* The loader's interface: the one exported function, and commands by name. */
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
@@ -39,7 +39,7 @@ static PFN_vkVoidFunction find_intercept(const char *name)
     return own ? own : FIND(device_commands, name);
 }
 
-/* Old layers ask for vkCreateDevice, among others, without an instance. The layer then returns any
+/* Old layers query vkCreateDevice, among others, without an instance. The layer then returns any
  * intercept, as the Khronos layer does. With an instance, it returns NULL for a command that the
  * next layer lacks. */
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance instance,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffers that vkCmdBuildAccelerationStructureNV may name: VK_BUFFER_USAGE_TRANSFER_SRC_BIT is
- * added to their usage, so that their data can be copied. Other builds name addresses, which a
- * shader of the layer's own reads. */
+/* Buffers that vkCmdBuildAccelerationStructureNV may read. VK_BUFFER_USAGE_TRANSFER_SRC_BIT is
+ * added to their usage, so that their data can be copied. Other builds read by address, and a
+ * shader of the layer's own copies their data. */
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
@@ -16,9 +16,10 @@ static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *info)
     return flags2 ? flags2->usage : info->usage;
 }
 
-/* With whose usage nobody else is concerned: another process, or a capture that is replayed. What
- * isn't bound can't be copied, either, and of sparse buffers anything may be so. */
-static bool is_plain(const VkBufferCreateInfo *info)
+/* Whether the layer may change a buffer's usage. External memory is shared with other processes,
+ * and capture and replay need the same usage. Sparse and protected buffers are not copied, so they
+ * need no usage. */
+static bool may_change_usage(const VkBufferCreateInfo *info)
 {
     const VkBufferCreateFlags special = VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
                                         VK_BUFFER_CREATE_PROTECTED_BIT |
@@ -29,7 +30,7 @@ static bool is_plain(const VkBufferCreateInfo *info)
     return !(info->flags & special) && !(external && external->handleTypes);
 }
 
-static bool is_input(const struct layer_device *device, VkBufferUsageFlags2 usage)
+static bool is_nv_input(const struct layer_device *device, VkBufferUsageFlags2 usage)
 {
     return device->facts.extension.ray_tracing_nv &&
            (usage & VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR);
@@ -38,11 +39,12 @@ static bool is_input(const struct layer_device *device, VkBufferUsageFlags2 usag
 static bool needs_usage(const struct layer_device *device, const VkBufferCreateInfo *info)
 {
     VkBufferUsageFlags2 usage = usage_of(info);
-    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && is_plain(info) &&
-           is_input(device, usage);
+    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && may_change_usage(info) &&
+           is_nv_input(device, usage);
 }
 
-/* Copies, with the usage added; the caller ends the copy of the chain. False without memory. */
+/* Copies the creation parameters and adds the usage. The caller ends the copy of the chain. Returns
+ * false without memory. */
 static bool add_usage(const VkBufferCreateInfo *info, VkBufferCreateInfo *below,
                       struct chain_copy *copy)
 {
@@ -115,7 +117,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_DestroyBuffer(VkDevice device, VkBuffer buf
     snapshots->below.DestroyBuffer(device, buffer, pAllocator);
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_GET_REQUIREMENTS(name)                                                              \
     VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkDevice device,                                   \
                                                 const VkDeviceBufferMemoryRequirements *pInfo,     \

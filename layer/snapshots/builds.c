@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds of command buffers: what they read is copied at that point of the command buffer. */
+/* Records builds of command buffers, with copies of their inputs just before each build. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,11 +10,12 @@
 #include "src/snapshots/build_input.h"
 #include "src/state/builds/build_info.h"
 
-/* Memory that can't be read yet: what the builder will ask for is copied. */
+/* Memory that cannot be read yet: each request of the builder's input becomes a copy. */
 struct copied_memory {
     struct recorder *recorder;
     struct recorded_build *build;
-    bool to_the_end; /* of each buffer, for the ranges aren't known yet */
+    /* Copy to the end of each buffer, because the ranges are unknown yet. */
+    bool to_the_end;
 };
 
 static void keep_snapshot(struct recorder *recorder, struct recorded_build *build,
@@ -48,8 +49,8 @@ static uint64_t copy(void *context, uint64_t address, uint64_t size, const void 
     return 0;
 }
 
-/* What an array of pointers points to; of an indirect build, whose offset and count aren't known
- * yet, all that the snapshot has. */
+/* Copies the instances to which an array of pointers points. The offset and count of an indirect
+ * build are unknown yet, so all addresses of the snapshot count. */
 static void gather_instances(struct recorder *recorder, struct recorded_build *build)
 {
     const struct build_parameters *parameters = &build->parameters;
@@ -66,7 +67,7 @@ static void gather_instances(struct recorder *recorder, struct recorded_build *b
         build->gathering = gathering;
 }
 
-/* How much data a micromap has, which a rule compares with what its triangles name. */
+/* Measures the data of a micromap, because a rule compares its size with the triangles. */
 static void measure_data(struct recorder *recorder, struct recorded_build *build)
 {
     const struct build_parameters *parameters = &build->parameters;
@@ -119,14 +120,14 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
         recording_leave_out(recorder->recording, position, recorder->left_out);
 }
 
-void recorder_miss_build(struct recorder *recorder, uint32_t position)
+void recorder_leave_out_build(struct recorder *recorder, uint32_t position)
 {
     recorder_fail(recorder);
     recording_leave_out(recorder->recording, position, recorder->left_out);
 }
 
-/* One of a call that builds `count`, which were counted before. NULL where a parameter can't be
- * read, or without memory. */
+/* Copies the parameters of one build. build_index already includes the call's `count` builds.
+ * Returns NULL if a parameter can't be read, or without memory. */
 static struct recorded_build *
 copy_parameters(struct recorder *recorder, enum build_command command, uint32_t count,
                 uint32_t index, const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -143,7 +144,7 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
     if (result != VK_SUCCESS) {
         recorded_build_free(build);
         if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-            recorder_miss_build(recorder, position);
+            recorder_leave_out_build(recorder, position);
         return NULL;
     }
     VkAccelerationStructureBuildGeometryInfoKHR given; /* may be misaligned */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The commands that the overlay of snapshots replaces, each by a function snapshots_NAME, which
- * calls what lies below. */
+ * calls the command below. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COMMANDS_H
 #define ASSAY_LAYER_SNAPSHOTS_COMMANDS_H
 

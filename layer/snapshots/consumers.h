@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Those that use snapshots: whoever validates input data, or executes builds. The snapshots know
- * them by these functions only. */
+/* Consumers of snapshots: the validation of input data, and the backend that executes builds. The
+ * snapshots reach consumers through these functions only. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_CONSUMERS_H
 #define ASSAY_LAYER_SNAPSHOTS_CONSUMERS_H
 
@@ -15,7 +15,7 @@ struct submitted_execution {
     uint32_t command;              /* index of the command buffer in the batch */
 };
 
-/* Lives as long as the device. Each function may be NULL. */
+/* A consumer lives as long as the device. Each function may be NULL. */
 struct snapshots_consumer {
     struct snapshots_consumer *next; /* for snapshots_add_consumer() */
     void *user;                      /* passed to each function */
@@ -33,7 +33,8 @@ struct snapshots_consumer {
     bool (*wait)(void *user);
 };
 
-/* Before the device is published. Consumers are called in the order in which they were added. */
+/* Call before the device is published. Consumers are called in the order in which they were added.
+ */
 void snapshots_add_consumer(struct snapshots *snapshots, struct snapshots_consumer *consumer);
 
 /* Calls `wait` of each consumer until one returns true. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The wording of what level content doesn't look at. */
+/* Words the warnings about builds that level content does not validate. */
 #include "layer/snapshots/coverage_warnings.h"
 
 #include <inttypes.h>
@@ -43,7 +43,7 @@ static void append_builds(struct text_buffer *text, const struct recording *reco
         text_append(text, " and %" PRIu32 " more", recording->left_out_count - named);
 }
 
-/* One command buffer's, whose secondaries have told of theirs when they were executed. */
+/* Secondaries were reported when they were executed. */
 void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
 {
     struct recording *recording = recording_of(device, handle);

@@ -1,29 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Telling what level content doesn't look at. */
+/* Warnings about builds that level content does not validate. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COVERAGE_WARNINGS_H
 #define ASSAY_LAYER_SNAPSHOTS_COVERAGE_WARNINGS_H
 
 #include "layer/snapshots/snapshots.h"
 
-/* Builds of a command buffer, and of secondaries that it executes, that were left out when they
- * were recorded; each recording once. */
+/* Warns about builds of a command buffer that were left out when they were recorded. Warns once for
+ * each recording. Also called for secondaries, when they are executed. */
 void warn_left_out(const struct layer_device *device, VkCommandBuffer handle);
 
-/* What was left out after the recording: builds of so many executions. */
+/* Numbers of executions whose builds were not validated, by reason. */
 struct missed_executions {
-    uint32_t no_memory;   /* for lack of memory */
-    uint32_t overwritten; /* by another of the same submission */
-    uint32_t unread;      /* before they were submitted again */
-    uint32_t repeated;    /* though they execute once */
-    uint32_t device_lost; /* with their device */
-    uint32_t held;        /* before signals that nobody submitted */
+    uint32_t no_memory;   /* out of memory */
+    uint32_t overwritten; /* another execution of the same submission copied to the same memory */
+    uint32_t unread;      /* resubmitted before the copies could be read */
+    uint32_t repeated;    /* executed again after ONE_TIME_SUBMIT */
+    uint32_t device_lost; /* the device was lost */
+    uint32_t held;        /* waited for a signal that was never submitted */
 };
 void warn_missed(const struct layer_device *device, const struct missed_executions *missed);
 
-/* Once, of the executions whose order isn't known: why, and that those to come share their fate. */
+/* Warns once about executions whose order is unknown: gives the reason, and says that later
+ * executions are affected too. */
 void warn_unordered(const struct layer_device *device);
 
-/* Once: the driver completes submissions, and has not executed the copies in them. */
+/* Warns once that the driver completes submissions without executing the copies in them. */
 void warn_lack_of_copies(const struct layer_device *device);
 
 #endif

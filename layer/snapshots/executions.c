@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Executions that were submitted: each goes to the consumers at its point in execution order. */
+/* Executions that were submitted. Each goes to the consumers at its execution point. */
 #include "layer/snapshots/consumers.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
@@ -15,9 +15,9 @@ void snapshots_add_consumer(struct snapshots *snapshots, struct snapshots_consum
     *last = consumer;
 }
 
-/* Releases the execution. */
-static void hand_over(const struct snapshots *snapshots,
-                      const struct submitted_execution *submitted)
+/* Passes the execution to each consumer, then releases it. */
+static void run_consumers(const struct snapshots *snapshots,
+                          const struct submitted_execution *submitted)
 {
     for (const struct snapshots_consumer *consumer = snapshots->consumers; consumer;
          consumer = consumer->next)
@@ -53,7 +53,8 @@ void snapshots_add_submitted(struct snapshots *snapshots, struct execution *exec
     pthread_mutex_unlock(&snapshots->submitted_lock);
 }
 
-/* The first execution of a recording, or of any, taken off the list; or NULL. */
+/* Removes the first execution of a recording from the list, or the first of all if `recording` is
+ * NULL. Returns NULL if there is none. */
 static struct execution *take(struct snapshots *snapshots, const struct recording *recording)
 {
     pthread_mutex_lock(&snapshots->submitted_lock);
@@ -81,8 +82,8 @@ static void run_command(struct snapshots *snapshots, const struct batch_run *bat
     execution_mark_reached(execution);
     if (atomic_load(&execution->recording->is_invalidated))
         execution_drop_snapshots(execution);
-    hand_over(snapshots,
-              &(struct submitted_execution){execution, batch->timestamp, batch, command});
+    run_consumers(snapshots,
+                  &(struct submitted_execution){execution, batch->timestamp, batch, command});
 }
 
 void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch)
@@ -94,8 +95,8 @@ void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch)
 void snapshots_run_all(struct snapshots *snapshots)
 {
     for (struct execution *execution; (execution = take(snapshots, NULL));) {
-        hand_over(snapshots, &(struct submitted_execution){.execution = execution,
-                                                           .timestamp = timestamp_never()});
+        run_consumers(snapshots, &(struct submitted_execution){.execution = execution,
+                                                               .timestamp = timestamp_never()});
         atomic_fetch_add(&snapshots->unordered, 1);
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds of VK_NV_ray_tracing. Their data is named by buffer and offset,
- * so each buffer is given addresses that mean it within the build alone. */
+/* Builds of VK_NV_ray_tracing. They name data by buffer and offset, so each buffer gets made-up
+ * addresses that are valid within the build only. */
 #include <stdlib.h>
 
 #include "layer/snapshots/commands.h"
@@ -10,8 +10,8 @@
 #include "src/snapshots/nv_info.h"
 
 enum {
-    NOWHERE = 1,         /* in no buffer */
-    FIRST_ADDRESS = 256, /* of the first one */
+    NOWHERE = 1,         /* an address in no buffer */
+    FIRST_ADDRESS = 256, /* the address of the first buffer */
     ALIGNMENT = 256,
 };
 
@@ -39,7 +39,8 @@ static bool reserve(struct inputs *inputs)
     return true;
 }
 
-/* NULL for what can't be copied from, or without memory. */
+/* Gives a buffer addresses. Returns NULL if it has no memory or was destroyed, or without memory.
+ */
 static const struct input_buffer *add_buffer(struct inputs *inputs, VkBuffer handle)
 {
     struct resources *resources = inputs->recorder->device->resources;
@@ -81,7 +82,7 @@ static bool find(void *context, uint64_t address, struct buffer_target *target)
     return false;
 }
 
-/* NULL where a parameter can't be read, or without memory. */
+/* Translates the parameters. Returns NULL if a parameter can't be read, or without memory. */
 static struct recorded_build *translate(struct recorder *recorder,
                                         const VkAccelerationStructureInfoNV *info,
                                         const struct nv_data *data)
@@ -96,12 +97,12 @@ static struct recorded_build *translate(struct recorder *recorder,
         return build;
     }
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
-        recorder_miss_build(recorder, position);
+        recorder_leave_out_build(recorder, position);
     free(build);
     return NULL;
 }
 
-/* `build`: its mode and structures; the rest is `info`'s. */
+/* Takes mode and structures from `build`, and the rest from `info`. */
 static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *info,
                    VkBuffer instances, VkDeviceSize offset,
                    const VkAccelerationStructureBuildGeometryInfoKHR *build)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The overlay on a device: its life, and which commands are its own. */
+/* The overlay on a device: creation, destruction, and the commands that it replaces. */
 #include "layer/snapshots/snapshots.h"
 
 #include <stdlib.h>
@@ -14,7 +14,7 @@
 #include "layer/snapshots/tickets.h"
 #include "src/base/chain.h"
 
-/* What the loader wants to be told of dispatchable objects that a layer creates for itself. */
+/* The loader's function for dispatchable objects that a layer creates for itself. */
 static PFN_vkSetDeviceLoaderData find_loader_data_setter(const VkDeviceCreateInfo *create_info)
 {
     for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
@@ -35,8 +35,9 @@ static bool enables_addresses(const VkDeviceCreateInfo *create_info)
     return (core && core->bufferDeviceAddress) || (own && own->bufferDeviceAddress);
 }
 
-/* For level content. Each device of a device group would copy, to the same memory of the host. */
-static bool are_wanted_by_level(const struct layer_device *device)
+/* Whether level content needs snapshots. Device groups are excluded: each device of the group would
+ * copy to the same host memory. */
+static bool level_needs_snapshots(const struct layer_device *device)
 {
     bool builds =
         device->facts.extension.acceleration_structure || device->facts.extension.ray_tracing_nv;
@@ -63,7 +64,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
                           const VkuDeviceDispatchTable *below_backend)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
-    if (!below_backend && !are_wanted_by_level(device))
+    if (!below_backend && !level_needs_snapshots(device))
         return VK_SUCCESS;
     const uint64_t budget =
         below_backend ? UINT64_MAX : (uint64_t)settings->content_budget_mib << 20;
@@ -122,7 +123,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     free(snapshots);
 }
 
-/* A backend that executes builds answers with counters of its own. */
+/* Counters of backend driver. Backend cpu has its own function. */
 static VKAPI_ATTR void VKAPI_CALL get_counters(VkDevice device, size_t size,
                                                AssayCounters *counters)
 {

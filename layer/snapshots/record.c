@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Recordings of command buffers, and snapshots recorded for them. */
+/* Recordings of command buffers, and the memory and barriers of their snapshots. */
 #include "layer/snapshots/recorder.h"
 
 #include "layer/snapshots/consumers.h"
@@ -63,7 +63,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         recorder_fail(recorder);
         return false;
     }
-    recording_go_on(recorder->recording);
+    recording_continue(recorder->recording);
     if (recorder->recording->copy_block_count)
         recorder->first_order =
             recorder->recording->copy_blocks[recorder->recording->copy_block_count - 1].used;
@@ -100,8 +100,9 @@ void recorder_add(struct recorder *recorder, const struct recorded_item *item)
 
 /* ---- barriers */
 
-/* Whatever the application has synchronized for its builds is so for all commands, and from there
- * on for the copies. They write where those of an earlier execution did. */
+/* The application has synchronized earlier writes with its build. This barrier extends that to all
+ * commands, then to the copies. It also orders the copies after those of an earlier execution,
+ * which wrote to the same memory. */
 void recorder_start_copies(struct recorder *recorder)
 {
     if (recorder->has_copied)
@@ -120,7 +121,8 @@ void recorder_start_copies(struct recorder *recorder)
     recorder->has_copied = true;
 }
 
-/* What the application writes next it has synchronized with the build alone. */
+/* The application synchronizes its next writes with the build only, so later commands must also
+ * wait for the copies. */
 void recorder_end(struct recorder *recorder)
 {
     copy_orders_flush(recorder);
@@ -151,8 +153,9 @@ bool recorder_find(const struct recorder *recorder, uint64_t address, struct buf
     return buffer_target_find(recorder->device->resources, address, target);
 }
 
-/* Beyond the budget it may help to read what others have copied; but only what needs nothing more
- * of the application is waited for, and not for long. */
+/* If the budget is full, waits for complete executions to give memory back, if content_when_full is
+ * `wait`. Waits only for work that depends on no further call of the application, and only for a
+ * limited time. */
 static VkResult take_chunk(const struct layer_device *device, uint64_t size,
                            struct staging_chunk **chunk)
 {
@@ -165,8 +168,8 @@ static VkResult take_chunk(const struct layer_device *device, uint64_t size,
     return result;
 }
 
-/* The recording's last chunk, or a new one with room for `size` bytes; NULL where it is left out.
- */
+/* The recording's last chunk if it has room for `size` bytes, or a new one. Returns NULL if there
+ * is no memory or the budget is full. */
 static struct staging_chunk *chunk_with_room(struct recorder *recorder, uint64_t size)
 {
     struct recording *recording = recorder->recording;

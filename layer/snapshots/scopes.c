@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands between which a dispatch of the layer's own would be counted, or left out, or disturb
- * what can't be restored. */
+/* Commands that begin and end scopes in which a dispatch of the layer's own would be counted or
+ * discarded, or would disturb state that cannot be restored. */
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/compute_state.h"
 
 /* ---- queries */
 
-/* What a performance query counts is not known, nor what others do that are younger. */
+/* Performance queries may count anything, and so may unknown query types. */
 static bool counts_compute_work(const VkQueryPoolCreateInfo *info)
 {
     switch (info->queryType) {
@@ -24,7 +24,7 @@ static bool counts_compute_work(const VkQueryPoolCreateInfo *info)
     }
 }
 
-/* Without memory its queries count as if they counted compute work. */
+/* Without memory the pool's queries are treated as if they counted compute work. */
 VKAPI_ATTR VkResult VKAPI_CALL snapshots_CreateQueryPool(VkDevice device,
                                                          const VkQueryPoolCreateInfo *pCreateInfo,
                                                          const VkAllocationCallbacks *pAllocator,
@@ -58,7 +58,7 @@ static bool is_counting_pool(struct snapshots *snapshots, VkQueryPool pool)
     return !is_uncounting;
 }
 
-/* `count`: 1 where a query begins, -1 where it ends. */
+/* `count`: 1 if a query begins, -1 if it ends. */
 static void add_query(struct snapshots *snapshots, VkCommandBuffer handle, VkQueryPool pool,
                       int count)
 {
@@ -161,7 +161,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndConditionalRenderingEXT(VkCommandBuff
 
 /* ---- heaps */
 
-/* Push constants of a layout end what was pushed and bound without any. */
+/* A dispatch of the layer's own pushes constants with a layout, which invalidates push data and
+ * heap bindings. */
 static void use_heaps(VkCommandBuffer handle)
 {
     struct compute_state *state = compute_state_of(handle);

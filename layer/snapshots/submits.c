@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Submissions. Each that has recordings is followed by a fence of the layer's own, which tells when
- * its snapshots can be read. On backend cpu the application's fence comes after it, so that whoever
- * sees that one signalled finds the other so; on backend driver all that the application submits
- * goes down as it is, and what the layer has no memory for isn't looked at. */
+/* Submissions. A submission with recordings is followed by a fence of the layer's own, which
+ * signals when its snapshots can be read. On backend cpu the application's fence comes after the
+ * layer's, so that it signals later. On backend driver the application's submission goes down
+ * unchanged. If memory runs out there, the snapshots are not validated. */
 #include <stdlib.h>
 
 #include "layer/snapshots/commands.h"
@@ -21,12 +21,12 @@ struct submit {
     struct execution **executions;
     uint32_t count, capacity;
     struct missed_executions missed;
-    VkResult result; /* of what was done so far */
+    VkResult result; /* result so far */
 };
 
-/* For the end of an execution whose snapshots are about to be overwritten. The application has
- * often seen it, and the layer's fence comes a moment later; but of a fence no more is known than
- * that what comes before it has begun. */
+/* The longest wait for an execution whose snapshots are about to be overwritten. Often the
+ * application has already observed its end, and the layer's fence signals a moment later. But an
+ * observed fence only shows that earlier batches have begun. */
 static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
 static bool reserve(struct submit *submit)
@@ -38,7 +38,8 @@ static bool reserve(struct submit *submit)
     return grown != NULL;
 }
 
-/* The device may only read what is there now, also if nobody will look at what it copies. */
+/* The copy orders are renewed even if no execution can be created, because the device may only read
+ * memory that exists now. */
 static bool add_execution(struct submit *submit, struct recording *recording)
 {
     if (!submit->ticket)
@@ -81,7 +82,7 @@ static uint32_t count_overwritten(const struct execution *execution)
     return count;
 }
 
-static void tell(struct submit *submit)
+static void report_missed(struct submit *submit)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         submit->missed.overwritten += count_overwritten(submit->executions[i]);
@@ -94,8 +95,8 @@ static void release(struct submit *submit)
     free(submit->executions);
 }
 
-/* Nothing was submitted. */
-static VkResult give_up(struct submit *submit, VkResult result)
+/* Releases everything if nothing was submitted. */
+static VkResult abandon(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         execution_release(submit->executions[i]);
@@ -103,14 +104,14 @@ static VkResult give_up(struct submit *submit, VkResult result)
     return result;
 }
 
-/* What goes down with the application's batches. */
+/* The fence that goes down with the application's batches. */
 static VkFence fence_below(const struct submit *submit, VkFence fence)
 {
     return submit->count && submit->snapshots->are_for_backend ? VK_NULL_HANDLE : fence;
 }
 
-/* The fences, after the application's batches. Where they can't be submitted, nobody will learn of
- * the end of those: on backend cpu the device is as good as lost. */
+/* Submits the fences after the application's batches. If that fails, the end of the batches cannot
+ * be observed, so backend cpu reports a lost device. */
 static VkResult submit_fences(const struct submit *submit, VkFence fence)
 {
     VkResult result = ticket_submit(submit->ticket);
@@ -121,16 +122,16 @@ static VkResult submit_fences(const struct submit *submit, VkFence fence)
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
 }
 
-/* `result` is that of the application's batches. */
+/* `result`: the result of the application's batches. */
 static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     if (!submit->count)
-        return give_up(submit, result);
+        return abandon(submit, result);
     if (result == VK_SUCCESS)
         result = submit_fences(submit, fence);
     if (result != VK_SUCCESS)
-        return give_up(submit, result);
+        return abandon(submit, result);
     for (uint32_t i = 0; i < submit->count; i++)
         snapshots_add_submitted(snapshots, submit->executions[i]);
     release(submit);
@@ -139,8 +140,9 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
     return VK_SUCCESS;
 }
 
-/* With the queues locked, which no message may find. */
-static VkResult leave_queues(struct submit *submit, VkFence fence, VkResult result)
+/* Finishes with the queues locked, then unlocks them, because no message may be sent with the lock
+ * held. */
+static VkResult finish_and_unlock(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     result = finish(submit, fence, result);
@@ -164,13 +166,13 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t sub
     for (uint32_t i = 0; i < submitCount; i++)
         for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
             add_command_buffer(&submit, pSubmits[i].pCommandBuffers[j]);
-    tell(&submit);
+    report_missed(&submit);
     if (submit.result != VK_SUCCESS)
-        return give_up(&submit, submit.result);
+        return abandon(&submit, submit.result);
     snapshots_lock_queues(snapshots);
     VkResult result =
         snapshots->below.QueueSubmit(queue, submitCount, pSubmits, fence_below(&submit, fence));
-    return leave_queues(&submit, fence, result);
+    return finish_and_unlock(&submit, fence, result);
 }
 
 static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
@@ -181,12 +183,12 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
             add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
-    tell(&submit);
+    report_missed(&submit);
     if (submit.result != VK_SUCCESS)
-        return give_up(&submit, submit.result);
+        return abandon(&submit, submit.result);
     snapshots_lock_queues(snapshots);
     VkResult result = next(queue, count, infos, fence_below(&submit, fence));
-    return leave_queues(&submit, fence, result);
+    return finish_and_unlock(&submit, fence, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2(VkQueue queue, uint32_t submitCount,
@@ -202,7 +204,7 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2KHR(VkQueue queue, uint32_t
     return submit2(snapshots_of(queue)->below.QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
 }
 
-/* ---- other uses of queues, which the layer uses itself */
+/* ---- queues, which the layer also uses itself */
 
 void snapshots_lock_queues(struct snapshots *snapshots)
 {

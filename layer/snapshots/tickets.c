@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Fences of the layer's own, and how long they are kept. */
+/* Fences of the layer's own. A fence is kept until the device no longer uses it. */
 #include "layer/snapshots/tickets.h"
 
 #include <stdlib.h>
@@ -11,8 +11,8 @@ struct fence_ticket {
     struct snapshots *snapshots;
     VkFence fence;
     VkQueue queue;
-    bool is_submitted;         /* the fence is, or was */
-    struct fence_ticket *next; /* of the unfinished ones */
+    bool is_submitted;         /* the fence was submitted */
+    struct fence_ticket *next; /* in the list of unfinished tickets */
 };
 
 static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
@@ -20,7 +20,7 @@ static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
     const struct fence_ticket *own = (const struct fence_ticket *)ticket;
     const struct snapshots *snapshots = own->snapshots;
     if (!own->is_submitted)
-        return VK_ERROR_DEVICE_LOST; /* or as good as that */
+        return VK_ERROR_DEVICE_LOST; /* the fence will never signal */
     return snapshots->next.WaitForFences(snapshots->device->handle, 1, &own->fence, VK_TRUE,
                                          nanoseconds);
 }
@@ -32,7 +32,7 @@ static void destroy_ticket(struct fence_ticket *own)
     free(own);
 }
 
-/* The fence may not be destroyed while the device uses it. */
+/* Whether the device no longer uses the fence, so that it may be destroyed. */
 static bool is_finished(const struct fence_ticket *own)
 {
     const struct snapshots *snapshots = own->snapshots;

@@ -5,16 +5,17 @@
 
 #include "layer/snapshots/snapshots.h"
 
-/* Not yet submitted; NULL without memory of either kind. */
+/* Creates a ticket that is not submitted yet. Returns NULL without host or device memory. */
 struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue);
-/* Signalled once all that was submitted to its queue before is complete. With the queue's lock
- * held. */
+/* Submits the ticket's fence, which signals when all earlier submissions to its queue are complete.
+ * Call with the queues locked. */
 VkResult ticket_submit(struct ticket *ticket);
 
 /* The queue of the submission that a ticket is for. */
 VkQueue ticket_queue(const struct ticket *ticket);
 
-/* Frees what is left of tickets of which the device is done; `all` before it is destroyed. */
+/* Destroys released tickets whose fences the device no longer uses; with `all` every one, before
+ * the device is destroyed. */
 void tickets_release(struct snapshots *snapshots, bool all);
 
 #endif

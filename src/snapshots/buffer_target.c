@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From addresses to buffers. */
+/* Finds buffers by address. */
 #include "src/snapshots/buffer_target.h"
 
 bool buffer_target_find(struct resources *resources, VkDeviceAddress address,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A place in a buffer. */
+/* A position in a buffer. */
 #ifndef ASSAY_SNAPSHOTS_BUFFER_TARGET_H
 #define ASSAY_SNAPSHOTS_BUFFER_TARGET_H
 
@@ -11,7 +11,8 @@ struct buffer_target {
     bool is_protected;         /* unprotected commands may not access it */
 };
 
-/* What has the address now; false, and zeros, if nothing has it or it is not known. */
+/* The buffer that has the address now. Returns false, with zeros in `target`, if no buffer has it
+ * or if that is unknown. */
 bool buffer_target_find(struct resources *resources, VkDeviceAddress address,
                         struct buffer_target *target);
 

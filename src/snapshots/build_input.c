@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The builder's input: what a geometry is, and how much of its data can be read. */
+/* The builder's input: the description of each geometry, and how much of its data can be read. */
 #include "src/snapshots/build_input.h"
 
 #include <stdlib.h>
@@ -37,7 +37,7 @@ static void describe_chained(const struct chained_input *from, struct builder_ge
     case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
         to->dense.max_primitive = from->dense.maxPrimitiveIndex;
         break;
-    default: /* the builder refuses it */
+    default: /* the builder rejects it */
         break;
     }
 }
@@ -71,7 +71,7 @@ void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
 
 /* ---- data */
 
-/* `chained`: NULL: nothing. */
+/* `chained` may be NULL. */
 static void find_triangles(const struct input_memory *memory,
                            const VkAccelerationStructureGeometryTrianglesDataKHR *from,
                            const struct chained_input *chained,
@@ -95,14 +95,14 @@ static void find_triangles(const struct input_memory *memory,
     if (motion.deviceAddress)
         to->motion_vertices_size = input_find(memory, motion, size, &to->motion_vertices);
     if (motion.deviceAddress && !to->motion_vertices)
-        to->motion_vertices = from; /* not still, though nothing of it can be read */
+        to->motion_vertices = from; /* has motion, but none of the data can be read */
     if (!from->transformData.deviceAddress)
         return;
     to->transforms_size = input_find(
         memory, from->transformData,
         input_extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
     if (!to->transforms)
-        to->transforms = from; /* not none, though nothing of it can be read */
+        to->transforms = from; /* has a transform that can't be read */
 }
 
 enum { MOTION_INSTANCE_STRIDE = 160 };
@@ -118,7 +118,7 @@ static uint64_t extent_of_instances(const struct build_parameters *build, bool a
     return input_extent(offset, count, sizeof(VkAccelerationStructureInstanceKHR), 0);
 }
 
-/* Indices that can't be read yet leave open how many vertices and radii are. */
+/* If indices can't be read yet, the numbers of vertices and radii are unknown. */
 static void find_spheres(const struct input_memory *memory,
                          const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *from,
                          const VkAccelerationStructureBuildRangeInfoKHR *range, bool is_swept,
@@ -191,9 +191,9 @@ static void find_data(const struct input_memory *memory, const struct build_para
     }
 }
 
-/* ---- all of it */
+/* ---- the whole input */
 
-/* For arrays of pointers. */
+/* Resolves an element of an array of pointers. */
 static const void *read_address(void *context, uint64_t address, uint64_t size)
 {
     const struct input_memory *memory = context;

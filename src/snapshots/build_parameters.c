@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parameters of builds: copies of them. */
+/* Copies the parameters of builds. */
 #include "src/snapshots/build_parameters.h"
 
 #include <stdlib.h>
@@ -13,7 +13,7 @@ bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry)
 
 /* ---- copies */
 
-/* Before memory is taken for them: a count may be wild. */
+/* Probes the arrays before memory is allocated for them, because a count may be wrong. */
 static bool arrays_are_readable(struct readable_cache *cache,
                                 const VkAccelerationStructureBuildGeometryInfoKHR *info,
                                 const VkAccelerationStructureBuildRangeInfoKHR *ranges)
@@ -39,7 +39,7 @@ VkResult build_parameters_allocate(struct build_parameters *build, uint32_t coun
     return VK_SUCCESS;
 }
 
-/* The application's memory may be misaligned, so it is copied byte by byte. */
+/* Copies by memcpy, because the application's memory may be misaligned. */
 static bool copy_arrays(struct readable_cache *cache,
                         const VkAccelerationStructureBuildGeometryInfoKHR *info,
                         const VkAccelerationStructureBuildRangeInfoKHR *ranges,
@@ -61,7 +61,7 @@ static bool copy_arrays(struct readable_cache *cache,
     return true;
 }
 
-/* Dense geometry says itself how many triangles it has, and ranges aren't given. */
+/* Dense geometry carries its own triangle count, and takes no range. */
 static void count_dense_triangles(struct build_parameters *copy)
 {
     for (uint32_t i = 0; copy->chained && i < copy->info.geometryCount; i++)
@@ -70,7 +70,7 @@ static void count_dense_triangles(struct build_parameters *copy)
                 .primitiveCount = copy->chained[i].dense.numTriangles};
 }
 
-/* Each member of the union begins with sType and pNext. */
+/* Clears pNext. Each member of the union begins with sType and pNext. */
 static void forget_chains(struct build_parameters *copy)
 {
     for (uint32_t i = 0; i < copy->info.geometryCount; i++) {

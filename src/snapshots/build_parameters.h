@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The parameters of one build, copied, so that they can be used after the call. */
+/* A copy of the parameters of one build, which outlives the call. */
 #ifndef ASSAY_SNAPSHOTS_BUILD_PARAMETERS_H
 #define ASSAY_SNAPSHOTS_BUILD_PARAMETERS_H
 
@@ -10,31 +10,31 @@
 #include "src/snapshots/chained_input.h"
 #include "src/state/builds/build_info.h"
 
-/* pNext of info, geometries and their data is NULL, for what chains say is in members of its own;
+/* pNext of info, geometries and their data is NULL; `chained` has the contents of the chains.
  * ppGeometries is resolved to pGeometries. */
 struct build_parameters {
     VkAccelerationStructureBuildGeometryInfoKHR info;
-    bool had_chains;                                  /* any pNext was given */
+    bool had_chains;                                  /* the application gave any pNext */
     VkAccelerationStructureGeometryKHR *geometries;   /* info.pGeometries; owned */
-    VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one a geometry; in the same block */
-    struct chained_input *chained; /* one a geometry; owned; NULL: no geometry has any */
+    VkAccelerationStructureBuildRangeInfoKHR *ranges; /* one per geometry; in the same block */
+    struct chained_input *chained; /* one per geometry; owned; NULL: no chained input */
 };
 
-/* Whether any geometry takes a range, and sizes a count. */
+/* Whether any geometry takes a range, and a size query a primitive count. */
 bool build_parameters_take_ranges(const struct build_parameters *build);
 
-/* Those that don't say themselves how much they have. */
+/* Whether a geometry takes a range: all but those whose data give the number of primitives. */
 bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry);
 
-/* VK_ERROR_VALIDATION_FAILED where a parameter can't be read. `ranges` may be NULL: zeros, for the
- * caller to fill in. */
+/* Returns VK_ERROR_VALIDATION_FAILED if a parameter can't be read. If `ranges` is NULL, the ranges
+ * are zeros that the caller fills in. */
 VkResult build_parameters_copy(struct readable_cache *cache,
                                const VkAccelerationStructureBuildGeometryInfoKHR *info,
                                const VkAccelerationStructureBuildRangeInfoKHR *ranges,
                                struct build_parameters *copy);
 void build_parameters_release(struct build_parameters *copy);
 
-/* Room for that many geometries and their ranges, in parameters that have none. */
+/* Allocates `count` geometries and ranges, in parameters that have none. */
 VkResult build_parameters_allocate(struct build_parameters *build, uint32_t count);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sizes need an input without data. */
+/* Computes sizes from an input without data. */
 #include "src/snapshots/build_sizes.h"
 
 #include "src/snapshots/build_input.h"

@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading the chains of geometries. Most geometries have none, and cost a look. */
+/* Reads the chains of geometries. Most geometries have no chain. */
 #include "src/snapshots/chained_input.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Chains longer than this are cyclic, or nobody's. */
+/* Longer chains are considered cyclic or corrupt. */
 enum { CHAIN_MAX = 64 };
 
-/* Copies the first structure of a type, all of whose `size` bytes can be read; one in the chain may
- * be misaligned. The copy has no sType if the chain has none. False if it can't be read. */
+/* Copies the first structure of a type. All of its `size` bytes must be readable; it may be
+ * misaligned. The copy's sType is 0 if the chain lacks the structure. Returns false if it can't be
+ * read. */
 static bool find(struct readable_cache *cache, const void *chain, VkStructureType type, size_t size,
                  void *found)
 {
@@ -29,7 +30,7 @@ static bool find(struct readable_cache *cache, const void *chain, VkStructureTyp
     return !chain;
 }
 
-/* ---- what each type of geometry may have; true with nothing where it hasn't got it */
+/* ---- one function for each kind of chained structure; each returns true if it is absent */
 
 static bool copy_motion(struct readable_cache *cache,
                         const VkAccelerationStructureGeometryKHR *geometry,

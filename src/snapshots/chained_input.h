@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What extensions chain to the geometries of a build, copied. */
+/* Copies of what extensions chain to the geometries of a build. */
 #ifndef ASSAY_SNAPSHOTS_CHAINED_INPUT_H
 #define ASSAY_SNAPSHOTS_CHAINED_INPUT_H
 
@@ -9,7 +9,7 @@
 
 #include "src/base/readable.h"
 
-/* VkAccelerationStructureGeometryMicromapDataKHR or VkMicromapBuildInfoEXT. */
+/* Parameters from VkAccelerationStructureGeometryMicromapDataKHR or VkMicromapBuildInfoEXT. */
 struct micromap_parameters {
     VkMicromapTypeEXT type;
     uint32_t usage_count;
@@ -18,27 +18,28 @@ struct micromap_parameters {
     uint64_t stride;
 };
 
-/* Of one geometry. pNext and usages are NULL everywhere; zeros for what its chain hasn't got. */
+/* The chained input of one geometry. pNext and usages are NULL everywhere. Members are zero if the
+ * chain lacks their structure. */
 struct chained_input {
-    VkDeviceOrHostAddressConstKHR motion_vertices;                   /* 0: it doesn't move */
-    VkAccelerationStructureGeometryLinearSweptSpheresDataNV spheres; /* swept or not */
+    VkDeviceOrHostAddressConstKHR motion_vertices;                   /* 0: no motion */
+    VkAccelerationStructureGeometryLinearSweptSpheresDataNV spheres; /* linear swept or not */
     VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
     bool has_opacity;
-    VkAccelerationStructureTrianglesOpacityMicromapEXT opacity; /* its micromap a ...-KHR's, too */
-    struct micromap_parameters micromap;                        /* of triangles only usages, of: */
+    VkAccelerationStructureTrianglesOpacityMicromapEXT opacity; /* of -EXT or -KHR */
+    struct micromap_parameters micromap;                        /* triangles have only its usages */
     bool has_displacement;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
 };
 
-/* One a geometry of `info`, whose geometries are in pGeometries and can be read; NULL where none
- * has any. VK_ERROR_VALIDATION_FAILED where a chain can't be read. */
+/* Allocates one for each geometry of `info`, whose geometries are in pGeometries and readable; NULL
+ * if no geometry has any. Returns VK_ERROR_VALIDATION_FAILED if a chain can't be read. */
 VkResult chained_inputs_copy(struct readable_cache *cache,
                              const VkAccelerationStructureBuildGeometryInfoKHR *info,
                              struct chained_input **chained);
-void chained_inputs_free(struct chained_input *chained, uint32_t count); /* NULL: nothing */
+void chained_inputs_free(struct chained_input *chained, uint32_t count); /* accepts NULL */
 
-/* The usages of a micromap, of -EXT or -KHR, in an array or behind an array of pointers. What is
- * copied when it fails is the caller's to free, too. */
+/* Copies the usages of a micromap, of -EXT or -KHR, from an array or an array of pointers. After a
+ * failure the caller frees what was copied, too. */
 VkResult micromap_usages_copy(struct readable_cache *cache, uint32_t count, const void *usages,
                               const void *pointers, struct micromap_parameters *copy);
 

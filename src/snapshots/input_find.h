@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How far the data of a geometry reaches, and finding it in the memory that builds read. */
+/* How far the data of a geometry extends, and where it lies in the memory that builds read. */
 #ifndef ASSAY_SNAPSHOTS_INPUT_FIND_H
 #define ASSAY_SNAPSHOTS_INPUT_FIND_H
 
@@ -25,14 +25,14 @@ static inline uint64_t input_find(const struct input_memory *memory,
     return memory->find(memory->context, address.deviceAddress, size, bytes);
 }
 
-enum { INPUT_VERTEX_MAX = 32 /* bytes of any format */ };
+enum { INPUT_VERTEX_MAX = 32 /* the most bytes of any format */ };
 
 static inline uint64_t input_index_size(VkIndexType type)
 {
     return type == VK_INDEX_TYPE_UINT32 ? 4 : type == VK_INDEX_TYPE_UINT16 ? 2 : 1;
 }
 
-/* How many vertices a range may reach, from its firstVertex on. */
+/* The number of vertices that a range may use, from its firstVertex on. */
 static inline uint64_t
 input_vertices(const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
                const VkAccelerationStructureBuildRangeInfoKHR *range)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The host's memory, probed. */
+/* The host's memory, probed before it is read. */
 #define _GNU_SOURCE /* process_vm_readv */
 #include "src/snapshots/memory.h"
 
@@ -18,8 +18,8 @@ void host_memory_release(struct host_memory *host)
     pthread_mutex_destroy(&host->lock);
 }
 
-/* No array is larger; where probing is forbidden and everything counts as readable, a wild stride
- * would be probed for hours. */
+/* No array is larger. If probing is forbidden, everything counts as readable, and a wrong stride
+ * would otherwise be probed for hours. */
 #define EXTENT_MAX (SIZE_MAX >> 24)
 
 static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
@@ -40,12 +40,12 @@ struct input_memory host_memory_of(struct host_memory *host)
     return (struct input_memory){.find = find, .context = host};
 }
 
-/* The smallest page of the platforms. */
+/* The smallest page size of the platforms. */
 #define PAGE_SIZE 4096u
 enum { PROBED_PAGES = 64 };
 
-/* Bytes of one page each. The kernel faults on the local side as it does on the remote one, and
- * reports that as an error. */
+/* Probes one byte of each page. The kernel also faults on the local side of the copy, and reports
+ * that as an error. */
 static bool probe(char *const bytes[], unsigned count)
 {
     struct iovec pages[PROBED_PAGES];

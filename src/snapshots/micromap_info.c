@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From VkMicromapBuildInfoEXT to a build's parameters. */
+/* Translates VkMicromapBuildInfoEXT to the parameters of a build. */
 #include "src/snapshots/micromap_info.h"
 
 #include <stdlib.h>
@@ -30,7 +30,7 @@ VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildI
         return VK_ERROR_VALIDATION_FAILED;
     VkMicromapBuildInfoEXT own, *info = &own;
     memcpy(info, from, sizeof(*info));
-    copy->had_chains = true; /* there is more to it than its members say */
+    copy->had_chains = true; /* the members alone do not describe the build */
     copy->info.type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     copy->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     copy->info.dstAccelerationStructure = (VkAccelerationStructureKHR)info->dstMicromap;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parameters of VK_EXT_opacity_micromap, as those of VK_KHR_acceleration_structure that ask for the
- * same: a micromap is a structure of a type of its own. */
+/* Translates parameters of VK_EXT_opacity_micromap to the equivalent parameters of
+ * VK_KHR_acceleration_structure: a micromap is a structure with a type of its own. */
 #ifndef ASSAY_SNAPSHOTS_MICROMAP_INFO_H
 #define ASSAY_SNAPSHOTS_MICROMAP_INFO_H
 

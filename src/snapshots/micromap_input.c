@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is built of micromaps, and with them. */
+/* The builder's input for micromaps, and for geometries that use them. */
 #include "src/snapshots/micromap_input.h"
 
 #include <stdlib.h>
 
 #include "src/snapshots/input_find.h"
 
-/* Triangles that can't be read yet leave open how much data they have. */
+/* If triangles can't be read yet, the amount of their data is unknown. */
 void build_input_find_micromap(const struct build_parameters *build,
                                const struct input_memory *memory, struct micromap_input *to)
 {
@@ -28,9 +28,9 @@ void build_input_find_micromap(const struct build_parameters *build,
                                memory->is_later ? UINT64_MAX : micromap_data_extent(to), &to->data);
 }
 
-/* ---- triangles that have them */
+/* ---- triangles that use micromaps */
 
-/* The opacity of `count` triangles. */
+/* Fills in the opacity of `count` triangles. */
 static void find_opacity(const struct input_memory *memory,
                          const VkAccelerationStructureTrianglesOpacityMicromapEXT *from,
                          uint64_t count, struct builder_opacity *to)
@@ -48,7 +48,8 @@ static void find_opacity(const struct input_memory *memory,
                        &to->indices);
 }
 
-/* Also where there are no triangles: a size query looks whether a geometry has any opacity. */
+/* Also fills it in if there are no triangles, because a size query tests whether a geometry has
+ * opacity. */
 static void find_opacities(const struct build_parameters *build, const struct input_memory *memory,
                            struct build_input *input)
 {
@@ -100,7 +101,7 @@ static void find_displacement(const struct input_memory *memory,
                        input_extent(0, last, to->bias_and_scale_stride, INPUT_VERTEX_MAX),
                        &to->biases_and_scales);
         if (!to->biases_and_scales)
-            to->biases_and_scales = from; /* not none, though nothing of it can be read */
+            to->biases_and_scales = from; /* has them, but none can be read */
     }
     if (from->displacedMicromapPrimitiveFlags.deviceAddress) {
         to->flags_size = input_find(memory, from->displacedMicromapPrimitiveFlags,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From VkAccelerationStructureInfoNV to a build's parameters. */
+/* Translates VkAccelerationStructureInfoNV to the parameters of a build. */
 #include "src/snapshots/nv_info.h"
 
 #include <string.h>
@@ -44,7 +44,7 @@ static void translate_geometry(const VkGeometryNV *from, const struct nv_data *d
         to->geometry.aabbs.data = address(data, aabbs->aabbData, aabbs->offset);
         to->geometry.aabbs.stride = aabbs->stride;
         break;
-    default: /* no instances here, so that the builder refuses it */
+    default: /* instances are not allowed here: the builder rejects them */
         *count = 0;
         to->geometryType = VK_GEOMETRY_TYPE_MAX_ENUM_KHR;
     }

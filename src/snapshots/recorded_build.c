@@ -9,7 +9,7 @@
 
 /* ---- parameters */
 
-/* Displacements are found by the numbers of vertices. */
+/* Displacement data has one element for each vertex, so firstVertex offsets it. */
 static void normalize_chained(struct chained_input *chained, uint64_t to_first,
                               const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
@@ -23,7 +23,7 @@ static void normalize_chained(struct chained_input *chained, uint64_t to_first,
             range->firstVertex * displacement->displacementBiasAndScaleStride;
 }
 
-/* `chained`: NULL: nothing. */
+/* `chained` may be NULL. */
 static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
                                 struct chained_input *chained,
                                 const VkAccelerationStructureBuildRangeInfoKHR *range)
@@ -54,7 +54,8 @@ static void normalize_spheres(VkAccelerationStructureGeometryLinearSweptSpheresD
     spheres->radiusData.deviceAddress += offset + range->firstVertex * spheres->radiusStride;
 }
 
-/* Usages of micromaps don't change, and stay where they are. */
+/* Copies the chained input without micromap usages, which stay in `from` because normalization does
+ * not change them. */
 static bool keep_chained(const struct build_parameters *from, struct build_parameters *to)
 {
     uint32_t count = from->info.geometryCount;
@@ -157,7 +158,7 @@ static bool holds(const struct snapshot *snapshot, uint64_t address)
     return snapshot->address <= address && address - snapshot->address < snapshot->size;
 }
 
-/* The one that reaches furthest, where several overlap. */
+/* Returns the snapshot that extends furthest if several overlap. */
 const struct snapshot *snapshot_find(const struct snapshot *snapshots, uint32_t count,
                                      uint64_t address)
 {
@@ -177,7 +178,7 @@ static unsigned char *bytes_of(const struct snapshot_memory *memory,
     return memory->bases[snapshot->chunk] + snapshot->offset;
 }
 
-/* How much of a snapshot the device has copied. */
+/* The number of bytes of a snapshot that the device has copied. */
 static uint64_t copied_bytes(struct snapshot_memory *memory, const struct snapshot *snapshot)
 {
     const struct copy_orders *orders = &snapshot->orders;
@@ -206,7 +207,7 @@ static bool find_copied(struct snapshot_memory *memory)
     return memory->copied;
 }
 
-/* As the shader that gathers decides it. */
+/* Repeats the decision of gather.comp. */
 static bool was_read(const struct snapshot_memory *memory, uint64_t address, uint64_t size)
 {
     const struct snapshot *list = &memory->gathering->ranges;
@@ -235,8 +236,8 @@ static uint64_t size_of_type(uint64_t type)
     }
 }
 
-/* Those whose address has `type` in its `type_bits`. Of the same there may be several, all alike.
- * Null pointers have no element. */
+/* Adds the elements whose address has `type` in its `type_bits`. Elements with the same address are
+ * equal, so any of them serves. Null pointers have no element. */
 static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uint64_t type)
 {
     const struct gathering *gathering = memory->gathering;
@@ -256,7 +257,8 @@ static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uin
     return true;
 }
 
-/* An address may have several types: those of more bytes come later, and have those of fewer. */
+/* Adds elements in ascending order of type. If an address occurs with several types, the last one
+ * is the largest and contains the others. */
 bool snapshot_memory_open(struct snapshot_memory *memory)
 {
     const struct gathering *gathering = memory->gathering;
@@ -284,7 +286,7 @@ void snapshot_memory_close(struct snapshot_memory *memory)
     memory->copied = NULL;
 }
 
-/* A null pointer is gathered like any other that leads nowhere: as zeros. */
+/* A null pointer reads as zeros, as it was gathered. */
 static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t address, uint64_t size,
                               const void **bytes)
 {
@@ -298,7 +300,7 @@ static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t add
     return size < there ? size : there;
 }
 
-/* Of several that have the address, the one that reaches furthest. */
+/* Returns the bytes of the snapshot that extends furthest from the address. */
 static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
     const struct snapshot_memory *memory = context;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A build of a command buffer: its parameters, and where the device copied the memory that they
- * name to when it came to the build. */
+/* A build of a command buffer: its parameters, and where the device copied the build's inputs just
+ * before it. */
 #ifndef ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 #define ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 
@@ -9,117 +9,120 @@
 #include "src/snapshots/memory.h"
 #include "vuid-tables/rules.h"
 
-/* What one workgroup of copy.comp copies. It lies in a chunk, as the shader reads it: the host
- * writes it before each submission, and the device sets `is_done`. */
+/* The copy that one workgroup of copy.comp executes. It lies in a chunk, in the shader's layout.
+ * The host writes it before each submission, and the device sets `is_done`. */
 struct copy_order {
     uint64_t source, target; /* device addresses; source 0: vkCmdCopyBuffer copies */
-    uint64_t left;           /* bytes that can be read at the source; 0: it is not known */
-    uint32_t size;           /* of these the shader copies this many at most */
-    uint32_t is_done;        /* 1 when the device has executed the copy */
+    uint64_t left;    /* bytes that can be read at the source; 0: unknown, so nothing is copied */
+    uint32_t size;    /* the most bytes that the shader copies */
+    uint32_t is_done; /* 1 when the device has executed the copy */
 };
 _Static_assert(sizeof(struct copy_order) == 32, "as the shader has it");
 
 enum { COPY_SIZE_MAX = 1 << 16 };
 
-/* Where copy orders lie: `count` in a row. */
+/* Location of `count` consecutive copy orders. */
 struct copy_orders {
     uint32_t chunk, count;
     uint64_t offset;
 };
 
-/* Bytes of a chunk (recording.h) that hold those of [address, address + size), as far as the copy
- * orders say. A snapshot of size 0 has one order, whose `left` says how many bytes the buffer has
- * from the address on. */
+/* The bytes of a chunk (recording.h) that hold a copy of [address, address + size), as far as the
+ * copy orders allowed. A snapshot of size 0 has one order, whose `left` is the number of bytes from
+ * the address to the end of the buffer. */
 struct snapshot {
     uint64_t address, size;
     uint32_t chunk;
     uint64_t offset;
-    struct copy_orders orders; /* consecutive parts, COPY_SIZE_MAX bytes each but the last */
+    /* One for each consecutive part. All parts but the last have COPY_SIZE_MAX bytes. */
+    struct copy_orders orders;
 };
 
-/* What an array of pointers points to: `count` elements, one behind the other, of the addresses in
- * a snapshot. In builds with motion an address's low 4 bits are the element's type, and elements
- * are as far apart as the largest type needs. */
+/* Copies of `count` consecutive elements to which the addresses in a snapshot point. In builds with
+ * motion the low 4 bits of an address are the element's type, and all elements have the size of the
+ * largest type. */
 struct gathering {
     struct snapshot addresses, elements;
-    struct snapshot ranges; /* begins and ends of what could be read, ascending; zeros were gathered
-                               from elsewhere */
+    struct snapshot ranges; /* begins and ends of readable memory, ascending; elements elsewhere
+                               were gathered as zeros */
     uint32_t count;
     bool is_typed;
 };
 
-/* Which of the application's builds it is. */
+/* Identifies the build among the application's builds. */
 struct recorded_place {
     enum build_command command;
     uint32_t info;            /* index in pInfos */
-    uint32_t position;        /* in the command buffer, whose builds are counted from 0 */
-    bool geometry_by_pointer; /* of ppGeometries */
+    uint32_t position;        /* number of the build in the command buffer, from 0 */
+    bool geometry_by_pointer; /* the application used ppGeometries */
 };
 
-/* Why snapshots don't have all that a build reads. */
+/* Why snapshots lack inputs of a build. */
 enum left_out {
     LEFT_OUT_NOTHING,
-    LEFT_OUT_MEMORY, /* there was none for them */
-    LEFT_OUT_BUDGET, /* they would have been beyond content_budget_mib */
-    LEFT_OUT_BUFFER, /* a buffer can't be read: it is protected, for example */
-    LEFT_OUT_PLACE,  /* commands of the layer's own would disturb what the application does there */
+    LEFT_OUT_MEMORY, /* out of memory */
+    LEFT_OUT_BUDGET, /* content_budget_mib was exhausted */
+    LEFT_OUT_BUFFER, /* a buffer can't be read, for example because it is protected */
+    LEFT_OUT_PLACE,  /* commands of the layer's own would disturb the application's commands at this
+                        point */
 };
 
-/* Of addresses and offsets of its own: see recorded_build_normalize(). */
+/* Its addresses and offsets are changed by recorded_build_normalize(). */
 struct recorded_build {
-    struct build_parameters parameters, given; /* given: as they were before; none where they are
-                                                  the same */
+    /* `given`: the parameters before normalization; empty if both are the same. */
+    struct build_parameters parameters, given;
     struct recorded_place place;
     enum left_out left_out;
-    /* Then its ranges are at an address, and parameters.ranges have the maximum counts. */
+    /* If set, the ranges lie at indirect_address, and parameters.ranges have the maximum counts. */
     bool is_indirect;
     uint64_t indirect_address, indirect_stride;
     struct snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
-    struct gathering gathering; /* count 0: none; of a TLAS, which has one geometry */
+    struct gathering gathering; /* for a TLAS, which has one geometry; count 0: none */
 };
 
-/* Adds the offsets of ranges to the addresses, so that what the build reads of each array begins at
- * its address. Not for indirect builds, whose ranges aren't known yet. False without memory. */
+/* Adds the offsets of ranges to the addresses, so that the data which the build reads from each
+ * array begins at its address. Not for indirect builds, whose ranges are unknown yet. Returns false
+ * without memory. */
 bool recorded_build_normalize(struct recorded_build *build);
 
 /* The parameters as the application gave them. */
 const struct build_parameters *recorded_build_given(const struct recorded_build *build);
 
-/* False without memory. */
+/* Adds a snapshot. Returns false without memory. */
 bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot);
 
-void recorded_build_free(struct recorded_build *build); /* NULL: nothing */
+void recorded_build_free(struct recorded_build *build); /* accepts NULL */
 
-/* Reads the range of one geometry of an indirect build; false where it can't be read. */
+/* Reads the range of one geometry of an indirect build. Returns false if it can't be read. */
 bool recorded_build_read_range(const struct recorded_build *build,
                                const struct input_memory *memory, uint32_t geometry,
                                VkAccelerationStructureBuildRangeInfoKHR *range);
-/* Reads all of them; zeros where one can't be read, and counts above the maximum are cut. */
+/* Reads all ranges of an indirect build. A range that can't be read becomes zeros; a count above
+ * the maximum is reduced to it. */
 void recorded_build_read_ranges(const struct recorded_build *build,
                                 const struct input_memory *memory,
                                 VkAccelerationStructureBuildRangeInfoKHR *ranges);
 
 /* ---- snapshots */
 
-/* The one that has the bytes at an address, or NULL. */
+/* The snapshot that has the bytes at an address. Returns NULL if there is none. */
 const struct snapshot *snapshot_find(const struct snapshot *snapshots, uint32_t count,
                                      uint64_t address);
 
-/* Snapshots as the memory that a build reads; `bases` has the bytes of each chunk. Once opened it
- * knows how much of each snapshot was copied. */
+/* Snapshots as the memory that a build reads. `bases` points to the bytes of each chunk.
+ * snapshot_memory_open() fills in the last three members. */
 struct snapshot_memory {
     const struct snapshot *snapshots;
     uint32_t count;
     unsigned char *const *bases;
     const struct gathering *gathering; /* or NULL */
-    bool omits_unread;                 /* what could not be read isn't there, and not zeros */
-    struct handle_table gathered;      /* these three are made by snapshot_memory_open(): from
-                                          addresses to elements; */
-    uint64_t *copied;                  /* bytes of each snapshot; */
-    bool lacks_copies;                 /* the device has not executed all copies */
+    bool omits_unread;            /* memory that could not be read is missing, instead of zeros */
+    struct handle_table gathered; /* elements by their addresses */
+    uint64_t *copied;             /* copied bytes of each snapshot */
+    bool lacks_copies;            /* the device has not executed all copies */
 };
-bool snapshot_memory_open(struct snapshot_memory *memory); /* false without memory */
+bool snapshot_memory_open(struct snapshot_memory *memory); /* returns false without memory */
 void snapshot_memory_close(struct snapshot_memory *memory);
 struct input_memory snapshot_memory_of(struct snapshot_memory *memory);
 

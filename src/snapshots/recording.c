@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Works and their executions: what they own, and for how long. */
+/* Recordings and their executions: ownership and lifetime. */
 #include "src/snapshots/recording.h"
 
 #include <stdlib.h>
@@ -31,7 +31,7 @@ static void release_item(const struct recorded_item *item)
     recording_release(item->secondary);
 }
 
-/* The first ones. */
+/* Frees the first `count` chunks. */
 static void free_chunks(struct recording *recording, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
@@ -88,7 +88,7 @@ void recording_leave_out(struct recording *recording, uint32_t position, enum le
     recording->left_out_count++;
 }
 
-/* With the lock held. */
+/* Called with the lock held. */
 static bool reserve_chunk(struct recording *recording)
 {
     struct snapshot_chunk **chunks =
@@ -132,7 +132,7 @@ bool recording_add_copy_block(struct recording *recording, const struct copy_blo
     return true;
 }
 
-void recording_go_on(struct recording *recording)
+void recording_continue(struct recording *recording)
 {
     pthread_mutex_lock(&recording->lock);
     recording->keeps_chunks |= recording->execution_count != 0;
@@ -165,7 +165,7 @@ static void free_execution(struct execution *execution)
     free(execution);
 }
 
-/* Of what the recording has now; with its lock held. */
+/* Allocates an execution of the current items. Called with the recording's lock held. */
 static struct execution *allocate_execution(struct recording *recording)
 {
     struct execution *execution = calloc(1, sizeof(*execution));
@@ -190,7 +190,7 @@ static struct execution *allocate_execution(struct recording *recording)
     return execution;
 }
 
-/* Its recording knows it from now on: it is the latest. */
+/* Creates an execution and makes it the recording's latest. */
 static struct execution *make_latest(struct recording *recording, const struct ticket *ticket)
 {
     pthread_mutex_lock(&recording->lock);
@@ -245,7 +245,8 @@ static void free_copies(unsigned char **bases, uint32_t count)
         free(bases[i]);
 }
 
-/* So that nobody finds it by its recording any more once it has no references. */
+/* Drops a reference under the recording's lock, so that the recording never returns an execution
+ * without references. */
 static bool drop_reference(struct execution *execution)
 {
     struct recording *recording = execution->recording;
@@ -257,7 +258,7 @@ static bool drop_reference(struct execution *execution)
     return is_last;
 }
 
-/* Gives chunks back that nothing needs after this execution. */
+/* Gives the chunks back if no later execution needs them. */
 static void spend_chunks(const struct execution *execution)
 {
     struct recording *recording = execution->recording;
@@ -290,7 +291,7 @@ void execution_release(struct execution *execution)
     free_execution(execution);
 }
 
-/* With the lock held. */
+/* Called with the lock held. */
 static bool copy_chunks(struct execution *execution)
 {
     for (uint32_t i = 0; i < execution->chunk_count; i++) {
@@ -321,7 +322,8 @@ void execution_mark_reached(struct execution *execution)
         execution_mark_reached(execution->children[i]);
 }
 
-/* False where it is lost by this. */
+/* Copies the snapshots of an execution that is about to be overwritten. Returns false if they are
+ * lost. */
 static bool detach(struct execution *execution, uint64_t nanoseconds)
 {
     bool is_kept = true;

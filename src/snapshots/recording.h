@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the commands of a command buffer do to acceleration structures, in recorded
- * order.
+/* What the commands of a command buffer do to acceleration structures, in recorded order.
  *
- * Nothing of it is done when the commands execute: the device only copies what builds read into
- * chunks of memory. Each submission makes an execution of the recording, and when its turn has come
- * (execution_order.h) the items tell what structures hold from then on. Only its command buffer,
- * whose use the application synchronizes, adds to a recording.
+ * When the commands execute, the device only copies the inputs of builds into chunks of memory.
+ * Each submission makes an execution of the recording. At the execution's point in execution order
+ * (src/state/order/order.h) the items determine the contents of structures. Only the command
+ * buffer, whose use the application synchronizes, adds to a recording.
  *
  * An application may by mistake record further after a submission, so an execution has counts of
- * its own and reads nothing that was recorded later. It may also submit a command buffer again that
- * it began with ONE_TIME_SUBMIT, whose chunks are given back when no execution is left: executions
- * made after that have no snapshots. */
+ * its own and ignores what was recorded later. It may also by mistake resubmit a command buffer
+ * that it began with ONE_TIME_SUBMIT. The chunks of such a recording are given back with its last
+ * execution; executions made after that have no snapshots. */
 #ifndef ASSAY_SNAPSHOTS_RECORDING_H
 #define ASSAY_SNAPSHOTS_RECORDING_H
 
@@ -22,7 +21,7 @@
 #include "src/snapshots/recorded_build.h"
 #include "src/snapshots/ticket.h"
 
-/* Memory that the device copies to. Part of a larger structure of who allocates it. */
+/* Memory to which the device copies. The allocator makes it part of a larger structure. */
 struct snapshot_chunk {
     unsigned char *bytes; /* mapped, coherent */
     uint64_t size, used;
@@ -45,16 +44,17 @@ struct recorded_item {
     struct recorded_item *next;
     enum item_kind kind;
     uint64_t dst, src;        /* structures */
-    uint64_t pool;            /* of queries, */
-    uint32_t first, count;    /* which */
-    VkDeviceSize stride;      /* of copied queries */
-    VkQueryResultFlags flags; /* likewise */
-    uint64_t *structures;     /* whose properties are written: `count` */
+    uint64_t pool;            /* query pool */
+    uint32_t first, count;    /* first query and number of queries, or number of structures */
+    VkDeviceSize stride;      /* of COPY_QUERIES */
+    VkQueryResultFlags flags; /* of COPY_QUERIES */
+    uint64_t *structures;     /* of WRITE_QUERIES: `count` structures */
     VkQueryType query_type;
     struct recorded_build *build; /* of builds and updates */
     struct snapshot serialized;   /* a structure's serialized form */
-    struct buffer_target target;  /* of COPY_QUERIES: where results go */
-    VkDeviceAddress address;      /* of SERIALIZE: likewise, at whatever has it by then */
+    struct buffer_target target;  /* of COPY_QUERIES: where results are written */
+    VkDeviceAddress address; /* of SERIALIZE: where the result is written, in the buffer that has
+                                the address by then */
     struct recording *secondary;
 };
 
@@ -71,33 +71,33 @@ struct condition {
     VkAddressCommandFlagsKHR address_flags;
 };
 
-/* What the application has bound and pushed last, which dispatches of the layer's own disturb.
- * Null handles: nothing. */
+/* The application's current bindings and push constants, which dispatches of the layer's own
+ * disturb. A null handle means that nothing is bound. */
 struct compute_state {
     VkPipeline pipeline;
     VkShaderEXT shader;
-    VkPipelineLayout layout; /* of the constants */
+    VkPipelineLayout layout; /* of the push constants */
     uint32_t constants[CONSTANT_WORDS];
-    VkShaderStageFlags stages[CONSTANT_WORDS]; /* that each was pushed for; 0: it was not */
-    bool is_partial;                           /* more was set than can be restored */
-    uint32_t queries;                          /* that are active, and count what dispatches do */
-    struct condition condition;                /* on which dispatches depend */
+    VkShaderStageFlags stages[CONSTANT_WORDS]; /* of each word; 0: it was not pushed */
+    bool is_partial;                           /* some state that was set cannot be restored */
+    uint32_t queries;                          /* number of active queries that count dispatches */
+    struct condition condition; /* conditional rendering, which applies to dispatches */
 };
 
-/* Copy orders in one chunk, of which the first `used` are taken. */
+/* Copy orders in one chunk. The first `used` are taken. */
 struct copy_block {
     struct copy_orders orders;
     uint32_t used;
 };
 
-/* A word that the device reads before it executes what the layer recorded: while it is 0, nothing
- * of the recording's chunks is read or written. NULL: there is none yet. */
+/* A word that the device reads before it executes what the layer recorded. While it is 0, the
+ * recording's chunks are neither read nor written. is_open is NULL until a gate is needed. */
 struct recording_gate {
     _Atomic uint32_t *is_open;
     uint64_t address; /* for the device */
 };
 
-/* Where a recording's memory goes in the end. */
+/* Frees a recording's memory. */
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void (*free_gate)(void *user, const struct recording_gate *gate);
@@ -108,91 +108,97 @@ struct recording {
     atomic_uint references;
     struct compute_state compute;
     struct recorded_item *first, *last;
-    struct snapshot_chunk **chunks; /* NULL: given back */
+    struct snapshot_chunk **chunks; /* a chunk that was given back is NULL */
     uint32_t chunk_count, chunk_capacity;
-    struct copy_block *copy_blocks; /* orders are taken of the last one */
+    struct copy_block *copy_blocks; /* new orders come from the last one */
     uint32_t copy_block_count, copy_block_capacity;
-    bool executes_once; /* then nothing needs the chunks after its execution */
+    bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
-    struct recording_gate gate; /* closed once chunks were given back */
+    struct recording_gate gate; /* closed when chunks are given back */
     uint32_t secondary_count;
     bool has_gatherings;
-    /* Builds of which not all could be copied: how many, and the first ones. */
+    /* Builds whose inputs were not all copied: their number, and the first ones. */
     uint32_t left_out_count;
     struct left_out_build {
         uint32_t position;
         enum left_out reason;
     } left_out[LEFT_OUT_NAMED];
     bool left_out_reported;
-    atomic_bool
-        is_invalidated;   /* an execution was not kept, so that the others can't be told apart */
-    pthread_mutex_t lock; /* guards the rest, and what is added to items and chunks */
-    struct execution *latest; /* the last one made, while it lives */
-    uint32_t execution_count; /* that live */
-    bool keeps_chunks; /* until it is released: an execution was cut short, commands that no gate
-                          stops name chunks, or more was recorded after a submission */
-    bool is_spent;     /* chunks were given back after an execution */
+    atomic_bool is_invalidated; /* out of memory, an execution was not kept, so the others cannot be
+                                   told apart */
+    pthread_mutex_t lock;       /* guards the members below, and additions to items and chunks */
+    struct execution *latest;   /* the execution made last, while it exists */
+    uint32_t execution_count;   /* executions that exist */
+    /* Chunks stay until the recording is released: an execution did not complete, commands without
+     * a gate name the chunks, or more was recorded after a submission. */
+    bool keeps_chunks;
+    bool is_spent; /* chunks were given back after an execution */
 };
 
 /* One execution of a recording: where its snapshots are, and when they can be read. */
 struct execution {
-    atomic_uint references; /* the last one goes under the recording's lock */
-    struct execution *next; /* of those whose turn has not come */
+    atomic_uint references; /* the last reference is dropped under the recording's lock */
+    struct execution *next; /* in the list of submitted executions */
     struct recording *recording;
-    const struct recorded_item *last; /* of the items that it has; NULL: none */
-    uint32_t chunk_count;             /* that it has */
-    bool is_repeated;                 /* the recording was spent before: it has no snapshots */
+    const struct recorded_item *last; /* last item of this execution; NULL: none */
+    uint32_t chunk_count;             /* chunks of this execution */
+    bool is_repeated; /* the chunks were given back before: there are no snapshots */
     struct ticket *ticket;
-    uint64_t destroy_count;     /* resources_destroy_count when it was submitted */
-    atomic_bool is_overwritten; /* another of the same submission copied to the same chunks */
-    atomic_bool is_reached;     /* nothing that it waits for is still to be submitted */
-    /* Guards what follows; read while trees are made of the snapshots, which may ask for others of
-     * the same execution: readers are never kept waiting for a writer that waits (the kind that
-     * pthread_rwlock_init makes). */
+    uint64_t destroy_count;     /* resources_destroy_count() at the submission */
+    atomic_bool is_overwritten; /* by another execution of the same submission */
+    atomic_bool is_reached;     /* all work on which it depends has been submitted */
+    /* Guards the members below. Held for reading while BVHs are built from the snapshots, which may
+     * take it for reading again for the same execution. So a waiting writer must not block readers;
+     * pthread_rwlock_init makes a lock of that kind. */
     pthread_rwlock_t lock;
-    unsigned char **bases; /* of the chunks; */
-    uint64_t *sizes;       /* used of each; in the same block */
-    bool detached;         /* bases are of copies, for the recording executes again; */
-    bool has_no_snapshots; /* there was no memory for copies, it wasn't complete by then, or the
-                     device was lost */
-    /* Of the secondaries' works, in the order of their items. */
+    unsigned char **bases; /* start of each chunk, or of its copy */
+    uint64_t *sizes;       /* used bytes of each chunk; in the block of `bases` */
+    bool detached;         /* `bases` are copies, because the recording executes again */
+    bool has_no_snapshots; /* out of memory for copies, not complete when resubmitted, or the device
+                              was lost */
+    /* Executions of secondaries, in the order of their items. */
     struct execution **children;
     uint32_t child_count;
 };
 
-/* NULL without memory. */
+/* Creates a recording with one reference. Returns NULL without memory. */
 struct recording *recording_create(const struct recording_memory *memory);
 struct recording *recording_share(struct recording *recording);
 void recording_release(struct recording *recording);
 
-/* Takes over what the item points to, also where it fails for lack of memory. */
+/* Adds an item. Takes ownership of what the item points to, also if it fails. Returns false without
+ * memory. */
 bool recording_add(struct recording *recording, const struct recorded_item *item);
-/* Notes that not all of a build is in snapshots. */
+/* Notes that the snapshots lack inputs of a build. */
 void recording_leave_out(struct recording *recording, uint32_t position, enum left_out reason);
-/* Takes over the chunk. */
+/* Adds a chunk. Takes ownership of the chunk, also if it fails. Returns false without memory. */
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk);
 
-/* Whether it is, or executes, the other: which may not execute it, then. */
+/* Whether `recording` is `other` or executes it. If so, `other` may not execute `recording`. */
 bool recording_contains(const struct recording *recording, const struct recording *other);
 
-/* False without memory. */
+/* Adds a block of copy orders. Returns false without memory. */
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block);
-/* Before more is recorded: if it was submitted by mistake before that, its chunks stay, so that
- * none is given back while a command is recorded. */
-void recording_go_on(struct recording *recording);
-/* From now on its chunks stay until it is released: commands name them that no gate stops. */
+/* Called before more is recorded. If the recording has executions, because it was submitted too
+ * early, its chunks stay, so that no chunk is given back while a command is recorded. */
+void recording_continue(struct recording *recording);
+/* From now on the chunks stay until the recording is released, because commands without a gate name
+ * them. */
 void recording_keep_chunks(struct recording *recording);
-/* Before a submission: opens the gate, unless chunks were given back. Returns false then. */
+/* Called before a submission: opens the gate. Returns false and leaves the gate closed if the
+ * chunks were given back. */
 bool recording_open_gate(struct recording *recording);
-/* Whether an execution of another ticket than `next` may still be reading the chunks. */
+/* Whether the device may still execute the latest execution, if its ticket is not `next`. */
 bool recording_is_pending(struct recording *recording, const struct ticket *next);
 
-/* NULL without memory. */
+/* Creates an execution of the current items, with executions of secondaries. Returns NULL without
+ * memory. */
 struct execution *execution_create(struct recording *recording, struct ticket *ticket);
 struct execution *execution_share(struct execution *execution);
 void execution_release(struct execution *execution);
 
-/* The item after this one, or the first after NULL; NULL behind the last that the execution has. */
+/* The item after `item`, or the first one if `item` is NULL. Returns NULL after the last item of
+ * the execution. */
 static inline const struct recorded_item *execution_next(const struct execution *execution,
                                                          const struct recorded_item *item)
 {
@@ -201,20 +207,22 @@ static inline const struct recorded_item *execution_next(const struct execution 
     return item == execution->last ? NULL : item->next;
 }
 
-/* From now on it has no snapshots. */
+/* From now on the execution and those of its secondaries have no snapshots. */
 void execution_drop_snapshots(struct execution *execution);
 
-/* How many of it and its secondaries have no snapshots because the recording was spent before. */
+/* Counts the execution and those of its secondaries that have no snapshots because the chunks were
+ * given back before. */
 uint32_t execution_count_repeated(const struct execution *execution);
 
-/* Its turn has come, and that of the secondaries'. */
+/* The execution and those of its secondaries have been reached in execution order. */
 void execution_mark_reached(struct execution *execution);
 
-/* Before the recording is submitted again: copies the snapshots of the last execution, if anything
- * still needs them; likewise for secondaries. For its end it waits `nanoseconds` at most where its
- * turn has come, for the rest may wait for what the application does after this call. Returns how
- * many were lost. Of several executions in the submission that is to come, whose ticket is `next`,
- * the last one's snapshots serve all. */
+/* Called before the recording is resubmitted: copies the snapshots of its latest execution, if that
+ * still exists; likewise for secondaries. Waits up to `nanoseconds` for that execution if it has
+ * been reached in execution order, and not at all otherwise, because it may depend on later calls
+ * of the application. Returns the number of executions whose snapshots were lost. Executions of the
+ * coming submission, whose ticket is `next`, are not copied: the snapshots of the last one serve
+ * all of them. */
 uint32_t recording_detach(struct recording *recording, const struct ticket *next,
                           uint64_t nanoseconds);
 

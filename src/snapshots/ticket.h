@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* When the device is done with a submission. Who submits makes tickets and says how to wait. */
+/* Tells when the device has completed a submission. The code that submits creates tickets and
+ * implements `wait`. */
 #ifndef ASSAY_SNAPSHOTS_TICKET_H
 #define ASSAY_SNAPSHOTS_TICKET_H
 
@@ -10,17 +11,19 @@
 
 struct ticket {
     atomic_uint references;
-    /* VK_SUCCESS; VK_TIMEOUT after `nanoseconds`; or an error, for good. From any thread. */
+    /* Returns VK_SUCCESS, VK_TIMEOUT after `nanoseconds`, or an error that is final. May be called
+     * from any thread. */
     VkResult (*wait)(struct ticket *ticket, uint64_t nanoseconds);
     void (*free)(struct ticket *ticket);
 };
 
-/* What the host knows to be complete is waited for a moment, as what tells of it comes last. On a
- * machine whose cores are all busy a driver's threads take tenths of a second to get there; what
- * takes longer has another batch in its submission, which may wait for the host. */
+/* How long to wait for a ticket if the host has observed the end of its batch, because the fence
+ * signals a moment later. On a busy machine a driver's threads take tenths of a second. If it takes
+ * longer, another batch of the same submission may wait for the host. */
 enum { TICKET_GRACE_NANOSECONDS = 500 * 1000 * 1000 };
 
-/* Whether nothing more will be known of it, either: *end is VK_SUCCESS, or an error. */
+/* Whether the result is final. *end is then VK_SUCCESS or an error. `was_seen`: the host has
+ * observed the end of the ticket's batch. */
 static inline bool ticket_has_ended(struct ticket *ticket, bool was_seen, VkResult *end)
 {
     *end = ticket->wait(ticket, was_seen ? TICKET_GRACE_NANOSECONDS : 0);

@@ -47,7 +47,7 @@ instances_in(const VkAccelerationStructureGeometryKHR *geometry)
 static inline enum input_role data_role(const struct geometry_view *geometry)
 {
     return geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS
-                                                                           : INPUT_INSTANCES;
+                                                                          : INPUT_INSTANCES;
 }
 
 /* Returns the size of an index in bytes, or 0 for VK_INDEX_TYPE_NONE_KHR and invalid values. */

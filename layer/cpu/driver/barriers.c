@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: barriers, events and timestamps of Vulkan 1.0, whose stages and accesses
- * of ray tracing the driver doesn't know. Calls without such bits go down as they are; so does,
- * without memory, one that has more barriers than fit on the stack. */
+/* Commands of backend cpu: barriers, events and timestamps of Vulkan 1.0. Their stages and accesses
+ * of ray tracing are translated for the driver. A call without such bits goes down unchanged. So
+ * does a call with more barriers than fit on the stack, if memory runs out. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
@@ -12,7 +12,7 @@ static VkPipelineStageFlags narrow_stages(VkPipelineStageFlags stages)
     return (VkPipelineStageFlags)stages_below(stages);
 }
 
-/* What vkCmdPipelineBarrier and vkCmdWaitEvents have in common. */
+/* The common parameters of vkCmdPipelineBarrier and vkCmdWaitEvents. */
 struct dependency {
     VkPipelineStageFlags src, dst;
     uint32_t memory_count, buffer_count, image_count;
@@ -48,7 +48,7 @@ static void translate_accesses(const struct dependency *dependency, VkAccessFlag
     *dst = (VkAccessFlags)accesses_below(dependency->dst, *dst);
 }
 
-/* Makes the dependency what the driver may see, with copies in the block, which the caller ends. */
+/* Translates the dependency for the driver, with copies in the block, which the caller ends. */
 static void dependency_begin(struct block *block, struct dependency *dependency)
 {
     const bool traces = dependency_traces(dependency);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: barriers, events and timestamps of VK_KHR_synchronization2. Calls
- * without bits of ray tracing go down as they are; so does, without memory, one that has too many
- * barriers for the stack. */
+/* Commands of backend cpu: barriers, events and timestamps of VK_KHR_synchronization2. A call
+ * without bits of ray tracing goes down unchanged. So does a call with too many barriers for the
+ * stack, if memory runs out. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
@@ -34,11 +34,11 @@ static bool info_traces(const VkDependencyInfo *info)
     return found;
 }
 
-/* What the driver sees of the VkDependencyInfo of one call. */
+/* The VkDependencyInfo of one call, translated for the driver. */
 struct dependencies {
-    const VkDependencyInfo *infos; /* for the driver */
+    const VkDependencyInfo *infos; /* passed to the driver */
     struct block block;
-    struct chain_copy *chains; /* of the first `chain_count` infos */
+    struct chain_copy *chains; /* copies for the first `chain_count` infos */
     uint32_t chain_count;
 };
 
@@ -94,7 +94,7 @@ static VkResult translate(struct dependencies *dependencies, VkDependencyInfo *i
     return translate_ranges(dependencies, info);
 }
 
-/* The caller ends them. */
+/* Translates the infos. The caller calls dependencies_end(). */
 static void dependencies_begin(struct dependencies *dependencies, uint32_t count,
                                const VkDependencyInfo *infos)
 {
@@ -124,7 +124,7 @@ static void dependencies_end(struct dependencies *dependencies)
     block_end(&dependencies->block);
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_PIPELINE_BARRIER(name)                                                              \
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
                                           const VkDependencyInfo *pDependencyInfo)                 \

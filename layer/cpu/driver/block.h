@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Memory for the copies that one call hands down: on the stack as long as they are small. */
+/* Memory for the copies that one call hands down; on the stack if they are small. */
 #ifndef ASSAY_LAYER_CPU_DRIVER_BLOCK_H
 #define ASSAY_LAYER_CPU_DRIVER_BLOCK_H
 
@@ -10,18 +10,18 @@
 
 struct block {
     char *next;
-    void *heap; /* NULL: in `room` */
+    void *heap; /* NULL: the arrays lie in `room` */
     max_align_t room[128];
 };
 
-/* What an array takes in a block. */
+/* The bytes that an array takes in a block. */
 static inline size_t block_size(size_t count, size_t size)
 {
     const size_t step = sizeof(max_align_t);
     return (count * size + step - 1) / step * step;
 }
 
-/* False without memory. The caller ends the block in either case. */
+/* Returns false without memory. The caller ends the block in either case. */
 static inline bool block_begin(struct block *block, size_t size)
 {
     block->heap = size > sizeof(block->room) ? malloc(size) : NULL;
@@ -41,7 +41,7 @@ static inline void *block_take(struct block *block, size_t count, size_t size)
     return array;
 }
 
-/* A copy of an array, or NULL of none. */
+/* A copy of an array. Returns NULL if `count` is 0. */
 static inline void *block_copy(struct block *block, const void *array, size_t count, size_t size)
 {
     return count ? memcpy(block_take(block, count, size), array, count * size) : NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: descriptors, of which those of acceleration structures cannot work. What
- * would make such a descriptor fails; writes of them are left out. */
+/* Commands of backend cpu: descriptors. Descriptors of acceleration structures cannot work:
+ * commands that would create one fail, and writes of them are left out. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/unsupported.h"
@@ -13,7 +13,7 @@ static bool type_traces(VkDescriptorType type)
            type == VK_DESCRIPTOR_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_NV;
 }
 
-/* Types that descriptors of VK_DESCRIPTOR_TYPE_MUTABLE_EXT may take. */
+/* Whether descriptors of VK_DESCRIPTOR_TYPE_MUTABLE_EXT may have a type of ray tracing. */
 static bool mutable_types_trace(const void *chain)
 {
     const VkMutableDescriptorTypeCreateInfoEXT *info =
@@ -53,7 +53,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateDescriptorSetLayout(
     return VK_ERROR_VALIDATION_FAILED_EXT;
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_GET_LAYOUT_SUPPORT(name)                                                            \
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkDevice device,                                         \
                                           const VkDescriptorSetLayoutCreateInfo *pCreateInfo,      \
@@ -108,8 +108,8 @@ DEFINE_CREATE_TEMPLATE(CreateDescriptorUpdateTemplateKHR)
 
 /* ---- writes */
 
-/* The next run of writes without descriptors of acceleration structures, from *begin on; false
- * where there is none. */
+/* Finds the next run of writes without descriptors of acceleration structures, from *begin on.
+ * Returns false if there is none. */
 static bool next_run(const VkWriteDescriptorSet *writes, uint32_t count, uint32_t *begin,
                      uint32_t *length)
 {
@@ -121,7 +121,7 @@ static bool next_run(const VkWriteDescriptorSet *writes, uint32_t count, uint32_
     return *length;
 }
 
-/* Whether all can be written; else the application is told that some are left out. */
+/* Whether all writes can be executed. If not, reports that some are left out. */
 static bool writes_work(const struct layer_device *device, const char *command, uint32_t count,
                         const VkWriteDescriptorSet *writes)
 {

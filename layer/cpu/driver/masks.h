@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Stages and accesses of ray tracing as a driver without it may see them.
+/* Translates stages and accesses of ray tracing for a driver without ray tracing.
  *
- * The backend's part of a build is copies at its place in the command buffer, and what a build
- * reads it may read with any access of its stage. So the stage becomes all commands, and the
- * accesses at it all memory, which orders at least what the application asks for, copies included.
- * The bits of VkPipelineStageFlags and VkAccessFlags are the lowest ones of the 64-bit flags. */
+ * The backend records its part of a build as copies at the build's position in the command buffer.
+ * A build may read its inputs with any access of its stage. So the stage becomes all commands, and
+ * the accesses at that stage become all memory accesses. That orders at least what the application
+ * requests, and the copies too. The bits of VkPipelineStageFlags and VkAccessFlags are the lowest
+ * ones of the 64-bit flags. */
 #ifndef ASSAY_LAYER_CPU_DRIVER_MASKS_H
 #define ASSAY_LAYER_CPU_DRIVER_MASKS_H
 
@@ -40,7 +41,7 @@ static inline VkPipelineStageFlags2 stages_below(VkPipelineStageFlags2 stages)
                : stages;
 }
 
-/* `stages`: those of the application at which the accesses happen. */
+/* `stages`: the application's stages at which the accesses happen. */
 static inline VkAccessFlags2 accesses_below(VkPipelineStageFlags2 stages, VkAccessFlags2 accesses)
 {
     VkAccessFlags2 below = accesses & ~(RAY_TRACING_READS | RAY_TRACING_WRITES);
@@ -51,8 +52,8 @@ static inline VkAccessFlags2 accesses_below(VkPipelineStageFlags2 stages, VkAcce
     return below;
 }
 
-/* The same for what has the members srcStageMask, srcAccessMask, dstStageMask and dstAccessMask, of
- * either width: barriers and subpass dependencies. */
+/* The same for a barrier or subpass dependency: any structure with srcStageMask, srcAccessMask,
+ * dstStageMask and dstAccessMask, of 32 or 64 bits. */
 #define MASKS_TRACE(masks)                                                                         \
     (stages_trace((masks)->srcStageMask) || stages_trace((masks)->dstStageMask) ||                 \
      accesses_trace((masks)->srcAccessMask) || accesses_trace((masks)->dstAccessMask))

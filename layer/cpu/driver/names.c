@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands that name objects of any kind: the backend's are kept from the next layer, which would
- * take their handles for its own. */
+/* Commands that name objects of any kind. Names of the backend's objects are not passed to the next
+ * layer, which would take their handles for its own. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 
-/* Numbers of VkObjectType; VkDebugReportObjectTypeEXT has the same ones. */
+/* `type`: a VkObjectType. VkDebugReportObjectTypeEXT has the same values. */
 static bool is_own(const struct cpu_overlay *overlay, uint32_t type)
 {
     return (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR && overlay->acceleration_structure) ||
@@ -13,7 +13,7 @@ static bool is_own(const struct cpu_overlay *overlay, uint32_t type)
            (type == VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR && overlay->deferred_host_operations);
 }
 
-/* ---- names and tags: the layer itself has noted names */
+/* ---- names and tags: the intercepts have recorded names */
 
 /* The next layer's commands for objects of a type; NULL if the backend makes those objects. */
 static const VkuDeviceDispatchTable *next_for(VkDevice device, uint32_t type)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: render passes, whose dependencies may have stages and accesses of ray
- * tracing. Those without go down as they are. */
+/* Commands of backend cpu: render passes. Stages and accesses of ray tracing in their dependencies
+ * are translated for the driver. Render passes without such bits go down unchanged. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
@@ -33,7 +33,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRenderPass(VkDevice device,
     return result;
 }
 
-/* A barrier in its chain stands for the dependency's own masks. */
+/* A barrier in the chain replaces the dependency's own masks. */
 static bool dependency2_traces(const VkSubpassDependency2 *dependency)
 {
     const VkMemoryBarrier2 *barrier =

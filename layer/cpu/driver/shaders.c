@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: shaders, of which those that trace rays cannot work. */
+/* Commands of backend cpu: shaders. Shaders that trace rays cannot work. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/unsupported.h"
@@ -33,7 +33,8 @@ static bool capability_traces(uint32_t capability)
     }
 }
 
-/* A module begins with its capabilities, two words each. `size` is in bytes. */
+/* Whether a module has a capability of ray tracing. Capabilities come first in a module, two words
+ * each. `size` is in bytes. */
 static bool code_traces(const uint32_t *code, size_t size)
 {
     const size_t words = size / sizeof(*code);
@@ -83,7 +84,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateShadersEXT(VkDevice device, uint32_t cr
                                               pShaders);
 }
 
-/* ---- stages of pipelines that bring their code with them */
+/* ---- pipeline stages with inline shader code */
 
 static bool stage_traces(const VkPipelineShaderStageCreateInfo *stage)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: submissions, copied where semaphores operate at stages of ray tracing,
- * which the driver doesn't know. Those without go down as they are. */
+/* Commands of backend cpu: submissions. They are copied and translated if semaphores wait or signal
+ * at stages of ray tracing. Others go down unchanged. */
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"

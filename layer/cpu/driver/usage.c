@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: what buffers are for. The driver knows no usage of ray tracing, and the
- * backend copies from and to all buffers that have addresses. */
+/* Commands of backend cpu: buffer usage. Usage of ray tracing is removed, because the driver does
+ * not support it. Transfer usage is added to these buffers and to all with device addresses,
+ * because the backend copies from and to them. */
 #include "layer/cpu/advertise.h"
 #include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
@@ -23,8 +24,8 @@ static VkBufferUsageFlags2 usage_below(VkBufferUsageFlags2 usage)
            VK_BUFFER_USAGE_2_TRANSFER_DST_BIT;
 }
 
-/* Translates the usage of a structure that has pNext and usage; the caller ends the copy. Without
- * memory the chain stays as it is. */
+/* Translates the usage of a structure that has pNext and usage. The caller ends the copy. Without
+ * memory the chain stays unchanged. */
 static VkResult usage_begin(struct chain_copy *copy, const void **chain, VkBufferUsageFlags *usage)
 {
     *usage = (VkBufferUsageFlags)usage_below(*usage);
@@ -53,7 +54,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateBuffer(VkDevice device,
     return result;
 }
 
-/* A command and its older name differ only in which of the next layer's is called. */
+/* A command and its alias differ only in which command of the next layer they call. */
 #define DEFINE_GET_REQUIREMENTS(name)                                                              \
     VKAPI_ATTR void VKAPI_CALL cpu_##name(VkDevice device,                                         \
                                           const VkDeviceBufferMemoryRequirements *pInfo,           \
@@ -89,7 +90,7 @@ DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirementsKHR)
 DEFINE_GET_EXTERNAL(GetPhysicalDeviceExternalBufferProperties)
 DEFINE_GET_EXTERNAL(GetPhysicalDeviceExternalBufferPropertiesKHR)
 
-/* Without memory the call goes down as it is. */
+/* Without memory the call goes down unchanged. */
 VKAPI_ATTR void VKAPI_CALL
 cpu_CmdBindDescriptorBuffersEXT(VkCommandBuffer commandBuffer, uint32_t bufferCount,
                                 const VkDescriptorBufferBindingInfoEXT *pBindingInfos)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands that set what a dispatch of its own disturbs. */
+/* Commands that set the state which a dispatch of the layer's own disturbs. */
 #include "layer/snapshots/copies/compute_state.h"
 
 #include <string.h>
@@ -48,8 +48,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBu
     snapshots->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
 }
 
-/* Constants pushed with another layout may be undefined from now on: to push them again, too, does
- * no harm. */
+/* Constants that were pushed with another layout are forgotten, because they may be undefined from
+ * now on. */
 static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
                            VkShaderStageFlags stages, uint32_t offset, uint32_t size,
                            const void *values)
@@ -101,7 +101,7 @@ DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2KHR)
 
 /* ---- restoring */
 
-/* Words that were pushed for the same stages go together. */
+/* Pushes consecutive words for the same stages together. */
 static void restore_constants(const struct recorder *recorder, const struct compute_state *state)
 {
     uint32_t end;

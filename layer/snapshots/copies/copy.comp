@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copies bytes between device addresses: one workgroup for each copy order. A source may have any
-// alignment. No word is read that has no byte of the source.
+// alignment. The shader only reads words that contain a byte of the source.
 #version 460
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
@@ -40,7 +40,7 @@ void main()
         return;
     CopyOrder order = CopyOrders(orders).at[gl_WorkGroupID.x];
     uint size = order.left.y != 0 || order.left.x > order.size ? order.size : order.left.x;
-    uint skipped = order.source.x & 3; // bytes of the first word, which come before the source
+    uint skipped = order.source.x & 3; // bytes of the first word in front of the source
     uint end = skipped + size;
     Source source = Source(uvec2(order.source.x - skipped, order.source.y));
     Target target = Target(order.target);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Pipelines of the layer's own, and dispatches that leave the command buffer as it was. */
+/* Pipelines of the layer's own, and dispatches that leave the command buffer's state unchanged. */
 #include "layer/snapshots/copies/dispatches.h"
 
 #include <stdlib.h>
@@ -24,8 +24,8 @@ static const struct {
 
 struct own_shaders {
     const struct layer_device *device;
-    pthread_mutex_t lock;    /* held while the rest is made */
-    VkPipelineLayout layout; /* of all pipelines */
+    pthread_mutex_t lock;    /* guards the members below; held while they are created */
+    VkPipelineLayout layout; /* used by all pipelines */
     VkPipeline pipelines[SHADER_COUNT];
 };
 
@@ -91,7 +91,7 @@ bool dispatches_prepare(const struct recorder *recorder, enum own_shader shader)
            make_pipeline(snapshots, shader);
 }
 
-/* ---- conditional rendering: builds and copies follow no condition, dispatches do */
+/* ---- conditional rendering: it applies to dispatches, but not to builds and copies */
 
 static void end_condition(const struct recorder *recorder)
 {
@@ -123,9 +123,9 @@ static void begin_condition(const struct recorder *recorder)
 
 /* ---- dispatches */
 
-/* All state that a dispatch disturbs is known and can be restored, nothing counts the dispatch, and
- * no condition of a primary command buffer can leave it out. Backend cpu needs the data, whatever
- * the dispatch disturbs. */
+/* Allowed if all state that a dispatch disturbs is known and can be restored, no query counts the
+ * dispatch, and no condition of a primary command buffer can discard it. Backend cpu needs the
+ * data, so there only addresses and a compute queue are required. */
 bool dispatches_are_allowed(const struct recorder *recorder)
 {
     const struct command_buffer *command_buffer = recorder->command_buffer;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Blocks of gates, and a list of those that are free. */
+/* Blocks of gates, and a list of unused ones. */
 #include "layer/snapshots/copies/gates.h"
 
 #include <stdlib.h>
@@ -13,7 +13,7 @@ struct gate_block {
 
 struct gates {
     const struct layer_device *device;
-    pthread_mutex_t lock; /* guards the rest; held while a block is made */
+    pthread_mutex_t lock; /* guards the members below; held while a block is created */
     struct gate_block *blocks;
     struct recording_gate *free; /* has room for all gates */
     uint32_t free_count, count;
@@ -65,7 +65,7 @@ static struct gate_block *create_block(const struct layer_device *device)
     return NULL;
 }
 
-/* With the lock held. */
+/* Called with the lock held. */
 static bool add_block(struct gates *gates)
 {
     struct recording_gate *grown =

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Gathering by a compute shader. */
+/* Gathers instances by a compute shader. */
 #include "layer/snapshots/copies/gather.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
 
-/* As the shader has them. */
+/* Push constants, in the layout of gather.comp. */
 struct constants {
     uint64_t gate, addresses, ranges, target;
     uint32_t count, range_count, words, typed;
@@ -45,7 +45,7 @@ static uint64_t address_of(const struct recorder *recorder, const struct snapsho
     return chunk->buffer.address + snapshot->offset;
 }
 
-/* As they are now; what is left of the list begins behind all addresses. */
+/* Writes the current ranges of memory. Unused entries of the list begin behind all addresses. */
 static void write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size)
 {
     struct ranges ranges = {.at = (void *)bytes, .capacity = (uint32_t)(size / RANGE_SIZE)};
@@ -54,7 +54,7 @@ static void write_ranges(struct resources *resources, unsigned char *bytes, uint
         memset(ranges.at[ranges.count], 0xff, (ranges.capacity - ranges.count) * RANGE_SIZE);
 }
 
-/* There may be more by the time the command executes. */
+/* Reserves room for more ranges, because more may exist when the command executes. */
 static bool list_ranges(struct recorder *recorder, struct snapshot *list)
 {
     struct resources *resources = recorder->device->resources;

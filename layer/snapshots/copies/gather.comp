@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies what an array of device addresses points to, element by element, as a build would read it.
-// An address that leads out of all ranges of memory gives zeros: an instance that is inactive.
+// Copies the elements to which an array of device addresses points, as a build would read them. If
+// an address lies outside all readable ranges of memory, its element becomes zeros: an inactive
+// instance.
 #version 460
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
@@ -33,7 +34,7 @@ layout(push_constant) uniform Constants
 {
     uvec2 gate, addresses, ranges, target;
     uint count, range_count;
-    uint words; // of an element, the largest where they have types
+    uint words; // words of an element; of the largest one if elements have types
     uint typed; // whether the low 4 bits of an address are a VkAccelerationStructureMotionInstanceTypeNV
 };
 
@@ -49,7 +50,7 @@ uvec2 plus(uvec2 a, uint bytes)
     return uvec2(low, a.y + carry);
 }
 
-// Whether all of an element lies in one range; they are in ascending order, and apart.
+// Whether all of an element lies in one range. Ranges are in ascending order, and do not touch.
 bool is_readable(uvec2 address, uint words)
 {
     Ranges sorted = Ranges(ranges);
@@ -65,7 +66,7 @@ bool is_readable(uvec2 address, uint words)
            is_at_most(plus(address, words * 4), sorted.at[low - 1].zw);
 }
 
-// Of static, matrix and SRT motion instances.
+// Words of static, matrix and SRT motion instances.
 uint words_of(uint type)
 {
     return type == 0 ? 16 : type == 1 ? 28 : type == 2 ? 36 : 0;

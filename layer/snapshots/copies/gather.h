@@ -1,19 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Snapshots of what arrays of pointers point to: a compute shader of the layer's own gathers it
- * at that point of the command buffer. */
+/* Snapshots of the instances to which an array of pointers points: a compute shader of the layer's
+ * own gathers them at that point of the command buffer. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COPIES_GATHER_H
 #define ASSAY_LAYER_SNAPSHOTS_COPIES_GATHER_H
 
 #include "layer/snapshots/recorder.h"
 
-/* Records the gathering of instances, from where the 64-bit addresses in `addresses` point to,
- * which is a snapshot that the recorder has copied, and fills in the rest of `gathering`. False
- * where there are none, without memory, or where the driver makes no such pipeline. */
+/* Records the gathering of instances from the 64-bit addresses in `addresses`, a snapshot that the
+ * recorder has copied. Fills in the rest of `gathering`. Returns false if there are no addresses,
+ * without memory, or if the driver cannot create the pipeline. */
 bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
                      struct gathering *gathering);
 
-/* Before a recording is submitted, and while the device doesn't execute it: memory has come and
- * gone since it was recorded. Not of its secondaries. */
+/* Updates the list of readable memory ranges before a recording is submitted, because memory was
+ * allocated and freed since it was recorded. Call while the device does not execute the recording.
+ * Secondaries are not included. */
 void gather_renew_ranges(const struct layer_device *device, const struct recording *recording);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Taking copy orders when a build is recorded. */
+/* Takes copy orders when a build is recorded. */
 #include "layer/snapshots/copies/orders.h"
 
 #include <string.h>
@@ -10,10 +10,10 @@
 enum {
     ORDER_SIZE = sizeof(struct copy_order),
     BLOCK_ORDERS = 64,
-    GROUPS_MAX = 65535, /* of a dispatch; each device has as many */
+    GROUPS_MAX = 65535, /* the most workgroups of a dispatch that each device supports */
 };
 
-/* As copy.comp has them. */
+/* Push constants, in the layout of copy.comp. */
 struct constants {
     uint64_t gate, orders;
 };
@@ -32,7 +32,7 @@ static const struct staging_chunk *chunk_of(const struct recorder *recorder, uin
 
 /* ---- taking orders */
 
-/* A block lies in front of the first snapshot that it has orders of. */
+/* Adds a block of orders, in front of the first snapshot that uses them. */
 static bool add_block(struct recorder *recorder, uint32_t order_count, uint64_t size,
                       struct snapshot *snapshot)
 {
@@ -71,7 +71,7 @@ static bool reserve(struct recorder *recorder, uint32_t count, uint64_t size,
     return true;
 }
 
-/* Nothing can be read until copy_orders_renew() has been called. */
+/* Writes the orders. The shader reads nothing until copy_orders_renew() has been called. */
 static void write_orders(const struct recorder *recorder, const struct snapshot *snapshot)
 {
     struct copy_order *orders = copy_orders_at(recorder->recording, &snapshot->orders);
@@ -132,7 +132,8 @@ void copy_orders_flush(struct recorder *recorder)
 
 /* ---- copies from buffers that the application names */
 
-/* All of a command share one order, which is no more than their mark. */
+/* Copies by vkCmdCopyBuffer. All such copies of a command share one order, which serves as their
+ * mark. */
 static bool copy_buffer(struct recorder *recorder, const struct buffer_target *source,
                         uint64_t address, uint64_t size, struct snapshot *snapshot)
 {
@@ -168,7 +169,7 @@ void copy_orders_mark(const struct recorder *recorder)
 
 /* ---- either */
 
-/* Why the source can't be copied. */
+/* Returns why the source can't be copied. */
 static enum left_out find_obstacle(const struct recorder *recorder,
                                    const struct buffer_target *source)
 {

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copies of what builds read. A build resolves device addresses when it executes, and so does the
- * shader that copies (copy.comp); where it may read is decided at each submission. */
+/* Copies of the inputs of builds. A build resolves device addresses when it executes, and so does
+ * the shader that copies (copy.comp). Each submission decides what that shader may read. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COPIES_ORDERS_H
 #define ASSAY_LAYER_SNAPSHOTS_COPIES_ORDERS_H
 
 #include "layer/snapshots/recorder.h"
 
-/* Records what was ordered since the last flush. */
+/* Records dispatches for the orders since the last flush. */
 void copy_orders_flush(struct recorder *recorder);
 
-/* Records that the device sets the mark of the copies by vkCmdCopyBuffer. */
+/* Records a command that sets the mark of the copies by vkCmdCopyBuffer. */
 void copy_orders_mark(const struct recorder *recorder);
 
-/* In the memory that the device reads. */
+/* The orders in the memory that the device reads. */
 static inline struct copy_order *copy_orders_at(const struct recording *recording,
                                                 const struct copy_orders *orders)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copy orders at a submission. */
+/* Updates copy orders at a submission. */
 #include "layer/snapshots/copies/renew.h"
 
 #include "layer/snapshots/copies/gather.h"
@@ -8,7 +8,7 @@
 struct renewal {
     const struct layer_device *device;
     const struct ticket *next;
-    struct execution_clock seen; /* what the host knows to be complete */
+    struct execution_clock seen; /* completions that the host has observed */
 };
 
 static void renew_order(const struct renewal *renewal, struct copy_order *order)

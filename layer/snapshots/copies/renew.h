@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a shader of the layer may read is decided at each submission. */
+/* Decides at each submission what a shader of the layer may read. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COPIES_RENEW_H
 #define ASSAY_LAYER_SNAPSHOTS_COPIES_RENEW_H
 
 #include "layer/snapshots/snapshots.h"
 
-/* Before a recording is submitted with the ticket `next`: buffers have come and gone since it was
- * recorded. What the device still executes stays as it is. Likewise for secondaries. */
+/* Updates the orders of a recording and of its secondaries before it is submitted with the ticket
+ * `next`, because buffers were created and destroyed since it was recorded. Orders that the device
+ * still executes stay unchanged. */
 void copy_orders_renew(const struct layer_device *device, struct recording *recording,
                        const struct ticket *next);
 

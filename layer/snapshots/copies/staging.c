@@ -1,22 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Staging memory: chunks of a buffer and an allocation each, mapped as long as they live. */
+/* Staging memory. Each chunk is a buffer with its own allocation, mapped as long as it exists. */
 #include "layer/snapshots/copies/staging.h"
 
 #include <pthread.h>
 #include <stdlib.h>
 
-/* Large enough that a command buffer of small builds needs one; kept when given back, up to: */
+/* A chunk is large enough for a command buffer of small builds. Chunks that are given back are kept
+ * up to RETAINED_MAX bytes. */
 #define CHUNK_SIZE ((uint64_t)256 << 10)
 #define RETAINED_MAX ((uint64_t)64 << 20)
-/* A kept chunk is used for what needs no less than a part of it. */
+/* A kept chunk is reused only if it is at most this many times as large as a new one. */
 #define KEPT_FACTOR 4
 
 struct staging {
     struct layer_device *device;
-    pthread_mutex_t lock; /* guards the rest; nothing is called under it */
+    pthread_mutex_t lock; /* guards the members below; no call is made with it held */
     struct staging_chunk *kept;
     uint64_t kept_size;
-    uint64_t size; /* of all there are */
+    uint64_t size; /* of all chunks */
     uint64_t budget;
 };
 
@@ -70,7 +71,7 @@ static struct staging_chunk *create_chunk(const struct layer_device *device, uin
     return NULL;
 }
 
-/* The first kept chunk that is large enough, and not much larger; with the lock held. */
+/* Takes the first kept chunk of `size` to `size_max` bytes. Called with the lock held. */
 static struct staging_chunk *take_kept(struct staging *staging, uint64_t size, uint64_t size_max)
 {
     struct staging_chunk **at = &staging->kept;
@@ -85,8 +86,8 @@ static struct staging_chunk *take_kept(struct staging *staging, uint64_t size, u
     return chunk;
 }
 
-/* Takes kept chunks out, to be freed, as far as a new one needs their room. False where there isn't
- * enough; with the lock held. */
+/* Makes room in the budget for a new chunk: removes kept chunks, which the caller frees. Returns
+ * false if the budget has no room. Called with the lock held. */
 static bool make_room(struct staging *staging, uint64_t size, struct staging_chunk **freed)
 {
     *freed = NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Host-visible memory that the device copies inputs of builds to, and results from. Chunks that
- * come back are kept for the next recording. */
+/* Host-visible memory to which the device copies inputs of builds, and from which results are
+ * copied. Chunks that are given back are kept for later recordings. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_COPIES_STAGING_H
 #define ASSAY_LAYER_SNAPSHOTS_COPIES_STAGING_H
 
@@ -13,13 +13,12 @@ struct staging_chunk {
     struct staging_chunk *next;
 };
 
-/* `budget`: bytes that all chunks have at most, those kept for later too. */
+/* `budget`: the most bytes that all chunks may have, including those kept for later. */
 VkResult staging_create(struct layer_device *device, uint64_t budget, struct staging **staging);
-void staging_destroy(struct staging *staging); /* NULL: nothing */
+void staging_destroy(struct staging *staging); /* accepts NULL */
 
-/* A chunk of at least `size` bytes, nothing of it used: VK_NOT_READY where that is beyond the
- * budget as long as others have theirs, else an error without memory of either kind. From any
- * thread, as is giving it back. */
+/* Takes an unused chunk of at least `size` bytes. Returns VK_NOT_READY if the budget has no room
+ * now, or an error without host or device memory. Both functions may be called from any thread. */
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
 
