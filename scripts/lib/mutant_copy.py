@@ -4,13 +4,15 @@
 import hashlib
 import json
 import os
-import resource
 import signal
 import subprocess
 import threading
 import time
 
 GIB = 1 << 30
+# A mutant may allocate or write without end. A test allocates more than 16 GiB that it never touches,
+# so that choom tells the system whom to end first when memory runs out.
+LIMITS = ["choom", "-n", "1000", "--", "prlimit", "--core=0", f"--fsize={GIB}", f"--as={64 * GIB}"]
 SHORTEST_TIMEOUT = 30  # seconds; a busy machine must not kill a mutant
 LAYERS_DISABLED = {"VK_LOADER_LAYERS_DISABLE": "~implicit~"}
 
@@ -46,18 +48,11 @@ def stop_processes():
             kill_group(process)
 
 
-def limit_resources():
-    """A mutant may allocate or write without end."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (GIB, GIB))
-    resource.setrlimit(resource.RLIMIT_AS, (16 * GIB, 16 * GIB))
-
-
 def run_process(command, folder, environment=None, timeout=None):
-    """The exit status, None after a timeout, and the output. What the process leaves behind ends."""
-    process = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+    """The exit status, None after a timeout, and the output."""
+    process = subprocess.Popen([*LIMITS, *command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               start_new_session=True, preexec_fn=limit_resources)
+                               start_new_session=True)
     with running_lock:
         running.add(process)
     try:
@@ -155,9 +150,11 @@ class Copy:
         everywhere = []
         for command in commands:
             name = os.path.relpath(command["file"], self.tree)
-            if name.startswith("src/") and (self.build / command["output"]).exists():
-                self.objects.setdefault(name, []).append(command["output"])
-                everywhere.append(command["output"])
+            words = command["command"].split()
+            output = words[words.index("-o") + 1]
+            if name.startswith("src/") and (self.build / output).exists():
+                self.objects.setdefault(name, []).append(output)
+                everywhere.append(output)
         self.objects[None] = everywhere
 
     # ---- a mutant
