@@ -99,6 +99,9 @@ class Copy:
     # ---- before the first mutant
 
     def prepare(self):
+        """The first time only."""
+        if self.tests:
+            return
         self.copy_files()
         self.run_or_fail(["cmake", "--preset", "quick",
                           "-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O2 -DNDEBUG"], "does not configure")
