@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A copy of the repository that is mutated, built and tested: one for each worker of scripts/mutants."""
-
+"""A copy of the repository that is mutated, built and tested: each worker of scripts/mutants has one."""
+"""A mutated copy of the repository, built and tested. Each worker of scripts/mutants has one."""
 import hashlib
 import json
 import os
@@ -10,8 +10,8 @@ import threading
 import time
 
 GIB = 1 << 30
-# A mutant may allocate or write without end. A test allocates more than 16 GiB that it never touches,
-# so that choom tells the system whom to end first when memory runs out.
+# A mutant may allocate or write without end. A limit of memory does not help alone, because a test
+# allocates more than 16 GiB that it never touches: choom makes the system end the mutant first.
 LIMITS = ["choom", "-n", "1000", "--", "prlimit", "--core=0", f"--fsize={GIB}", f"--as={64 * GIB}"]
 SHORTEST_TIMEOUT = 30  # seconds; a busy machine must not kill a mutant
 LAYERS_DISABLED = {"VK_LOADER_LAYERS_DISABLE": "~implicit~"}
@@ -50,9 +50,9 @@ def stop_processes():
 
 def run_process(command, folder, environment=None, timeout=None):
     """The exit status, None after a timeout, and the output."""
-    process = subprocess.Popen([*LIMITS, *command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               start_new_session=True)
+    process = subprocess.Popen([*LIMITS, *command], cwd=folder, env=environment,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, start_new_session=True)
     with running_lock:
         running.add(process)
     try:
@@ -147,8 +147,8 @@ class Copy:
             raise Failed(f"{self.tree} {text}:\n{output[-2000:]}")
 
     def find_objects(self):
-        """The objects of each source that the quick tests need; of a header, those of all sources in
-        src/."""
+        """The objects of each source that the quick tests need. The objects of all sources in src/
+        are those of None: a header may be part of any."""
         commands = json.loads((self.build / "compile_commands.json").read_text())
         everywhere = []
         for command in commands:
