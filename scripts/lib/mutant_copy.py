@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A copy of the repository that is mutated, built and tested: each worker of scripts/mutants has one."""
 """A mutated copy of the repository, built and tested. Each worker of scripts/mutants has one."""
 import hashlib
 import json
