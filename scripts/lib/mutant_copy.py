@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A copy of the repository that is mutated, built and tested: one for each worker of scripts/mutants."""
-
+"""A mutated copy of the repository, built and tested. Each worker of scripts/mutants has one."""
 import hashlib
 import json
 import os
-import resource
 import signal
 import subprocess
 import threading
 import time
 
 GIB = 1 << 30
+# A mutant may allocate or write without end. A limit of memory does not help alone, because a test
+# allocates more than 16 GiB that it never touches: choom makes the system end the mutant first.
+LIMITS = ["choom", "-n", "1000", "--", "prlimit", "--core=0", f"--fsize={GIB}", f"--as={64 * GIB}"]
 SHORTEST_TIMEOUT = 30  # seconds; a busy machine must not kill a mutant
 LAYERS_DISABLED = {"VK_LOADER_LAYERS_DISABLE": "~implicit~"}
 
@@ -46,18 +47,11 @@ def stop_processes():
             kill_group(process)
 
 
-def limit_resources():
-    """A mutant may allocate or write without end."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (GIB, GIB))
-    resource.setrlimit(resource.RLIMIT_AS, (16 * GIB, 16 * GIB))
-
-
 def run_process(command, folder, environment=None, timeout=None):
-    """The exit status, None after a timeout, and the output. What the process leaves behind ends."""
-    process = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               start_new_session=True, preexec_fn=limit_resources)
+    """The exit status, None after a timeout, and the output."""
+    process = subprocess.Popen([*LIMITS, *command], cwd=folder, env=environment,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, start_new_session=True)
     with running_lock:
         running.add(process)
     try:
@@ -104,6 +98,9 @@ class Copy:
     # ---- before the first mutant
 
     def prepare(self):
+        """The first time only."""
+        if self.tests:
+            return
         self.copy_files()
         self.run_or_fail(["cmake", "--preset", "quick",
                           "-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O2 -DNDEBUG"], "does not configure")
@@ -149,15 +146,17 @@ class Copy:
             raise Failed(f"{self.tree} {text}:\n{output[-2000:]}")
 
     def find_objects(self):
-        """The objects of each source that the quick tests need; of a header, those of all sources in
-        src/."""
+        """The objects of each source that the quick tests need. The objects of all sources in src/
+        are those of None: a header may be part of any."""
         commands = json.loads((self.build / "compile_commands.json").read_text())
         everywhere = []
         for command in commands:
             name = os.path.relpath(command["file"], self.tree)
-            if name.startswith("src/") and (self.build / command["output"]).exists():
-                self.objects.setdefault(name, []).append(command["output"])
-                everywhere.append(command["output"])
+            words = command["command"].split()
+            output = words[words.index("-o") + 1]
+            if name.startswith("src/") and (self.build / output).exists():
+                self.objects.setdefault(name, []).append(output)
+                everywhere.append(output)
         self.objects[None] = everywhere
 
     # ---- a mutant

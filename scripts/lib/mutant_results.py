@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What became of each mutant: a line of build/mutants/results.jsonl each, so that an interrupted run
-can go on. Also how a mutation is shown."""
+"""The results of the mutants, a line of build/mutants/results.jsonl each, so that an interrupted
+run can go on. Also how a mutation is shown."""
 
 import difflib
 import hashlib

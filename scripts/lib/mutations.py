@@ -68,7 +68,8 @@ def bound_off_by_one(tokens, i):
 
 def flag_not_set(tokens, i):
     after = tokens[i + 2].text if i + 2 < len(tokens) else ""
-    if tokens[i].text == "|" and re.match(r"[A-Za-z_]", tokens[i + 1].text) and after not in "([.->":
+    is_name = re.match(r"[A-Za-z_]", tokens[i + 1].text) and after not in ("(", "[", ".", "->")
+    if tokens[i].text == "|" and is_name:
         yield "flag not set", tokens[i].begin, tokens[i + 1].end, ""
     if tokens[i].text == "|=":
         yield "flag not set", tokens[i].end, tokens[i].end, " 0 &"

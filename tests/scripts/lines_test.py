@@ -38,13 +38,13 @@ class Lines(unittest.TestCase):
         self.folder.cleanup()
 
     def measure(self, *options):
-        return subprocess.run([sys.executable, "-B", SCRIPT, self.root, self.root / "build", *options],
-                              capture_output=True, text=True, check=False)
+        command = [sys.executable, "-B", SCRIPT, self.root, self.root / "build", *options]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
 
     def test_counts(self):
-        subprocess.run(["gcc", "--coverage", "-c", "../src/a/b.c"], cwd=self.root / "build", check=True)
-        subprocess.run(["gcc", "--coverage", "b.o"], cwd=self.root / "build", check=True)
-        subprocess.run([self.root / "build" / "a.out"], check=True)
+        for command in (["gcc", "--coverage", "-c", "../src/a/b.c"], ["gcc", "--coverage", "b.o"],
+                        ["./a.out"]):
+            subprocess.run(command, cwd=self.root / "build", check=True)
         run = self.measure()
         self.assertIn("4 of      7 lines   57.1 %", run.stdout.splitlines()[0])
         self.assertEqual(run.returncode, 1)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What scripts/mutants does around a mutant: the choice, the count, and the results of a run before."""
+"""What scripts/mutants does around a mutant: it counts, and keeps the results of earlier runs."""
 
 import importlib.machinery
 import importlib.util
