@@ -58,7 +58,7 @@ struct recorded_item {
     struct recording *secondary;
 };
 
-enum { CONSTANT_WORDS = 64, LEFT_OUT_NAMED = 8 };
+enum { CONSTANT_WORDS = 64, CONSTANT_LAYOUTS = 8, LEFT_OUT_NAMED = 8 };
 
 /* Conditional rendering that the command buffer has begun. */
 enum condition_kind { CONDITION_NONE, CONDITION_IN_BUFFER, CONDITION_AT_ADDRESS };
@@ -76,11 +76,15 @@ struct condition {
 struct compute_state {
     VkPipeline pipeline;
     VkShaderEXT shader;
-    VkPipelineLayout layout; /* of the push constants */
     uint32_t constants[CONSTANT_WORDS];
     VkShaderStageFlags stages[CONSTANT_WORDS]; /* of each word; 0: it was not pushed */
-    bool is_partial;                           /* some state that was set cannot be restored */
-    uint32_t queries;                          /* number of active queries that count dispatches */
+    VkPipelineLayout layouts[CONSTANT_WORDS];  /* that each word was pushed with */
+    /* These layouts, in the order of the last push with each: a push leaves the words that a
+     * compatible layout pushed, and makes all others undefined. */
+    VkPipelineLayout pushed[CONSTANT_LAYOUTS];
+    uint32_t pushed_count;
+    bool is_partial;            /* some state that was set cannot be restored */
+    uint32_t queries;           /* number of active queries that count dispatches */
     struct condition condition; /* conditional rendering, which applies to dispatches */
 };
 

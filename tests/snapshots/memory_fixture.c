@@ -24,7 +24,8 @@ static void create_fill(struct memory_fixture *memory_fixture)
         .pCode = fill_code,
     };
     VkShaderModule module;
-    GET(vk->CreatePipelineLayout(device, &layout, NULL, &memory_fixture->layout));
+    for (int i = 0; i < 2; i++)
+        GET(vk->CreatePipelineLayout(device, &layout, NULL, &memory_fixture->layouts[i]));
     GET(vk->CreateShaderModule(device, &code, NULL, &module));
     const VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
@@ -32,7 +33,7 @@ static void create_fill(struct memory_fixture *memory_fixture)
                   .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                   .module = module,
                   .pName = "main"},
-        .layout = memory_fixture->layout,
+        .layout = memory_fixture->layouts[0],
     };
     GET(vk->CreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, NULL, &memory_fixture->fill));
     vk->DestroyShaderModule(device, module, NULL);
@@ -102,7 +103,8 @@ void memory_fixture_close(struct memory_fixture *memory_fixture)
     const VkuDeviceDispatchTable *vk = &memory_fixture->fixture.vk;
     VkDevice device = memory_fixture->fixture.device;
     vk->DestroyPipeline(device, memory_fixture->fill, NULL);
-    vk->DestroyPipelineLayout(device, memory_fixture->layout, NULL);
+    for (int i = 0; i < 2; i++)
+        vk->DestroyPipelineLayout(device, memory_fixture->layouts[i], NULL);
     for (int i = 0; i < BLASES; i++)
         vk->DestroyAccelerationStructureKHR(device, memory_fixture->blases[i], NULL);
     vk->DestroyAccelerationStructureKHR(device, memory_fixture->tlas, NULL);

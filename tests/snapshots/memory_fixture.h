@@ -34,7 +34,7 @@ struct memory_fixture {
     bool is_conditional;              /* the command buffer that is recorded */
     unsigned char instances_written[POINTERS_AT + INSTANCES * 8]; /* by the host, alone */
     VkAccelerationStructureKHR blases[BLASES], tlas;
-    VkPipelineLayout layout;
+    VkPipelineLayout layouts[2]; /* with the same push constants: compatible */
     VkPipeline fill;
     VkCommandBuffer commands;
 };

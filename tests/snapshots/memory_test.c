@@ -139,13 +139,13 @@ static void build_instances(const struct memory_fixture *memory_fixture, const s
           &geometry, &range);
 }
 
-/* The constants were pushed, and the pipeline bound, when the command buffer began: all but the
- * value. */
+/* The pipeline was bound, and the other constants were pushed, when the command buffer began: with
+ * a layout that may be another, but is compatible. */
 static void dispatch(const struct memory_fixture *memory_fixture, const struct step *step)
 {
-    memory_fixture->fixture.vk.CmdPushConstants(memory_fixture->commands, memory_fixture->layout,
-                                                VK_SHADER_STAGE_COMPUTE_BIT,
-                                                offsetof(struct constants, value), 4, step->values);
+    memory_fixture->fixture.vk.CmdPushConstants(
+        memory_fixture->commands, memory_fixture->layouts[step->count % 2],
+        VK_SHADER_STAGE_COMPUTE_BIT, offsetof(struct constants, value), 4, step->values);
     memory_fixture->fixture.vk.CmdDispatch(memory_fixture->commands, 1, 1, 1);
 }
 
@@ -253,9 +253,9 @@ static void begin(struct memory_fixture *memory_fixture, uint32_t word)
     memory_fixture->commands = fixture_begin(&memory_fixture->fixture, 0);
     memory_fixture->fixture.vk.CmdBindPipeline(
         memory_fixture->commands, VK_PIPELINE_BIND_POINT_COMPUTE, memory_fixture->fill);
-    memory_fixture->fixture.vk.CmdPushConstants(memory_fixture->commands, memory_fixture->layout,
-                                                VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
-                                                &constants);
+    memory_fixture->fixture.vk.CmdPushConstants(
+        memory_fixture->commands, memory_fixture->layouts[0], VK_SHADER_STAGE_COMPUTE_BIT, 0,
+        sizeof(constants), &constants);
 }
 
 static void expect_same_memory(void)

@@ -48,8 +48,22 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBu
     snapshots->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
 }
 
-/* Constants that were pushed with another layout are forgotten, because they may be undefined from
- * now on. */
+/* Moves a layout behind all others. Returns false if there are too many layouts. */
+static bool note_layout(struct compute_state *state, VkPipelineLayout layout)
+{
+    uint32_t at = 0;
+    while (at < state->pushed_count && state->pushed[at] != layout)
+        at++;
+    if (at == CONSTANT_LAYOUTS)
+        return false;
+    if (at == state->pushed_count)
+        state->pushed_count++;
+    for (; at + 1 < state->pushed_count; at++)
+        state->pushed[at] = state->pushed[at + 1];
+    state->pushed[at] = layout;
+    return true;
+}
+
 static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
                            VkShaderStageFlags stages, uint32_t offset, uint32_t size,
                            const void *values)
@@ -58,16 +72,15 @@ static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
     if (!state)
         return;
     if (offset % 4 || size % 4 || offset > sizeof(state->constants) ||
-        size > sizeof(state->constants) - offset) {
+        size > sizeof(state->constants) - offset || !note_layout(state, layout)) {
         state->is_partial = true;
         return;
     }
-    if (state->layout != layout)
-        memset(state->stages, 0, sizeof(state->stages));
-    state->layout = layout;
     memcpy((char *)state->constants + offset, values, size);
-    for (uint32_t word = offset / 4; word < (offset + size) / 4; word++)
+    for (uint32_t word = offset / 4; word < (offset + size) / 4; word++) {
         state->stages[word] = stages;
+        state->layouts[word] = layout;
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushConstants(VkCommandBuffer commandBuffer,
@@ -102,17 +115,21 @@ DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2KHR)
 /* ---- restoring */
 
 /* Pushes consecutive words for the same stages together. */
-static void restore_constants(const struct recorder *recorder, const struct compute_state *state)
+static void restore_constants(const struct recorder *recorder, const struct compute_state *state,
+                              VkPipelineLayout layout)
 {
     uint32_t end;
     for (uint32_t begin = 0; begin < CONSTANT_WORDS; begin = end) {
         VkShaderStageFlags stages = state->stages[begin];
-        for (end = begin + 1; end < CONSTANT_WORDS && state->stages[end] == stages;)
+        end = begin + 1;
+        if (!stages || state->layouts[begin] != layout)
+            continue;
+        while (end < CONSTANT_WORDS && state->stages[end] == stages &&
+               state->layouts[end] == layout)
             end++;
-        if (stages)
-            recorder->device->snapshots->next.CmdPushConstants(recorder->handle, state->layout,
-                                                               stages, begin * 4, (end - begin) * 4,
-                                                               &state->constants[begin]);
+        recorder->device->snapshots->next.CmdPushConstants(recorder->handle, layout, stages,
+                                                           begin * 4, (end - begin) * 4,
+                                                           &state->constants[begin]);
     }
 }
 
@@ -125,5 +142,6 @@ void compute_state_restore(const struct recorder *recorder)
         next->CmdBindPipeline(recorder->handle, VK_PIPELINE_BIND_POINT_COMPUTE, state->pipeline);
     if (state->shader)
         next->CmdBindShadersEXT(recorder->handle, 1, &stage, &state->shader);
-    restore_constants(recorder, state);
+    for (uint32_t i = 0; i < state->pushed_count; i++)
+        restore_constants(recorder, state, state->pushed[i]);
 }
