@@ -90,8 +90,7 @@ static struct quick_device *quick_device(const void *key)
     return NULL;
 }
 
-/* Inlined when the library is linked, because each intercept begins with it. */
-inline struct layer_device *layer_find_device(const void *dispatchable)
+struct layer_device *layer_find_device(const void *dispatchable)
 {
     const void *key = dispatch_key(dispatchable);
     const struct quick_device *quick = key ? quick_device(key) : NULL;
@@ -158,8 +157,7 @@ __attribute__((noinline, cold)) static struct layer_device *search_owner(VkComma
     return may_be_valid ? device : NULL;
 }
 
-/* Inlined when the library is linked, because each recorded command begins with one of these. */
-inline struct layer_device *layer_find_build_device(VkCommandBuffer handle)
+struct layer_device *layer_find_build_device(VkCommandBuffer handle)
 {
     uintptr_t owner = atomic_load_explicit(recent_owner(handle), memory_order_acquire);
     return handle && (owner & ~owner_index_mask) == (uintptr_t)handle
@@ -183,7 +181,7 @@ __attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
     reporter_warn(device->instance->reporter, line);
 }
 
-inline struct layer_device *layer_find_recording_device(VkCommandBuffer handle)
+struct layer_device *layer_find_recording_device(VkCommandBuffer handle)
 {
     struct layer_device *device = layer_find_build_device(handle);
     if (!device)

@@ -2,18 +2,20 @@
 /* Shared by the intercepts of the build commands. */
 #include "layer/intercepts/build_call.h"
 
+#include "src/base/clear.h"
 #include "src/check/replay/replay.h"
 
-/* Inlined when the library is linked, because they are most of the cost of a call of one build. */
-inline void build_call_start(struct build_call *call, struct layer_device *device,
-                             enum build_command command)
+void build_call_start(struct build_call *call, struct layer_device *device,
+                      enum build_command command)
 {
-    *call = (struct build_call){
-        .device = device, .view.command = command, .view.device = &device->facts};
+    clear_words(call, sizeof(*call));
+    call->device = device;
+    call->view.command = command;
+    call->view.device = &device->facts;
 }
 
-inline void build_call_start_recorded(struct build_call *call, struct layer_device *device,
-                                      enum build_command command, VkCommandBuffer handle)
+void build_call_start_recorded(struct build_call *call, struct layer_device *device,
+                               enum build_command command, VkCommandBuffer handle)
 {
     struct command_buffers *all = device->command_buffers;
     struct command_buffer *command_buffer = command_buffers_find(all, handle);
@@ -124,7 +126,7 @@ __attribute__((cold)) static void settle(struct build_call *call)
 }
 
 /* Most journals have no updates to judge. */
-inline void build_call_settle_journal(struct build_call *call)
+void build_call_settle_journal(struct build_call *call)
 {
     const struct command_buffer *command_buffer = call->command_buffer;
     if (command_buffer && call->journal &&

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/clear.h"
 #include "src/base/recording_path.h"
 #include "src/check/assemble/align.h"
 #include "src/check/assemble/chains.h"
@@ -190,18 +191,21 @@ static void sum_primitives(struct build_view *build)
         clear_counts(build);
 }
 
+_Static_assert(offsetof(struct build_view, dst) % 8 == 0, "clear_words() takes whole words");
+_Static_assert(offsetof(struct geometry_view, vertex) % 8 == 0, "clear_words() takes whole words");
+
 /* Facts are the largest part of a view and are overwritten later, so this only marks them
  * unknown. */
 static void start_build(struct build_view *build)
 {
-    memset(build, 0, offsetof(struct build_view, dst));
+    clear_words(build, offsetof(struct build_view, dst));
     build->scratch.status = ADDRESS_UNKNOWN;
     build->sizes.known = false;
 }
 
 static void start_geometry(struct geometry_view *geometry)
 {
-    memset(geometry, 0, offsetof(struct geometry_view, vertex));
+    clear_words(geometry, offsetof(struct geometry_view, vertex));
     geometry->vertex.status = geometry->index_data.status = ADDRESS_UNKNOWN;
     geometry->transform.status = geometry->data.status = ADDRESS_UNKNOWN;
     geometry->vertex_format_supported = UNKNOWN;
@@ -233,9 +237,8 @@ __attribute__((noinline)) static void view_chains(struct check_context *context,
                    &geometry->triangles_chain);
 }
 
-ON_RECORDING_PATH inline void view_geometry(struct check_context *context,
-                                            const struct build_view *build, uint32_t index,
-                                            struct geometry_view *geometry)
+ON_RECORDING_PATH void view_geometry(struct check_context *context, const struct build_view *build,
+                                     uint32_t index, struct geometry_view *geometry)
 {
     const VkAccelerationStructureGeometryKHR *given = build_geometry(build->info, index);
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(given);

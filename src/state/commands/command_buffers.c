@@ -235,9 +235,8 @@ look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
     return found;
 }
 
-/* Inlined at link time, because every command calls it. */
-inline struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
-                                                   VkCommandBuffer handle)
+struct command_buffer *command_buffers_find(struct command_buffers *command_buffers,
+                                            VkCommandBuffer handle)
 {
     struct command_buffer *recent =
         atomic_load_explicit(recent_slot(command_buffers, handle), memory_order_acquire);
