@@ -5,18 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_RANGES = 16, FIRST_CHUNKS = 8, FIRST_SLOTS = 128, CACHE_LINE = 64 };
-/* Guesses are tuned again if one range in CROWDED_FRACTION has no guess of its own. */
-enum { CROWDED_FRACTION = 16 };
+#include "src/state/resources/address_slots.h"
 
-_Static_assert(sizeof(struct address_facts) == CACHE_LINE, "a look-up reads one line");
-
-/* Ranges in ascending order of addresses. */
-struct address_chunk {
-    uint64_t begins[CHUNK_RANGES];
-    uint32_t slots[CHUNK_RANGES];
-    size_t count; /* never 0 between calls */
-};
+enum { FIRST_CHUNKS = 8 };
 
 static uint64_t end_of(const struct address_facts *range)
 {
@@ -87,99 +78,6 @@ static void update_from(struct address_map *map, size_t changed)
         map->reaches[c] = reach;
         map->firsts[c] = map->chunks[c]->begins[0];
     }
-}
-
-/* ---- slots */
-
-/* Returns the slot that an address hashes to or another way of it; if these are taken, the next
- * free slot after `cursor`. */
-static uint32_t take_slot(const struct address_guesses *guesses, uint64_t address, size_t *cursor)
-{
-    size_t home = address_guesses_home(guesses, address >> guesses->grain_shift);
-    for (size_t way = 0; way < ADDRESS_WAYS; way++)
-        if (home != way && !guesses->ranges[home ^ way].bytes_left)
-            return (uint32_t)(home ^ way);
-    do
-        *cursor = (*cursor + 1) & guesses->mask;
-    while (!*cursor || guesses->ranges[*cursor].bytes_left);
-    return (uint32_t)*cursor;
-}
-
-/* Copies a range into a slot. Returns whether its guess overwrites no other. */
-static bool store_range(const struct address_guesses *guesses, const struct address_facts *range,
-                        size_t *cursor, uint32_t *slot)
-{
-    *slot = take_slot(guesses, range->address, cursor);
-    guesses->ranges[*slot] = *range;
-    return address_guesses_remember(guesses, range->address, *slot) < ADDRESS_WAYS;
-}
-
-/* Returns the ascending addresses of all ranges; the caller frees them. NULL: no memory. */
-static uint64_t *begins_of_all(const struct address_map *map)
-{
-    uint64_t *begins = malloc((map->range_count + 1) * sizeof(*begins)), *next = begins;
-    for (size_t c = 0; begins && c < map->chunk_count; c++) {
-        const struct address_chunk *chunk = map->chunks[c];
-        memcpy(next, chunk->begins, chunk->count * sizeof(*next));
-        next += chunk->count;
-    }
-    return begins;
-}
-
-/* Allocates `slot_count` slots and tunes the guesses for the ranges of the map. */
-static bool rebuild(struct address_map *map, uint32_t slot_count)
-{
-    const struct address_guesses old = map->guesses;
-    struct address_guesses guesses = {
-        .items = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.items)),
-        .ranges = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.ranges)),
-        .mask = slot_count - 1};
-    uint64_t *begins = begins_of_all(map);
-    if (!guesses.items || !guesses.ranges || !begins) {
-        free((void *)guesses.items);
-        free(guesses.ranges);
-        free(begins);
-        return false;
-    }
-    address_guesses_tune(&guesses, begins, map->range_count);
-    free(begins);
-    memset(guesses.ranges, 0, slot_count * sizeof(*guesses.ranges));
-    for (size_t c = 0; c < map->chunk_count; c++)
-        for (size_t i = 0; i < map->chunks[c]->count; i++) {
-            uint32_t *slot = &map->chunks[c]->slots[i];
-            store_range(&guesses, &old.ranges[*slot], &map->cursor, slot);
-        }
-    free((void *)old.items);
-    free(old.ranges);
-    map->guesses = guesses;
-    map->slot_count = slot_count;
-    map->crowded = 0;
-    map->tuned_for = map->range_count;
-    return true;
-}
-
-/* Returns a number of slots of which at least half stay free after one more range is added. */
-static uint32_t slots_for(uint32_t range_count)
-{
-    uint32_t slots = FIRST_SLOTS;
-    while (range_count >= slots / 2)
-        slots *= 2;
-    return slots;
-}
-
-static bool reserve_slot(struct address_map *map)
-{
-    return map->range_count < map->slot_count / 2 || rebuild(map, slots_for(map->range_count));
-}
-
-/* Tunes the guesses again if too many ranges have none, or if the number of ranges has doubled or
- * halved. Halving frees slots. Keeps the old guesses if there is no memory. */
-static void retune_if_needed(struct address_map *map)
-{
-    uint32_t count = map->range_count;
-    if (map->crowded * CROWDED_FRACTION > count || count > 2 * map->tuned_for ||
-        2 * count < map->tuned_for)
-        rebuild(map, slots_for(count));
 }
 
 /* ---- chunks */
@@ -282,13 +180,13 @@ static size_t make_room(struct address_map *map, uint64_t address)
 bool address_map_add(struct address_map *map, const struct address_facts *range)
 {
     uint64_t begin = range->address, end = end_of(range);
-    if (!range->bytes_left || end <= begin || !reserve_slot(map))
+    if (!range->bytes_left || end <= begin || !address_map_reserve_slot(map))
         return false;
     size_t c = make_room(map, begin);
     if (c == map->chunk_count)
         return false;
     uint32_t slot;
-    map->crowded += !store_range(&map->guesses, range, &map->cursor, &slot);
+    map->crowded += !address_map_store(map, range, &slot);
     map->range_count++;
     struct address_chunk *chunk = map->chunks[c];
     size_t at = count_up_to(chunk, begin);
@@ -297,7 +195,7 @@ bool address_map_add(struct address_map *map, const struct address_facts *range)
     chunk->slots[at] = slot;
     chunk->count++;
     update_from(map, c);
-    retune_if_needed(map);
+    address_map_retune_if_needed(map);
     return true;
 }
 
@@ -355,7 +253,7 @@ void address_map_remove(struct address_map *map, const struct address_facts *ran
     if (!chunk->count)
         remove_chunk(map, c);
     update_from(map, c);
-    retune_if_needed(map);
+    address_map_retune_if_needed(map);
 }
 
 /* ---- look-ups */
