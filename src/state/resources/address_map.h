@@ -13,22 +13,7 @@
 
 #include <stddef.h>
 
-#include "src/state/resources/address_guesses.h"
-
-struct address_chunk;
-
-struct address_map {
-    struct address_guesses guesses;
-    uint32_t tuned_for; /* number of ranges that the guesses were tuned for */
-    uint32_t crowded;   /* guesses overwritten since then */
-    uint32_t range_count, slot_count;
-    size_t cursor; /* the last slot that take_slot found by linear search */
-    /* Parallel arrays, one item for each chunk. */
-    struct address_chunk **chunks;
-    uint64_t *firsts;  /* address of the first range of each chunk, for binary search */
-    uint64_t *reaches; /* largest end in each chunk and all chunks before it */
-    size_t chunk_count, chunk_capacity;
-};
+#include "src/state/resources/address_slots.h"
 
 /* Adds a copy of `range`. Returns false if the range is empty (bytes_left 0) or wraps around, or if
  * there is no memory. */
