@@ -2,9 +2,9 @@
 # How slow the machine is now. Needs common.sh.
 # shellcheck shell=bash
 
-# machine_tenths: how many tenths of the time that the reference machine needs, idle, this machine
-# needs now for a fixed loop on every core at once; at least 10. The reference is two
-# cores of a Xeon server of 2023 with bash 5.2.
+# machine_tenths: prints the time of a fixed loop, run on every core at once, in tenths of the time
+# that the idle reference machine takes. At least 10; at most 80, so that a test that hangs ends. The
+# reference machine: two cores of a Xeon server of 2023 with bash 5.2.
 machine_tenths() {
     local reference=1000000 begin end core tenths # microseconds
     begin=${EPOCHREALTIME//[!0-9]/}
@@ -14,5 +14,5 @@ machine_tenths() {
     wait
     end=${EPOCHREALTIME//[!0-9]/}
     tenths=$(((end - begin) * 10 / reference))
-    printf '%d\n' $((tenths > 10 ? tenths : 10))
+    printf '%d\n' $((tenths < 10 ? 10 : tenths > 80 ? 80 : tenths))
 }
