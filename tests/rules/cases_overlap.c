@@ -24,22 +24,6 @@ static void share_dst_of_updates(struct scene *scene)
     scene->infos[build].dstAccelerationStructure = scene->infos[UPDATE].dstAccelerationStructure;
 }
 
-static void update_from_dst_of_another(struct scene *scene)
-{
-    scene->infos[UPDATE].srcAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
-    scene_build_source(scene, UPDATE);
-}
-
-static void build_with_src_that_is_dst_of_another(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
-}
-
-static void build_with_src_that_is_its_dst(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = scene->infos[AABBS].dstAccelerationStructure;
-}
-
 static void update_two_from_one(struct scene *scene)
 {
     const uint32_t build = scene_add_build(scene, UPDATE);
@@ -86,11 +70,6 @@ static void put_update(struct scene *scene, VkDeviceSize dst)
 static void overlap_update(struct scene *scene)
 {
     put_update(scene, place_within(place_size(scene, UPDATE)));
-}
-
-static void alias_update(struct scene *scene)
-{
-    put_update(scene, 0);
 }
 
 static void put_update_side_by_side(struct scene *scene)
@@ -243,101 +222,67 @@ ALONE(overlap_src_with_own_scratch, UPDATE)
 ALONE(put_src_beside_own_scratch, UPDATE)
 
 static const struct test_case cases[] = {
-    {.name = "dst_built_twice",
-     RULES(RULE_no_dst_is_built_twice),
-     .mutate = share_dst,
-     .mutate_twin = add_another,
-     .path = "pInfos[6]"},
-    {.name = "dst_updated_twice",
-     RULES(RULE_no_dst_is_built_twice),
-     .mutate = share_dst_of_updates,
-     .mutate_twin = update_two_from_one},
-    {.name = "src_is_dst_of_another",
-     RULES(RULE_no_src_is_the_dst_of_another_build),
-     .mutate = update_from_dst_of_another,
-     .mutate_twin = update_two_from_one,
-     .path = "pInfos[4]"},
-    {.name = "src_is_dst_of_another_though_not_an_update",
-     RULES(RULE_no_src_is_the_dst_of_another_build),
-     .mutate = build_with_src_that_is_dst_of_another,
-     .mutate_twin = build_with_src_that_is_its_dst,
-     .path = "pInfos[2]"},
-    {.name = "update_overlaps_itself",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = overlap_update,
-     .mutate_twin = put_update_side_by_side,
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "update_aliases_itself",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = alias_update,
-     .mutate_twin = put_update_side_by_side},
-    {.name = "dst_overlaps_src_of_another",
-     RULES(RULE_dst_and_update_src_are_apart),
-     .mutate = overlap_src_with_dst_of_another,
-     .mutate_twin = put_src_beside_dst_of_another,
-     .path = "pInfos[3].dstAccelerationStructure"},
-    {.name = "dst_overlaps_ignored_src_of_another",
-     RULES(RULE_dst_and_update_src_are_apart),
-     .silent = true,
-     .mutate = overlap_ignored_src_with_dst_of_another},
-    {.name = "src_overlaps_src",
-     RULES(RULE_dst_and_update_src_are_apart),
-     .silent = true,
-     .mutate = overlap_two_srcs},
-    {.name = "dst_overlaps_dst",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = overlap_dsts,
-     .mutate_twin = put_dsts_side_by_side,
-     .path = "with pInfos[2].dstAccelerationStructure",
-     .count = 1},
-    {.name = "dst_overlaps_dst_far_inside",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = overlap_dsts_far_inside,
-     .mutate_twin = put_dsts_side_by_side_far_inside,
-     .path = "pInfos[0]"},
-    {.name = "dst_overlaps_own_scratch",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_own_scratch,
-     .mutate_twin = put_dst_beside_own_scratch,
-     .path = "with pInfos[2].scratchData"},
-    {.name = "dst_overlaps_scratch_of_another",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_scratch_of_another,
-     .mutate_twin = put_dst_beside_scratch_of_another,
-     .path = "with pInfos[5].scratchData"},
-    {.name = "scratch_overlaps_scratch",
-     RULES(RULE_scratch_and_scratch_are_apart),
-     .mutate = overlap_scratches,
-     .mutate_twin = put_scratches_side_by_side,
-     .path = "pInfos[0].scratchData"},
-    {.name = "scratch_overlaps_own_src",
-     RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_own_scratch,
-     .mutate_twin = put_src_beside_own_scratch,
-     .path = "pInfos[4].scratchData"},
-    {.name = "scratch_overlaps_src_of_another",
-     RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_scratch_of_another,
-     .mutate_twin = put_src_beside_scratch_of_another,
-     .path = "pInfos[2].scratchData"},
-    {.name = "scratch_overlaps_refit",
-     RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_refit_with_scratch},
-    {.name = "dst_overlaps_scratch_alone",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_own_scratch_alone,
-     .mutate_twin = put_dst_beside_own_scratch_alone,
-     .path = "with pInfos[0].scratchData"},
-    {.name = "update_overlaps_itself_alone",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = overlap_update_alone,
-     .mutate_twin = put_update_side_by_side_alone,
-     .path = "pInfos[0].srcAccelerationStructure"},
-    {.name = "scratch_overlaps_src_alone",
-     RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_own_scratch_alone,
-     .mutate_twin = put_src_beside_own_scratch_alone,
-     .path = "pInfos[0].scratchData"},
+    CASE("dst_built_twice", RULES(RULE_no_dst_is_built_twice), .mutate = share_dst,
+         .mutate_twin = add_another, .path = "pInfos[6]"),
+    CASE("dst_updated_twice", RULES(RULE_no_dst_is_built_twice), .mutate = share_dst_of_updates,
+         .mutate_twin = update_two_from_one),
+    CASE("src_is_dst_of_another", RULES(RULE_no_src_is_the_dst_of_another_build),
+         .edits = EDITS(
+             COPY(infos[UPDATE].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure),
+             CALL_WITH(scene_build_source, UPDATE)),
+         .mutate_twin = update_two_from_one, .path = "pInfos[4]"),
+    CASE("src_is_dst_of_another_though_not_an_update",
+         RULES(RULE_no_src_is_the_dst_of_another_build),
+         .edits = EDITS(
+             COPY(infos[AABBS].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure)),
+         .twin_edits = EDITS(
+             COPY(infos[AABBS].srcAccelerationStructure, infos[AABBS].dstAccelerationStructure)),
+         .path = "pInfos[2]"),
+    CASE("update_overlaps_itself", RULES(RULE_update_src_and_dst_do_not_alias),
+         .mutate = overlap_update, .mutate_twin = put_update_side_by_side,
+         .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("update_aliases_itself", RULES(RULE_update_src_and_dst_do_not_alias),
+         .edits = EDITS(CALL_WITH_SIZE(put_update, 0)), .mutate_twin = put_update_side_by_side),
+    CASE("dst_overlaps_src_of_another", RULES(RULE_dst_and_update_src_are_apart),
+         .mutate = overlap_src_with_dst_of_another, .mutate_twin = put_src_beside_dst_of_another,
+         .path = "pInfos[3].dstAccelerationStructure"),
+    CASE("dst_overlaps_ignored_src_of_another", RULES(RULE_dst_and_update_src_are_apart),
+         .silent = true, .mutate = overlap_ignored_src_with_dst_of_another),
+    CASE("src_overlaps_src", RULES(RULE_dst_and_update_src_are_apart), .silent = true,
+         .mutate = overlap_two_srcs),
+    CASE("dst_overlaps_dst", RULES(RULE_dst_and_dst_are_apart), .mutate = overlap_dsts,
+         .mutate_twin = put_dsts_side_by_side, .path = "with pInfos[2].dstAccelerationStructure",
+         .count = 1),
+    CASE("dst_overlaps_dst_far_inside", RULES(RULE_dst_and_dst_are_apart),
+         .mutate = overlap_dsts_far_inside, .mutate_twin = put_dsts_side_by_side_far_inside,
+         .path = "pInfos[0]"),
+    CASE("dst_overlaps_own_scratch", RULES(RULE_dst_and_scratch_are_apart),
+         .mutate = overlap_dst_with_own_scratch, .mutate_twin = put_dst_beside_own_scratch,
+         .path = "with pInfos[2].scratchData"),
+    CASE("dst_overlaps_scratch_of_another", RULES(RULE_dst_and_scratch_are_apart),
+         .mutate = overlap_dst_with_scratch_of_another,
+         .mutate_twin = put_dst_beside_scratch_of_another, .path = "with pInfos[5].scratchData"),
+    CASE("scratch_overlaps_scratch", RULES(RULE_scratch_and_scratch_are_apart),
+         .mutate = overlap_scratches, .mutate_twin = put_scratches_side_by_side,
+         .path = "pInfos[0].scratchData"),
+    CASE("scratch_overlaps_own_src", RULES(RULE_scratch_and_update_src_are_apart),
+         .mutate = overlap_src_with_own_scratch, .mutate_twin = put_src_beside_own_scratch,
+         .path = "pInfos[4].scratchData"),
+    CASE("scratch_overlaps_src_of_another", RULES(RULE_scratch_and_update_src_are_apart),
+         .mutate = overlap_src_with_scratch_of_another,
+         .mutate_twin = put_src_beside_scratch_of_another, .path = "pInfos[2].scratchData"),
+    CASE("scratch_overlaps_refit",
+         RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
+         .mutate = overlap_refit_with_scratch),
+    CASE("dst_overlaps_scratch_alone", RULES(RULE_dst_and_scratch_are_apart),
+         .mutate = overlap_dst_with_own_scratch_alone,
+         .mutate_twin = put_dst_beside_own_scratch_alone, .path = "with pInfos[0].scratchData"),
+    CASE("update_overlaps_itself_alone", RULES(RULE_update_src_and_dst_do_not_alias),
+         .mutate = overlap_update_alone, .mutate_twin = put_update_side_by_side_alone,
+         .path = "pInfos[0].srcAccelerationStructure"),
+    CASE("scratch_overlaps_src_alone", RULES(RULE_scratch_and_update_src_are_apart),
+         .mutate = overlap_src_with_own_scratch_alone,
+         .mutate_twin = put_src_beside_own_scratch_alone, .path = "pInfos[0].scratchData"),
 };
 
 CASE_LIST(cases_overlap, cases);

@@ -32,12 +32,6 @@ static void put_ranges_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->range_pointers, size);
 }
 
-static void put_ranges_one_short(struct scene *scene)
-{
-    put_ranges_at_edge(scene);
-    scene->ranges_argument++;
-}
-
 static void unreadable_counts(struct scene *scene)
 {
     scene->counts_argument = unreadable_page();
@@ -48,12 +42,6 @@ static void put_counts_at_edge(struct scene *scene)
     const size_t size = scene->info_count * sizeof(scene->count_pointers[0]);
     scene->counts_argument =
         memcpy(bytes_before_unreadable_page(size), scene->count_pointers, size);
-}
-
-static void put_counts_one_short(struct scene *scene)
-{
-    put_counts_at_edge(scene);
-    scene->counts_argument++;
 }
 
 /* ---- arrays of a build ---- */
@@ -70,12 +58,6 @@ static void put_ranges_of_build_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->ranges[UNINDEXED], size);
 }
 
-static void put_ranges_of_build_one_short(struct scene *scene)
-{
-    put_ranges_of_build_at_edge(scene);
-    scene->range_pointers[UNINDEXED]++;
-}
-
 static void unreadable_geometries(struct scene *scene)
 {
     scene->infos[AABBS].pGeometries = unreadable_page();
@@ -88,21 +70,10 @@ static void put_geometries_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->geometries[UNINDEXED], size);
 }
 
-static void put_geometries_one_short(struct scene *scene)
-{
-    put_geometries_at_edge(scene);
-    scene->infos[UNINDEXED].pGeometries++;
-}
-
 static void use_pointers(struct scene *scene, uint32_t build)
 {
     scene->infos[build].pGeometries = NULL;
     scene->infos[build].ppGeometries = scene->geometry_pointers[build];
-}
-
-static void use_pointers_of_unindexed(struct scene *scene)
-{
-    use_pointers(scene, UNINDEXED);
 }
 
 static void unreadable_geometry_pointers(struct scene *scene)
@@ -142,101 +113,62 @@ static void put_geometry_pointers_short(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "infos_null", RULES(RULE_infos_are_readable), .edits = EDITS(SET(infos_argument, 0))},
-    {.name = "infos_small",
-     RULES(RULE_infos_are_readable),
-     .edits = EDITS(SET(infos_argument, SMALL))},
-    {.name = "infos_unreadable", RULES(RULE_infos_are_readable), .mutate = unreadable_infos},
-    {.name = "infos_end_too_early",
-     RULES(RULE_infos_are_readable),
-     .mutate = put_infos_at_edge,
-     .edits = EDITS(ADD(info_count, 1)),
-     .mutate_twin = put_infos_at_edge},
-    {.name = "ranges_null",
-     RULES(RULE_build_ranges_are_readable),
-     .edits = EDITS(SET(ranges_argument, 0))},
-    {.name = "ranges_small",
-     RULES(RULE_build_ranges_are_readable),
-     .edits = EDITS(SET(ranges_argument, SMALL))},
-    {.name = "ranges_unreadable",
-     RULES(RULE_build_ranges_are_readable),
-     .mutate = unreadable_ranges},
-    {.name = "ranges_end_too_early",
-     RULES(RULE_build_ranges_are_readable),
-     .mutate = put_ranges_one_short,
-     .mutate_twin = put_ranges_at_edge},
-    {.name = "counts_null",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .edits = EDITS(SET(counts_argument, 0))},
-    {.name = "counts_small",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .edits = EDITS(SET(counts_argument, SMALL))},
-    {.name = "counts_unreadable",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .mutate = unreadable_counts},
-    {.name = "counts_end_too_early",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .mutate = put_counts_one_short,
-     .mutate_twin = put_counts_at_edge},
-    {.name = "ranges_of_build_null",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .edits = EDITS(SET(range_pointers[AABBS], 0))},
-    {.name = "ranges_of_build_small",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .edits = EDITS(SET(range_pointers[INDEXED], SMALL))},
-    {.name = "ranges_of_build_unreadable",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .mutate = unreadable_ranges_of_build},
-    {.name = "ranges_of_build_end_too_early",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .mutate = put_ranges_of_build_one_short,
-     .mutate_twin = put_ranges_of_build_at_edge},
-    {.name = "geometries_small",
-     RULES(RULE_geometries_are_readable),
-     .edits = EDITS(SET(infos[INDEXED].pGeometries, SMALL)),
-     .path = "pInfos[0].pGeometries"},
-    {.name = "geometries_unreadable",
-     RULES(RULE_geometries_are_readable),
-     .mutate = unreadable_geometries},
-    {.name = "geometries_end_too_early",
-     RULES(RULE_geometries_are_readable),
-     .mutate = put_geometries_one_short,
-     .mutate_twin = put_geometries_at_edge},
-    {.name = "geometries_unreadable_with_every_other_mistake_hidden",
-     RULES(RULE_geometries_are_readable),
-     .mutate = unreadable_geometries,
-     .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 1))},
-    {.name = "geometries_unreadable_but_none",
-     RULES(RULE_geometries_are_readable),
-     .silent = true,
-     .mutate = unreadable_geometries,
-     .edits = EDITS(SET(infos[AABBS].geometryCount, 0))},
-    {.name = "geometry_pointers_small",
-     RULES(RULE_geometry_pointers_are_readable),
-     .edits = EDITS(SET(infos[TLAS].pGeometries, 0), SET(infos[TLAS].ppGeometries, SMALL)),
-     .path = "pInfos[3].ppGeometries"},
-    {.name = "geometry_pointers_unreadable",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = unreadable_geometry_pointers},
-    {.name = "geometry_pointers_end_too_early",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = put_geometry_pointers_short},
-    {.name = "geometry_pointer_null",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = use_pointers_of_unindexed,
-     .edits = EDITS(SET(geometry_pointers[UNINDEXED][0], 0)),
-     .mutate_twin = use_pointers_of_unindexed},
-    {.name = "geometry_pointer_small",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = use_pointers_of_unindexed,
-     .edits = EDITS(SET(geometry_pointers[UNINDEXED][1], SMALL))},
-    {.name = "geometry_pointer_unreadable",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = unreadable_pointed_geometry},
-    {.name = "geometry_pointer_too_near_the_edge",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = put_pointed_geometry_short,
-     .mutate_twin = put_pointed_geometry_at_edge},
+    CASE("infos_null", RULES(RULE_infos_are_readable), .edits = EDITS(SET(infos_argument, 0))),
+    CASE("infos_small", RULES(RULE_infos_are_readable), .edits = EDITS(SET(infos_argument, SMALL))),
+    CASE("infos_unreadable", RULES(RULE_infos_are_readable), .mutate = unreadable_infos),
+    CASE("infos_end_too_early", RULES(RULE_infos_are_readable), .prepare = put_infos_at_edge,
+         .edits = EDITS(ADD(info_count, 1))),
+    CASE("ranges_null", RULES(RULE_build_ranges_are_readable),
+         .edits = EDITS(SET(ranges_argument, 0))),
+    CASE("ranges_small", RULES(RULE_build_ranges_are_readable),
+         .edits = EDITS(SET(ranges_argument, SMALL))),
+    CASE("ranges_unreadable", RULES(RULE_build_ranges_are_readable), .mutate = unreadable_ranges),
+    CASE("ranges_end_too_early", RULES(RULE_build_ranges_are_readable),
+         .prepare = put_ranges_at_edge, .edits = EDITS(ADD(ranges_argument, 1))),
+    CASE("counts_null", RULES(RULE_max_primitive_counts_are_readable),
+         .edits = EDITS(SET(counts_argument, 0))),
+    CASE("counts_small", RULES(RULE_max_primitive_counts_are_readable),
+         .edits = EDITS(SET(counts_argument, SMALL))),
+    CASE("counts_unreadable", RULES(RULE_max_primitive_counts_are_readable),
+         .mutate = unreadable_counts),
+    CASE("counts_end_too_early", RULES(RULE_max_primitive_counts_are_readable),
+         .prepare = put_counts_at_edge, .edits = EDITS(ADD(counts_argument, 1))),
+    CASE("ranges_of_build_null", RULES(RULE_build_ranges_of_build_are_readable),
+         .edits = EDITS(SET(range_pointers[AABBS], 0))),
+    CASE("ranges_of_build_small", RULES(RULE_build_ranges_of_build_are_readable),
+         .edits = EDITS(SET(range_pointers[INDEXED], SMALL))),
+    CASE("ranges_of_build_unreadable", RULES(RULE_build_ranges_of_build_are_readable),
+         .mutate = unreadable_ranges_of_build),
+    CASE("ranges_of_build_end_too_early", RULES(RULE_build_ranges_of_build_are_readable),
+         .prepare = put_ranges_of_build_at_edge, .edits = EDITS(ADD(range_pointers[UNINDEXED], 1))),
+    CASE("geometries_small", RULES(RULE_geometries_are_readable),
+         .edits = EDITS(SET(infos[INDEXED].pGeometries, SMALL)), .path = "pInfos[0].pGeometries"),
+    CASE("geometries_unreadable", RULES(RULE_geometries_are_readable),
+         .mutate = unreadable_geometries),
+    CASE("geometries_end_too_early", RULES(RULE_geometries_are_readable),
+         .prepare = put_geometries_at_edge, .edits = EDITS(ADD(infos[UNINDEXED].pGeometries, 1))),
+    CASE("geometries_unreadable_with_every_other_mistake_hidden",
+         RULES(RULE_geometries_are_readable), .mutate = unreadable_geometries,
+         .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 1))),
+    CASE("geometries_unreadable_but_none", RULES(RULE_geometries_are_readable), .silent = true,
+         .mutate = unreadable_geometries, .edits = EDITS(SET(infos[AABBS].geometryCount, 0))),
+    CASE("geometry_pointers_small", RULES(RULE_geometry_pointers_are_readable),
+         .edits = EDITS(SET(infos[TLAS].pGeometries, 0), SET(infos[TLAS].ppGeometries, SMALL)),
+         .path = "pInfos[3].ppGeometries"),
+    CASE("geometry_pointers_unreadable", RULES(RULE_geometry_pointers_are_readable),
+         .mutate = unreadable_geometry_pointers),
+    CASE("geometry_pointers_end_too_early", RULES(RULE_geometry_pointers_are_readable),
+         .mutate = put_geometry_pointers_short),
+    CASE("geometry_pointer_null", RULES(RULE_geometry_pointers_are_readable),
+         .prepare_edits = EDITS(CALL_WITH(use_pointers, UNINDEXED)),
+         .edits = EDITS(SET(geometry_pointers[UNINDEXED][0], 0))),
+    CASE("geometry_pointer_small", RULES(RULE_geometry_pointers_are_readable),
+         .edits = EDITS(CALL_WITH(use_pointers, UNINDEXED),
+                        SET(geometry_pointers[UNINDEXED][1], SMALL))),
+    CASE("geometry_pointer_unreadable", RULES(RULE_geometry_pointers_are_readable),
+         .mutate = unreadable_pointed_geometry),
+    CASE("geometry_pointer_too_near_the_edge", RULES(RULE_geometry_pointers_are_readable),
+         .mutate = put_pointed_geometry_short, .mutate_twin = put_pointed_geometry_at_edge),
 };
 
 CASE_LIST(cases_pointers, cases);

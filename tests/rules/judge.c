@@ -78,15 +78,70 @@ const char *judge_cannot_play(const struct play *play, const struct fixture *fix
 
 /* ---- mutations ---- */
 
+static void call_function(struct scene *scene, const struct edit *edit)
+{
+    if (edit->kind == EDIT_CALL)
+        edit->call(scene);
+    else if (edit->kind == EDIT_CALL_WITH)
+        edit->call_with(scene, (uint32_t)edit->value);
+    else
+        edit->call_with_size(scene, edit->value);
+}
+
+/* Members that are written as numbers have no more bytes than a number. */
+static void apply_edit(struct scene *scene, const struct edit *edit)
+{
+    unsigned char *bytes = (unsigned char *)scene;
+    uint64_t value = edit->value;
+
+    switch (edit->kind) {
+    case EDIT_CALL:
+    case EDIT_CALL_WITH:
+    case EDIT_CALL_WITH_SIZE:
+        call_function(scene, edit);
+        return;
+    case EDIT_COPY:
+        memmove(bytes + edit->offset, bytes + edit->value, edit->size);
+        return;
+    case EDIT_POINT:
+        value = (uintptr_t)(bytes + edit->value);
+        break;
+    case EDIT_MAKE_ADDRESS:
+        value = edit->make_address(scene);
+        break;
+    case EDIT_MAKE_STRUCTURE:
+        value = (uint64_t)edit->make_structure(scene);
+        break;
+    case EDIT_ADD:
+        value = 0;
+        memcpy(&value, bytes + edit->offset, edit->size);
+        value += edit->value;
+        break;
+    default:
+        break;
+    }
+    memcpy(bytes + edit->offset, &value, edit->size);
+}
+
 void judge_apply(struct scene *scene, const struct edit *edits)
 {
-    for (; edits != NULL && edits->size != 0; edits++) {
-        unsigned char *member = (unsigned char *)scene + edits->offset;
-        uint64_t value = 0;
-        memcpy(&value, member, edits->size);
-        value = edits->adds ? value + edits->value : edits->value;
-        memcpy(member, &value, edits->size);
-    }
+    for (; edits != NULL && edits->kind != EDIT_END; edits++)
+        apply_edit(scene, edits);
+}
+
+void judge_prepare(struct scene *scene, const struct test_case *test_case)
+{
+    if (test_case->prepare != NULL)
+        test_case->prepare(scene);
+    judge_apply(scene, test_case->prepare_edits);
+}
+
+bool judge_has_twin(const struct play *play)
+{
+    const struct test_case *test_case = play->test_case;
+    return !judge_is_refused(play) &&
+           (test_case->prepare != NULL || test_case->prepare_edits != NULL ||
+            test_case->mutate_twin != NULL || test_case->twin_edits != NULL);
 }
 
 /* ---- messages ---- */

@@ -147,8 +147,8 @@ static bool is_asked_by_nv(const struct rule_info *info)
 
 static bool fits_command(const struct test_case *test_case, enum build_command command)
 {
-    if (test_case->has_pointers || test_case->prepare != NULL)
-        return false; /* for content_test */
+    if (test_case->has_pointers || test_case->is_for_contents)
+        return false;
     if (test_case->refusal != NULL && test_case->refusal->command == command)
         return true;
     if (test_case->commands != 0)
@@ -258,19 +258,31 @@ static void for_all_cases(struct run *run,
                                        const struct test_case *test_case))
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            play(run, lists[i], &lists[i]->cases[j]);
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            struct test_case test_case;
+            if (case_read(lists[i], j, &test_case))
+                play(run, lists[i], &test_case);
+        }
 }
 
 /* ---- every rule has a case ---- */
 
+static bool fires(const struct test_case *test_case, enum rule rule)
+{
+    for (uint32_t i = 0; i < test_case->rule_count; i++)
+        if (test_case->rules[i] == rule && !test_case->silent)
+            return true;
+    return false;
+}
+
 static bool has_firing_case(enum rule rule)
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            for (uint32_t k = 0; k < lists[i]->cases[j].rule_count; k++)
-                if (lists[i]->cases[j].rules[k] == rule && !lists[i]->cases[j].silent)
-                    return true;
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            struct test_case test_case;
+            if (case_read(lists[i], j, &test_case) && fires(&test_case, rule))
+                return true;
+        }
     return false;
 }
 
