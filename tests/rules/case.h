@@ -15,21 +15,30 @@ enum edit_kind {
     EDIT_POINT,        /* at another member */
     EDIT_MAKE_ADDRESS, /* what a function returns */
     EDIT_MAKE_STRUCTURE,
-    EDIT_CALL, /* a function */
+    EDIT_MAKE_STRUCTURE_WITH,
+    EDIT_UNREADABLE, /* the pointer leads to an unreadable page */
+    EDIT_DESTROY,    /* the object behind the handle */
+    EDIT_CALL,       /* a function */
     EDIT_CALL_WITH,
     EDIT_CALL_WITH_SIZE,
+    EDIT_CALL_FOR,
+    EDIT_RECORD, /* by a function that takes the command buffer, too */
 };
 
 struct edit {
     enum edit_kind kind;
     size_t offset, size; /* of the member */
     uint64_t value;      /* or the offset of the other member, or the argument */
+    uint32_t build;
     union {
         VkDeviceAddress (*make_address)(struct scene *scene);
         VkAccelerationStructureKHR (*make_structure)(struct scene *scene);
+        VkAccelerationStructureKHR (*make_structure_with)(struct scene *scene, uint32_t argument);
         void (*call)(struct scene *scene);
         void (*call_with)(struct scene *scene, uint32_t argument);
         void (*call_with_size)(struct scene *scene, VkDeviceSize argument);
+        void (*call_for)(struct scene *scene, uint32_t build, VkDeviceSize argument);
+        void (*record)(struct scene *scene, VkCommandBuffer command_buffer);
     };
 };
 
@@ -53,6 +62,14 @@ struct edit {
     }
 #define MAKE_ADDRESS(member, function) MAKE(EDIT_MAKE_ADDRESS, make_address, member, function)
 #define MAKE_STRUCTURE(member, function) MAKE(EDIT_MAKE_STRUCTURE, make_structure, member, function)
+#define MAKE_STRUCTURE_WITH(member_, function, argument)                                           \
+    {                                                                                              \
+        .kind = EDIT_MAKE_STRUCTURE_WITH, .offset = offsetof(struct scene, member_),               \
+        .size = sizeof(VkAccelerationStructureKHR), .value = (argument),                           \
+        .make_structure_with = (function)                                                          \
+    }
+#define UNREADABLE(member) EDIT(EDIT_UNREADABLE, member, 0)
+#define DESTROY(member) EDIT(EDIT_DESTROY, member, 0)
 #define CALL(function)                                                                             \
     {                                                                                              \
         .kind = EDIT_CALL, .call = (function)                                                      \
@@ -64,6 +81,14 @@ struct edit {
 #define CALL_WITH_SIZE(function, argument)                                                         \
     {                                                                                              \
         .kind = EDIT_CALL_WITH_SIZE, .value = (argument), .call_with_size = (function)             \
+    }
+#define CALL_FOR(function, build_, argument)                                                       \
+    {                                                                                              \
+        .kind = EDIT_CALL_FOR, .build = (build_), .value = (argument), .call_for = (function)      \
+    }
+#define RECORD(function)                                                                           \
+    {                                                                                              \
+        .kind = EDIT_RECORD, .record = (function)                                                  \
     }
 #define EDITS(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
 

@@ -13,11 +13,6 @@ static void prefer_one_each(struct scene *scene)
     scene_give_objects(scene, TLAS);
 }
 
-static void build_micromap_with_source(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = scene_accel_for(scene, INDEXED);
-}
-
 static const struct setup with_micromaps = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
 static const struct setup with_micromaps_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
 static const struct setup with_future = {.enable = ENABLE_FUTURE};
@@ -83,8 +78,9 @@ static const struct test_case cases[] = {
     CASE("micromap_updated",
          RULES(RULE_micromap_build_is_no_update, RULE_micromap_build_has_no_source),
          .setup = &with_micromaps_khr, .prepare = scene_build_micromap,
-         .mutate = build_micromap_with_source,
-         .edits = EDITS(SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)),
+         .edits = EDITS(
+             MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, scene_accel_for, INDEXED),
+             SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)),
          .path = "pInfos[2]."),
     /* By the letter: an update has a source, whatever it updates. */
     CASE("micromap_update_without_source",
@@ -94,7 +90,9 @@ static const struct test_case cases[] = {
          .path = "pInfos[2]."),
     CASE("micromap_with_source", RULES(RULE_micromap_build_has_no_source),
          .setup = &with_micromaps_khr, .prepare = scene_build_micromap,
-         .mutate = build_micromap_with_source, .path = "pInfos[2].srcAccelerationStructure"),
+         .edits = EDITS(
+             MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, scene_accel_for, INDEXED)),
+         .path = "pInfos[2].srcAccelerationStructure"),
     CASE("update_without_source", RULES(RULE_update_has_a_source),
          .edits = EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0)),
          .path = "pInfos[4].srcAccelerationStructure"),

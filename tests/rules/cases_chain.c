@@ -64,16 +64,6 @@ static void triangles_motion_filled(struct scene *scene)
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &filled;
 }
 
-static void unreadable_chain(struct scene *scene)
-{
-    scene->geometries[INDEXED][0].pNext = unreadable_page();
-}
-
-static void unreadable_chain_of_triangles(struct scene *scene)
-{
-    scene->geometries[INDEXED][0].geometry.triangles.pNext = unreadable_page();
-}
-
 static const struct setup with_motion = {.enable = ENABLE_MOTION};
 static const struct setup with_micromap = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
 static const struct setup with_micromap_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
@@ -90,7 +80,7 @@ static const struct test_case cases[] = {
     CASE("geometry_chain_unknown", RULES(RULE_geometry_chain_is_known), .mutate = geometry_unknown,
          .path = "pInfos[2].pGeometries[1].pNext"),
     CASE("geometry_chain_unreadable", RULES(RULE_geometry_chain_is_known),
-         .mutate = unreadable_chain),
+         .edits = EDITS(UNREADABLE(geometries[INDEXED][0].pNext))),
     CASE("geometry_chain_nobody_knows", RULES(RULE_geometry_chain_is_known), .silent = true,
          .setup = &with_future, .mutate = geometry_unknown),
     CASE("geometry_chain_of_the_triangles", RULES(RULE_geometry_chain_is_known), .setup = &with_all,
@@ -106,7 +96,7 @@ static const struct test_case cases[] = {
     CASE("triangles_chain_unknown", RULES(RULE_triangles_chain_is_known),
          .mutate = triangles_unknown, .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"),
     CASE("triangles_chain_unreadable", RULES(RULE_triangles_chain_is_known),
-         .mutate = unreadable_chain_of_triangles),
+         .edits = EDITS(UNREADABLE(geometries[INDEXED][0].geometry.triangles.pNext))),
     CASE("triangles_chain_nobody_knows", RULES(RULE_triangles_chain_is_known), .silent = true,
          .setup = &with_future, .mutate = triangles_unknown),
     CASE("triangles_chain_of_the_geometry", RULES(RULE_triangles_chain_is_known),

@@ -8,27 +8,11 @@
 
 static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
 
-static void destroy_displacement(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->micromaps.displacement.micromap);
-}
-
 static void use_pointers_of_displacement(struct scene *scene)
 {
     scene_use_displacement(scene);
     scene->micromaps.displacement.pUsageCounts = NULL;
     scene->micromaps.displacement.ppUsageCounts = scene->micromaps.usage_pointers_ext;
-}
-
-static void lose_usages_of_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = unreadable_page();
-}
-
-static void lose_usage_pointers_of_displacement(struct scene *scene)
-{
-    scene->micromaps.displacement.ppUsageCounts = unreadable_page();
 }
 
 #define DISPLACEMENT_CASE(name_, rule, member, edits_, twin_edits_)                                \
@@ -41,7 +25,8 @@ static void lose_usage_pointers_of_displacement(struct scene *scene)
 static const struct test_case cases[] = {
     CASE("displacement_destroyed", RULES(RULE_displacement_micromap_is_valid),
          .setup = &with_displacement, .prepare = scene_use_displacement,
-         .mutate = destroy_displacement, .path = DISPLACEMENT_PATH("micromap")),
+         .edits = EDITS(DESTROY(micromaps.displacement.micromap)),
+         .path = DISPLACEMENT_PATH("micromap")),
     DISPLACEMENT_CASE(
         "displacement_bias_format_of_none", RULE_displacement_bias_and_scale_format_is_valid,
         "displacementBiasAndScaleFormat",
@@ -67,12 +52,15 @@ static const struct test_case cases[] = {
          .edits = EDITS(POINT(micromaps.displacement.pUsageCounts, micromaps.usages_ext)),
          .path = DISPLACEMENT_PATH("pUsageCounts")),
     CASE("displacement_usages_unreadable", RULES(RULE_displacement_usages_are_readable),
-         .setup = &with_displacement, .prepare = lose_usages_of_displacement,
-         .twin_edits = EDITS(SET(micromaps.displacement.usageCountsCount, 0)),
+         .setup = &with_displacement, .prepare = scene_use_displacement,
+         .edits = EDITS(UNREADABLE(micromaps.displacement.pUsageCounts)),
+         .twin_edits = EDITS(UNREADABLE(micromaps.displacement.pUsageCounts),
+                             SET(micromaps.displacement.usageCountsCount, 0)),
          .path = DISPLACEMENT_PATH("pUsageCounts")),
     CASE("displacement_usage_pointers_unreadable",
          RULES(RULE_displacement_usage_pointers_are_readable), .setup = &with_displacement,
-         .prepare = use_pointers_of_displacement, .mutate = lose_usage_pointers_of_displacement,
+         .prepare = use_pointers_of_displacement,
+         .edits = EDITS(UNREADABLE(micromaps.displacement.ppUsageCounts)),
          .path = DISPLACEMENT_PATH("ppUsageCounts")),
 };
 

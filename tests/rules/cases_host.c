@@ -13,11 +13,6 @@ static void call_on_a_queue(struct scene *scene)
     scene->device = (VkDevice)queue;
 }
 
-static void call_on_an_unreadable_page(struct scene *scene)
-{
-    scene->device = unreadable_page();
-}
-
 static void call_on_zeros(struct scene *scene)
 {
     scene->device = bytes_before_unreadable_page(64);
@@ -187,7 +182,7 @@ static const struct test_case cases[] = {
     CASE("device_is_null", RULES(RULE_device_is_valid), .commands = ON_HOST,
          .edits = EDITS(SET(device, 0)), .path = "(): device is VK_NULL_HANDLE."),
     CASE("device_is_unreadable", RULES(RULE_device_is_valid), .commands = ON_HOST,
-         .mutate = call_on_an_unreadable_page),
+         .edits = EDITS(UNREADABLE(device))),
     CASE("device_is_zeros", RULES(RULE_device_is_valid), .commands = ON_HOST,
          .mutate = call_on_zeros),
 

@@ -12,21 +12,11 @@ enum { STEP = sizeof(VkAccelerationStructureBuildRangeInfoKHR) };
 
 /* ---- arrays ---- */
 
-static void unreadable_addresses(struct scene *scene)
-{
-    scene->indirect_addresses_argument = unreadable_page();
-}
-
 static void put_addresses_at_edge(struct scene *scene)
 {
     const size_t size = scene->info_count * sizeof(scene->indirect_addresses[0]);
     scene->indirect_addresses_argument =
         memcpy(bytes_before_unreadable_page(size), scene->indirect_addresses, size);
-}
-
-static void unreadable_strides(struct scene *scene)
-{
-    scene->indirect_strides_argument = unreadable_page();
 }
 
 static void put_strides_at_edge(struct scene *scene)
@@ -104,14 +94,14 @@ static void fit_dst_of_update(struct scene *scene)
 
 static const struct test_case cases[] = {
     CASE("indirect_addresses_unreadable", RULES(RULE_indirect_addresses_are_readable),
-         .mutate = unreadable_addresses, .mutate_twin = put_addresses_at_edge,
-         .path = "pIndirectDeviceAddresses"),
+         .edits = EDITS(UNREADABLE(indirect_addresses_argument)),
+         .mutate_twin = put_addresses_at_edge, .path = "pIndirectDeviceAddresses"),
     CASE("indirect_addresses_null", RULES(RULE_indirect_addresses_are_readable),
          .edits = EDITS(SET(indirect_addresses_argument, 0))),
     CASE("indirect_addresses_one_short", RULES(RULE_indirect_addresses_are_readable),
          .prepare = put_addresses_at_edge, .edits = EDITS(ADD(indirect_addresses_argument, 1))),
     CASE("indirect_strides_unreadable", RULES(RULE_indirect_strides_are_readable),
-         .mutate = unreadable_strides, .mutate_twin = put_strides_at_edge,
+         .edits = EDITS(UNREADABLE(indirect_strides_argument)), .mutate_twin = put_strides_at_edge,
          .path = "pIndirectStrides"),
     CASE("indirect_strides_null", RULES(RULE_indirect_strides_are_readable),
          .edits = EDITS(SET(indirect_strides_argument, 0))),

@@ -45,12 +45,6 @@ static void use_usage_pointers(struct scene *scene)
     scene->micromaps.data.ppUsageCounts = scene->micromaps.usage_pointers;
 }
 
-static void lose_usages(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->micromaps.data.pUsageCounts = unreadable_page();
-}
-
 /* Two of them are there. */
 static void cut_usages(struct scene *scene)
 {
@@ -58,17 +52,6 @@ static void cut_usages(struct scene *scene)
     scene_build_micromap(scene);
     usages[0] = usages[1] = scene->micromaps.usages[0];
     scene->micromaps.data.pUsageCounts = usages;
-}
-
-static void lose_usage_pointers(struct scene *scene)
-{
-    scene->micromaps.data.ppUsageCounts = unreadable_page();
-}
-
-static void lose_a_usage(struct scene *scene)
-{
-    use_usage_pointers(scene);
-    scene->micromaps.usage_pointers[1] = unreadable_page();
 }
 
 static void lose_the_structure(struct scene *scene)
@@ -127,8 +110,10 @@ static const struct test_case cases[] = {
          .prepare = use_usage_pointers,
          .edits = EDITS(POINT(micromaps.data.pUsageCounts, micromaps.usages)),
          .path = DATA_PATH("pUsageCounts")),
-    CASE("usages_unreadable", RULES(RULE_micromap_data_usages_are_readable), .prepare = lose_usages,
-         .twin_edits = EDITS(SET(micromaps.data.usageCountsCount, 0)),
+    CASE("usages_unreadable", RULES(RULE_micromap_data_usages_are_readable),
+         .prepare = scene_build_micromap, .edits = EDITS(UNREADABLE(micromaps.data.pUsageCounts)),
+         .twin_edits = EDITS(UNREADABLE(micromaps.data.pUsageCounts),
+                             SET(micromaps.data.usageCountsCount, 0)),
          .path = DATA_PATH("pUsageCounts")),
     CASE("usages_end_too_early", RULES(RULE_micromap_data_usages_are_readable),
          .prepare = cut_usages, .edits = EDITS(SET(micromaps.data.usageCountsCount, 3)),
@@ -136,10 +121,12 @@ static const struct test_case cases[] = {
     CASE("usages_too_many", RULES(RULE_micromap_data_usages_are_readable), .mutate = cut_usages,
          .edits = EDITS(SET(micromaps.data.usageCountsCount, UINT32_MAX))),
     CASE("usage_pointers_unreadable", RULES(RULE_micromap_data_usage_pointers_are_readable),
-         .prepare = use_usage_pointers, .mutate = lose_usage_pointers,
+         .prepare = use_usage_pointers, .edits = EDITS(UNREADABLE(micromaps.data.ppUsageCounts)),
          .path = DATA_PATH("ppUsageCounts")),
     CASE("usage_behind_pointer_unreadable", RULES(RULE_micromap_data_usage_pointers_are_readable),
-         .prepare = lose_a_usage, .edits = EDITS(TWO_USAGES)),
+         .prepare = use_usage_pointers,
+         .prepare_edits = EDITS(UNREADABLE(micromaps.usage_pointers[1])),
+         .edits = EDITS(TWO_USAGES)),
     CASE("micromap_data_ends_too_early", RULES(RULE_geometry_chain_is_known),
          .mutate = lose_the_structure, .mutate_twin = scene_build_micromap,
          .path = "pInfos[2].pGeometries[0].pNext"),

@@ -31,25 +31,12 @@ static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MIC
 
 /* ---- VK_KHR_opacity_micromap ---- */
 
-static void destroy_micromap(struct scene *scene)
-{
-    scene->micromaps.opacity.micromap =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-    scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
-}
-
 static void use_micromap_without_indices(struct scene *scene)
 {
     scene_use_micromap(scene);
     scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
     scene->micromaps.opacity.indexBuffer = 0;
     scene->micromaps.opacity.indexStride = 0;
-}
-
-static void use_micromap_in_host_build(struct scene *scene)
-{
-    scene->micromaps.opacity.micromap =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
 }
 
 static void leave_indices_of_khr_unbound(struct scene *scene)
@@ -70,27 +57,11 @@ static void leave_indices_unbound(struct scene *scene)
     scene_destroy(scene, (uint64_t)buffer.memory);
 }
 
-static void destroy_micromap_ext(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->micromaps.opacity_ext.micromap);
-}
-
 static void use_pointers_ext(struct scene *scene)
 {
     scene_use_micromap_ext(scene);
     scene->micromaps.opacity_ext.pUsageCounts = NULL;
     scene->micromaps.opacity_ext.ppUsageCounts = scene->micromaps.usage_pointers_ext;
-}
-
-static void lose_usages_ext(struct scene *scene)
-{
-    scene_use_micromap_ext(scene);
-    scene->micromaps.opacity_ext.pUsageCounts = unreadable_page();
-}
-
-static void lose_a_usage_ext(struct scene *scene)
-{
-    scene->micromaps.usage_pointers_ext[0] = unreadable_page();
 }
 
 static void use_null_ext(struct scene *scene)
@@ -128,11 +99,17 @@ static void use_displacement_as_opacity(struct scene *scene)
 static const struct test_case cases[] = {
     CASE("micromap_destroyed", RULES(RULE_opacity_micromap_is_valid),
          .commands = ON_COMMAND_BUFFERS, .setup = &with_khr, .prepare = scene_use_micromap,
-         .mutate = destroy_micromap, .path = OPACITY_PATH("micromap")),
+         .edits = EDITS(MAKE_STRUCTURE_WITH(micromaps.opacity.micromap, scene_micromap_structure,
+                                            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+                        DESTROY(micromaps.opacity.micromap)),
+         .path = OPACITY_PATH("micromap")),
     CASE("micromap_destroyed_in_host_build",
          RULES(RULE_opacity_micromap_is_valid, RULE_host_build_uses_no_micromap),
          .commands = ON_HOST, .setup = &with_khr, .prepare = scene_use_micromap,
-         .mutate = destroy_micromap, .may_fail_on_cpu = true),
+         .edits = EDITS(MAKE_STRUCTURE_WITH(micromaps.opacity.micromap, scene_micromap_structure,
+                                            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+                        DESTROY(micromaps.opacity.micromap)),
+         .may_fail_on_cpu = true),
     CASE("micromap_null_without_indices", RULES(RULE_opacity_without_indices_has_a_micromap),
          .commands = ON_COMMAND_BUFFERS, .setup = &with_khr,
          .prepare = use_micromap_without_indices,
@@ -184,11 +161,13 @@ static const struct test_case cases[] = {
              "indexBuffer", EDITS(SET(micromaps.opacity.indexStride, SCENE_BUFFER_SIZE / 2 + 4)),
              EDITS(SET(micromaps.opacity.indexStride, SCENE_BUFFER_SIZE / 2))),
     CASE("micromap_in_host_build", RULES(RULE_host_build_uses_no_micromap), .setup = &with_khr,
-         .prepare = scene_use_micromap, .mutate = use_micromap_in_host_build,
+         .prepare = scene_use_micromap,
+         .edits = EDITS(MAKE_STRUCTURE_WITH(micromaps.opacity.micromap, scene_micromap_structure,
+                                            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)),
          .may_fail_on_cpu = true, .path = OPACITY_PATH("micromap")),
 
     CASE("ext_micromap_destroyed", RULES(RULE_ext_opacity_micromap_is_valid), .setup = &with_ext,
-         .prepare = scene_use_micromap_ext, .mutate = destroy_micromap_ext,
+         .prepare = scene_use_micromap_ext, .edits = EDITS(DESTROY(micromaps.opacity_ext.micromap)),
          .path = OPACITY_EXT_PATH("micromap")),
     EXT_CASE("ext_micromap_forged", RULE_ext_opacity_micromap_is_valid, "micromap",
              EDITS(SET(micromaps.opacity_ext.micromap, 0x1234)),
@@ -198,11 +177,14 @@ static const struct test_case cases[] = {
          .edits = EDITS(POINT(micromaps.opacity_ext.pUsageCounts, micromaps.usages_ext)),
          .path = OPACITY_EXT_PATH("pUsageCounts")),
     CASE("ext_usages_unreadable", RULES(RULE_ext_opacity_usages_are_readable), .setup = &with_ext,
-         .prepare = lose_usages_ext,
-         .twin_edits = EDITS(SET(micromaps.opacity_ext.usageCountsCount, 0)),
+         .prepare = scene_use_micromap_ext,
+         .edits = EDITS(UNREADABLE(micromaps.opacity_ext.pUsageCounts)),
+         .twin_edits = EDITS(UNREADABLE(micromaps.opacity_ext.pUsageCounts),
+                             SET(micromaps.opacity_ext.usageCountsCount, 0)),
          .path = OPACITY_EXT_PATH("pUsageCounts")),
     CASE("ext_usage_behind_pointer_unreadable", RULES(RULE_ext_opacity_usage_pointers_are_readable),
-         .setup = &with_ext, .prepare = use_pointers_ext, .mutate = lose_a_usage_ext,
+         .setup = &with_ext, .prepare = use_pointers_ext,
+         .edits = EDITS(UNREADABLE(micromaps.usage_pointers_ext[0])),
          .path = OPACITY_EXT_PATH("ppUsageCounts")),
     EXT_CASE("ext_usage_format_3", RULE_ext_opacity_usage_format_is_an_opacity_format,
              "pUsageCounts", EDITS(SET(micromaps.usages_ext[0].format, 3)),

@@ -31,14 +31,6 @@ static void moving(struct scene *scene)
     chain_motion(scene, scene_address(scene, &scene->vertices, 12));
 }
 
-/* Not in a build with motion; the address has to be good all the same. */
-static void moving_to_null_without_flag(struct scene *scene)
-{
-    chain_motion(scene, 0);
-    scene->infos[INDEXED].flags = 0;
-    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_for(scene, INDEXED);
-}
-
 static void moving_to_freed_memory(struct scene *scene)
 {
     const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
@@ -119,8 +111,12 @@ static const struct test_case cases[] = {
     CASE("motion_address_in_freed_memory_with_primitives", RULES(RULE_input_buffer_is_bound),
          .commands = ON_COMMAND_BUFFERS, .prepare = moving_to_freed_memory,
          .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
+    /* Not in a build with motion; the address has to be good all the same. */
     CASE("motion_address_null_in_build_without_motion", RULES(RULE_motion_vertex_address_is_given),
-         .mutate = moving_to_null_without_flag, .mutate_twin = moving, .path = MOTION_PATH),
+         .edits = EDITS(CALL_WITH_SIZE(chain_motion, 0), SET(infos[INDEXED].flags, 0),
+                        MAKE_STRUCTURE_WITH(infos[INDEXED].dstAccelerationStructure,
+                                            scene_accel_for, INDEXED)),
+         .mutate_twin = moving, .path = MOTION_PATH),
     CASE("motion_address_null_of_indirect_build", .silent = true, .commands = ON_INDIRECT,
          .edits = EDITS(CALL_WITH_SIZE(chain_motion, 0))),
     CASE("motion_address_past_the_end", RULES(RULE_input_address_is_in_a_buffer),

@@ -4,36 +4,15 @@
 
 /* ---- handles ---- */
 
-static void use_a_destroyed_dst(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.dst);
-}
-
 static void use_a_khr_structure_as_dst(struct scene *scene)
 {
     scene->nv.dst =
         (VkAccelerationStructureNV)(void *)scene->infos[INDEXED].dstAccelerationStructure;
 }
 
-static void use_a_destroyed_src(struct scene *scene)
-{
-    scene_nv_use_update(scene);
-    scene_destroy(scene, (uint64_t)scene->nv.src);
-}
-
 static void use_an_own_src_that_is_not_read(struct scene *scene)
 {
     scene->nv.src = scene_nv_accel(scene);
-}
-
-static void use_a_destroyed_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.scratch);
-}
-
-static void use_destroyed_instances(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.instance_data);
 }
 
 static void use_foreign_dst(struct scene *scene)
@@ -194,23 +173,23 @@ static const struct test_case cases[] = {
     CASE("dst_and_scratch_null",
          RULES(RULE_nv_dst_is_a_valid_handle, RULE_nv_scratch_is_a_valid_buffer),
          .edits = EDITS(SET(nv.dst, 0), SET(nv.scratch, 0)), .path = " is VK_NULL_HANDLE. "),
-    CASE("dst_destroyed", RULES(RULE_nv_dst_is_a_valid_handle), .mutate = use_a_destroyed_dst,
+    CASE("dst_destroyed", RULES(RULE_nv_dst_is_a_valid_handle), .edits = EDITS(DESTROY(nv.dst)),
          .path = "): dst VkAccelerationStructureNV 0x"),
     CASE("dst_never_created", RULES(RULE_nv_dst_is_a_valid_handle),
          .edits = EDITS(SET(nv.dst, 0x1234567))),
     CASE("dst_of_the_other_extension", RULES(RULE_nv_dst_is_a_valid_handle),
          .mutate = use_a_khr_structure_as_dst),
-    CASE("src_destroyed", RULES(RULE_nv_src_is_a_valid_handle), .mutate = use_a_destroyed_src,
-         .mutate_twin = scene_nv_use_update),
+    CASE("src_destroyed", RULES(RULE_nv_src_is_a_valid_handle), .prepare = scene_nv_use_update,
+         .edits = EDITS(DESTROY(nv.src))),
     CASE("src_destroyed_and_not_read", RULES(RULE_nv_src_is_a_valid_handle),
-         .mutate = use_a_destroyed_src, .edits = EDITS(SET(nv.update, VK_FALSE)),
+         .mutate = scene_nv_use_update, .edits = EDITS(DESTROY(nv.src), SET(nv.update, VK_FALSE)),
          .mutate_twin = use_an_own_src_that_is_not_read),
     CASE("scratch_destroyed", RULES(RULE_nv_scratch_is_a_valid_buffer),
-         .mutate = use_a_destroyed_scratch),
+         .edits = EDITS(DESTROY(nv.scratch))),
     CASE("scratch_never_created", RULES(RULE_nv_scratch_is_a_valid_buffer),
          .edits = EDITS(SET(nv.scratch, 0x1234567))),
     CASE("instances_destroyed", RULES(RULE_nv_instance_data_is_a_valid_buffer),
-         .prepare = scene_nv_use_instances, .mutate = use_destroyed_instances),
+         .prepare = scene_nv_use_instances, .edits = EDITS(DESTROY(nv.instance_data))),
     CASE("instances_never_created_of_a_blas", RULES(RULE_nv_instance_data_is_a_valid_buffer),
          .edits = EDITS(SET(nv.instance_data, 0x1234567))),
 

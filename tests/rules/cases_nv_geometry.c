@@ -12,26 +12,6 @@ static VkGeometryTrianglesNV *indexed(struct scene *scene)
     return &scene->nv.geometries[0].geometry.triangles;
 }
 
-static void use_destroyed_vertices(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.vertices.handle);
-}
-
-static void use_destroyed_indices(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.indices.handle);
-}
-
-static void use_destroyed_transforms(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.transforms.handle);
-}
-
-static void use_destroyed_boxes(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.boxes.handle);
-}
-
 static VkBuffer foreign_buffer(struct scene *scene)
 {
     scene_enter_other_device(scene);
@@ -113,7 +93,7 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(NV_BOXES(0).pNext, 16))),
 
     CASE("vertices_destroyed", RULES(RULE_nv_vertex_data_is_a_valid_buffer),
-         .mutate = use_destroyed_vertices, .count = 2),
+         .edits = EDITS(DESTROY(nv.vertices.handle)), .count = 2),
     CASE("vertices_never_created", RULES(RULE_nv_vertex_data_is_a_valid_buffer),
          .edits = EDITS(SET(NV_TRIANGLES(1).vertexData, 0x1234567)),
          .twin_edits = EDITS(SET(NV_TRIANGLES(1).vertexData, 0))),
@@ -154,7 +134,7 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_UINT8)),
          .mutate_twin = use_short_indices),
     CASE("indices_destroyed", RULES(RULE_nv_index_data_is_null_or_a_valid_buffer),
-         .mutate = use_destroyed_indices),
+         .edits = EDITS(DESTROY(nv.indices.handle))),
     CASE("indices_null", RULES(RULE_nv_indexed_triangles_have_index_data),
          .edits = EDITS(SET(NV_TRIANGLES(0).indexData, 0))),
     CASE("indices_null_with_indices", RULES(RULE_nv_indexed_triangles_have_index_data),
@@ -188,7 +168,7 @@ static const struct test_case cases[] = {
          .mutate_twin = use_short_indices_at_half_a_word),
 
     CASE("transform_destroyed", RULES(RULE_nv_transform_data_is_a_valid_buffer),
-         .mutate = use_destroyed_transforms,
+         .edits = EDITS(DESTROY(nv.transforms.handle)),
          .twin_edits = EDITS(SET(NV_TRIANGLES(0).transformData, 0))),
     CASE("transform_offset_at_the_end", RULES(RULE_nv_transform_offset_is_in_the_buffer),
          .edits = EDITS(SET(NV_TRIANGLES(0).transformOffset, SCENE_BUFFER_SIZE)),
@@ -210,7 +190,7 @@ static const struct test_case cases[] = {
          .path = "pInfo->pGeometries[0].geometry.triangles.transformData VkBuffer 0x"),
 
     CASE("boxes_destroyed", RULES(RULE_nv_aabb_data_is_a_valid_buffer),
-         .prepare = scene_nv_use_boxes, .mutate = use_destroyed_boxes, .count = 2),
+         .prepare = scene_nv_use_boxes, .edits = EDITS(DESTROY(nv.boxes.handle)), .count = 2),
     CASE("boxes_null", RULES(RULE_nv_aabb_data_is_a_valid_buffer), .silent = true,
          .prepare = scene_nv_use_boxes, .edits = EDITS(SET(NV_BOXES(0).aabbData, 0))),
     CASE("box_offset_at_the_end", RULES(RULE_nv_aabb_offset_is_in_the_buffer),

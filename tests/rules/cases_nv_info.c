@@ -59,11 +59,6 @@ static void create_tlas_with_geometries(struct scene *scene)
     scene_nv_give_objects(scene);
 }
 
-static void use_an_unreadable_geometry(struct scene *scene)
-{
-    scene->nv.info.pGeometries = unreadable_page();
-}
-
 static void cut_geometries_short(struct scene *scene)
 {
     VkGeometryNV *geometries = bytes_before_unreadable_page(sizeof(*geometries));
@@ -147,7 +142,7 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(nv.info.pGeometries, 0)),
          .twin_edits = EDITS(SET(nv.info.pGeometries, 0), SET(nv.info.geometryCount, 0))),
     CASE("geometries_unreadable", RULES(RULE_nv_geometries_are_readable),
-         .mutate = use_an_unreadable_geometry),
+         .edits = EDITS(UNREADABLE(nv.info.pGeometries))),
     CASE("geometries_cut_short", RULES(RULE_nv_geometries_are_readable),
          .prepare = cut_geometries_short, .twin_edits = EDITS(SET(nv.info.geometryCount, 1))),
 

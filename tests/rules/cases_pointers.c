@@ -9,20 +9,10 @@
 
 /* ---- whole arrays ---- */
 
-static void unreadable_infos(struct scene *scene)
-{
-    scene->infos_argument = unreadable_page();
-}
-
 static void put_infos_at_edge(struct scene *scene)
 {
     const size_t size = scene->info_count * sizeof(scene->infos[0]);
     scene->infos_argument = memcpy(bytes_before_unreadable_page(size), scene->infos, size);
-}
-
-static void unreadable_ranges(struct scene *scene)
-{
-    scene->ranges_argument = unreadable_page();
 }
 
 static void put_ranges_at_edge(struct scene *scene)
@@ -30,11 +20,6 @@ static void put_ranges_at_edge(struct scene *scene)
     const size_t size = scene->info_count * sizeof(scene->range_pointers[0]);
     scene->ranges_argument =
         memcpy(bytes_before_unreadable_page(size), scene->range_pointers, size);
-}
-
-static void unreadable_counts(struct scene *scene)
-{
-    scene->counts_argument = unreadable_page();
 }
 
 static void put_counts_at_edge(struct scene *scene)
@@ -46,21 +31,11 @@ static void put_counts_at_edge(struct scene *scene)
 
 /* ---- arrays of a build ---- */
 
-static void unreadable_ranges_of_build(struct scene *scene)
-{
-    scene->range_pointers[TLAS] = unreadable_page();
-}
-
 static void put_ranges_of_build_at_edge(struct scene *scene)
 {
     const size_t size = scene->infos[UNINDEXED].geometryCount * sizeof(scene->ranges[0][0]);
     scene->range_pointers[UNINDEXED] =
         memcpy(bytes_before_unreadable_page(size), scene->ranges[UNINDEXED], size);
-}
-
-static void unreadable_geometries(struct scene *scene)
-{
-    scene->infos[AABBS].pGeometries = unreadable_page();
 }
 
 static void put_geometries_at_edge(struct scene *scene)
@@ -74,18 +49,6 @@ static void use_pointers(struct scene *scene, uint32_t build)
 {
     scene->infos[build].pGeometries = NULL;
     scene->infos[build].ppGeometries = scene->geometry_pointers[build];
-}
-
-static void unreadable_geometry_pointers(struct scene *scene)
-{
-    use_pointers(scene, AABBS);
-    scene->infos[AABBS].ppGeometries = unreadable_page();
-}
-
-static void unreadable_pointed_geometry(struct scene *scene)
-{
-    use_pointers(scene, UNINDEXED);
-    scene->geometry_pointers[UNINDEXED][1] = unreadable_page();
 }
 
 static void put_pointed_geometry_at_edge(struct scene *scene)
@@ -115,14 +78,16 @@ static void put_geometry_pointers_short(struct scene *scene)
 static const struct test_case cases[] = {
     CASE("infos_null", RULES(RULE_infos_are_readable), .edits = EDITS(SET(infos_argument, 0))),
     CASE("infos_small", RULES(RULE_infos_are_readable), .edits = EDITS(SET(infos_argument, SMALL))),
-    CASE("infos_unreadable", RULES(RULE_infos_are_readable), .mutate = unreadable_infos),
+    CASE("infos_unreadable", RULES(RULE_infos_are_readable),
+         .edits = EDITS(UNREADABLE(infos_argument))),
     CASE("infos_end_too_early", RULES(RULE_infos_are_readable), .prepare = put_infos_at_edge,
          .edits = EDITS(ADD(info_count, 1))),
     CASE("ranges_null", RULES(RULE_build_ranges_are_readable),
          .edits = EDITS(SET(ranges_argument, 0))),
     CASE("ranges_small", RULES(RULE_build_ranges_are_readable),
          .edits = EDITS(SET(ranges_argument, SMALL))),
-    CASE("ranges_unreadable", RULES(RULE_build_ranges_are_readable), .mutate = unreadable_ranges),
+    CASE("ranges_unreadable", RULES(RULE_build_ranges_are_readable),
+         .edits = EDITS(UNREADABLE(ranges_argument))),
     CASE("ranges_end_too_early", RULES(RULE_build_ranges_are_readable),
          .prepare = put_ranges_at_edge, .edits = EDITS(ADD(ranges_argument, 1))),
     CASE("counts_null", RULES(RULE_max_primitive_counts_are_readable),
@@ -130,7 +95,7 @@ static const struct test_case cases[] = {
     CASE("counts_small", RULES(RULE_max_primitive_counts_are_readable),
          .edits = EDITS(SET(counts_argument, SMALL))),
     CASE("counts_unreadable", RULES(RULE_max_primitive_counts_are_readable),
-         .mutate = unreadable_counts),
+         .edits = EDITS(UNREADABLE(counts_argument))),
     CASE("counts_end_too_early", RULES(RULE_max_primitive_counts_are_readable),
          .prepare = put_counts_at_edge, .edits = EDITS(ADD(counts_argument, 1))),
     CASE("ranges_of_build_null", RULES(RULE_build_ranges_of_build_are_readable),
@@ -138,25 +103,26 @@ static const struct test_case cases[] = {
     CASE("ranges_of_build_small", RULES(RULE_build_ranges_of_build_are_readable),
          .edits = EDITS(SET(range_pointers[INDEXED], SMALL))),
     CASE("ranges_of_build_unreadable", RULES(RULE_build_ranges_of_build_are_readable),
-         .mutate = unreadable_ranges_of_build),
+         .edits = EDITS(UNREADABLE(range_pointers[TLAS]))),
     CASE("ranges_of_build_end_too_early", RULES(RULE_build_ranges_of_build_are_readable),
          .prepare = put_ranges_of_build_at_edge, .edits = EDITS(ADD(range_pointers[UNINDEXED], 1))),
     CASE("geometries_small", RULES(RULE_geometries_are_readable),
          .edits = EDITS(SET(infos[INDEXED].pGeometries, SMALL)), .path = "pInfos[0].pGeometries"),
     CASE("geometries_unreadable", RULES(RULE_geometries_are_readable),
-         .mutate = unreadable_geometries),
+         .edits = EDITS(UNREADABLE(infos[AABBS].pGeometries))),
     CASE("geometries_end_too_early", RULES(RULE_geometries_are_readable),
          .prepare = put_geometries_at_edge, .edits = EDITS(ADD(infos[UNINDEXED].pGeometries, 1))),
     CASE("geometries_unreadable_with_every_other_mistake_hidden",
-         RULES(RULE_geometries_are_readable), .mutate = unreadable_geometries,
-         .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 1))),
+         RULES(RULE_geometries_are_readable),
+         .edits =
+             EDITS(UNREADABLE(infos[AABBS].pGeometries), SET(ranges[AABBS][0].primitiveOffset, 1))),
     CASE("geometries_unreadable_but_none", RULES(RULE_geometries_are_readable), .silent = true,
-         .mutate = unreadable_geometries, .edits = EDITS(SET(infos[AABBS].geometryCount, 0))),
+         .edits = EDITS(UNREADABLE(infos[AABBS].pGeometries), SET(infos[AABBS].geometryCount, 0))),
     CASE("geometry_pointers_small", RULES(RULE_geometry_pointers_are_readable),
          .edits = EDITS(SET(infos[TLAS].pGeometries, 0), SET(infos[TLAS].ppGeometries, SMALL)),
          .path = "pInfos[3].ppGeometries"),
     CASE("geometry_pointers_unreadable", RULES(RULE_geometry_pointers_are_readable),
-         .mutate = unreadable_geometry_pointers),
+         .edits = EDITS(CALL_WITH(use_pointers, AABBS), UNREADABLE(infos[AABBS].ppGeometries))),
     CASE("geometry_pointers_end_too_early", RULES(RULE_geometry_pointers_are_readable),
          .mutate = put_geometry_pointers_short),
     CASE("geometry_pointer_null", RULES(RULE_geometry_pointers_are_readable),
@@ -166,7 +132,8 @@ static const struct test_case cases[] = {
          .edits = EDITS(CALL_WITH(use_pointers, UNINDEXED),
                         SET(geometry_pointers[UNINDEXED][1], SMALL))),
     CASE("geometry_pointer_unreadable", RULES(RULE_geometry_pointers_are_readable),
-         .mutate = unreadable_pointed_geometry),
+         .edits = EDITS(CALL_WITH(use_pointers, UNINDEXED),
+                        UNREADABLE(geometry_pointers[UNINDEXED][1]))),
     CASE("geometry_pointer_too_near_the_edge", RULES(RULE_geometry_pointers_are_readable),
          .mutate = put_pointed_geometry_short, .mutate_twin = put_pointed_geometry_at_edge),
 };

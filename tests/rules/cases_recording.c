@@ -14,11 +14,6 @@ static void never_begin(struct scene *scene)
     scene->command_buffer = scene_command_buffer(scene, compute_family(scene));
 }
 
-static void end(struct scene *scene)
-{
-    scene_end(scene, scene->command_buffer);
-}
-
 static void begin_again(struct scene *scene)
 {
     scene_end(scene, scene->command_buffer);
@@ -128,11 +123,6 @@ static void begin_rendering(struct scene *scene)
     scene_begin_rendering(scene, scene->command_buffer, 0);
 }
 
-static void end_rendering(struct scene *scene)
-{
-    scene_end_rendering(scene, scene->command_buffer);
-}
-
 static void continue_render_pass(struct scene *scene)
 {
     const VkCommandBufferInheritanceInfo inheritance = {
@@ -217,11 +207,11 @@ static const struct setup by_extensions = {.route = ROUTE_KHR};
 
 static const struct test_case cases[] = {
     CASE("state_initial", RULES(RULE_command_buffer_is_recording), .mutate = never_begin),
-    CASE("state_executable", RULES(RULE_command_buffer_is_recording), .mutate = end,
-         .mutate_twin = begin_again),
+    CASE("state_executable", RULES(RULE_command_buffer_is_recording),
+         .edits = EDITS(RECORD(scene_end)), .mutate_twin = begin_again),
     CASE("state_executable_is_forwarded_if_the_callback_wants",
-         RULES(RULE_command_buffer_is_recording), .mutate = end, .forwards = true,
-         .needs_null_driver = true),
+         RULES(RULE_command_buffer_is_recording), .edits = EDITS(RECORD(scene_end)),
+         .forwards = true, .needs_null_driver = true),
     CASE("state_reset", RULES(RULE_command_buffer_is_recording), .mutate = reset,
          .mutate_twin = reset_and_begin),
     CASE("state_pool_reset", RULES(RULE_command_buffer_is_recording), .prepare = reset_pool,
@@ -237,9 +227,9 @@ static const struct test_case cases[] = {
     CASE("render_pass_2_khr", RULES(RULE_build_is_outside_render_pass), .setup = &by_extensions,
          .mutate = begin_render_pass2, .mutate_twin = end_render_pass2),
     CASE("dynamic_rendering", RULES(RULE_build_is_outside_render_pass), .prepare = begin_rendering,
-         .mutate_twin = end_rendering),
+         .twin_edits = EDITS(RECORD(scene_end_rendering))),
     CASE("dynamic_rendering_khr", RULES(RULE_build_is_outside_render_pass), .setup = &by_extensions,
-         .prepare = begin_rendering, .mutate_twin = end_rendering),
+         .prepare = begin_rendering, .twin_edits = EDITS(RECORD(scene_end_rendering))),
     CASE("render_pass_continued_by_secondary", RULES(RULE_build_is_outside_render_pass),
          .mutate = continue_render_pass, .mutate_twin = begin_secondary),
     CASE("render_pass_forgotten_by_reset", RULES(RULE_build_is_outside_render_pass), .silent = true,

@@ -50,26 +50,6 @@ static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize le
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
 }
 
-static void make_build_scratch_short(struct scene *scene)
-{
-    give_exact_size(scene, TLAS, 1);
-}
-
-static void make_build_scratch_exact(struct scene *scene)
-{
-    give_exact_size(scene, TLAS, 0);
-}
-
-static void make_update_scratch_short(struct scene *scene)
-{
-    give_exact_size(scene, UPDATE, 1);
-}
-
-static void make_update_scratch_exact(struct scene *scene)
-{
-    give_exact_size(scene, UPDATE, 0);
-}
-
 /* The buffer is long enough, but not from the address on. */
 static void begin_too_late(struct scene *scene)
 {
@@ -105,21 +85,6 @@ static void cross_within_aliasing_buffer(struct scene *scene)
         return;
     }
     scene->infos[AABBS].scratchData.deviceAddress = first.address + half - alignment_of(scene);
-}
-
-static void free_build_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->scratch_buffers[AABBS].memory);
-}
-
-static void destroy_build_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->scratch_buffers[TLAS].handle);
-}
-
-static void free_update_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->scratch_buffers[REFIT].memory);
 }
 
 static void skip_without_update_scratch(struct scene *scene)
@@ -231,16 +196,18 @@ static const struct test_case cases[] = {
     CASE("scratch_nowhere", RULES(RULE_build_scratch_is_in_one_buffer),
          .edits = EDITS(SET(infos[AABBS].scratchData.deviceAddress, WILD))),
     CASE("scratch_a_byte_short", RULES(RULE_build_scratch_is_in_one_buffer),
-         .mutate = make_build_scratch_short, .mutate_twin = make_build_scratch_exact,
+         .edits = EDITS(CALL_FOR(give_exact_size, TLAS, 1)),
+         .twin_edits = EDITS(CALL_FOR(give_exact_size, TLAS, 0)),
          .path = "pInfos[3].scratchData.deviceAddress"),
     CASE("scratch_begins_too_late", RULES(RULE_build_scratch_is_in_one_buffer),
          .mutate = begin_too_late),
     CASE("scratch_in_two_buffers", RULES(RULE_build_scratch_is_in_one_buffer),
          .mutate = cross_into_next_buffer, .mutate_twin = cross_within_aliasing_buffer),
     CASE("scratch_memory_freed", RULES(RULE_input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
-         .mutate = free_build_scratch, .count = 1, .path = "].scratchData.deviceAddress"),
+         .edits = EDITS(DESTROY(scratch_buffers[AABBS].memory)), .count = 1,
+         .path = "].scratchData.deviceAddress"),
     CASE("scratch_buffer_destroyed", RULES(RULE_build_scratch_is_in_one_buffer),
-         .mutate = destroy_build_scratch),
+         .edits = EDITS(DESTROY(scratch_buffers[TLAS].handle))),
     CASE("update_scratch_null", RULES(RULE_update_scratch_is_in_one_buffer),
          .mutate = skip_without_update_scratch,
          .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, 0)),
@@ -249,13 +216,14 @@ static const struct test_case cases[] = {
          .mutate = skip_without_update_scratch,
          .edits = EDITS(SET(infos[REFIT].scratchData.deviceAddress, WILD))),
     CASE("update_scratch_a_byte_short", RULES(RULE_update_scratch_is_in_one_buffer),
-         .mutate = make_update_scratch_short, .mutate_twin = make_update_scratch_exact),
+         .edits = EDITS(CALL_FOR(give_exact_size, UPDATE, 1)),
+         .twin_edits = EDITS(CALL_FOR(give_exact_size, UPDATE, 0))),
     CASE("update_scratch_memory_freed", RULES(RULE_input_buffer_is_bound),
-         .commands = ON_COMMAND_BUFFERS, .mutate = free_update_scratch, .count = 1,
-         .path = "].scratchData.deviceAddress"),
+         .commands = ON_COMMAND_BUFFERS, .edits = EDITS(DESTROY(scratch_buffers[REFIT].memory)),
+         .count = 1, .path = "].scratchData.deviceAddress"),
     CASE("scratch_memory_freed_but_not_needed", RULES(RULE_input_buffer_is_bound), .silent = true,
          .commands = ON_COMMAND_BUFFERS, .setup = &without_update_scratch,
-         .mutate = free_update_scratch),
+         .edits = EDITS(DESTROY(scratch_buffers[REFIT].memory))),
     CASE("scratch_without_storage_usage", RULES(RULE_build_scratch_has_storage_usage),
          .mutate = use_input_buffer_as_build_scratch, .mutate_twin = use_more_usages,
          .path = "pInfos[3].scratchData.deviceAddress"),

@@ -78,49 +78,71 @@ const char *judge_cannot_play(const struct play *play, const struct fixture *fix
 
 /* ---- mutations ---- */
 
-static void call_function(struct scene *scene, const struct edit *edit)
+/* Members that are read and written as numbers have no more bytes than a number. */
+static uint64_t read_member(const struct scene *scene, const struct edit *edit)
 {
-    if (edit->kind == EDIT_CALL)
-        edit->call(scene);
-    else if (edit->kind == EDIT_CALL_WITH)
-        edit->call_with(scene, (uint32_t)edit->value);
-    else
-        edit->call_with_size(scene, edit->value);
+    uint64_t value = 0;
+    memcpy(&value, (const unsigned char *)scene + edit->offset, edit->size);
+    return value;
 }
 
-/* Members that are written as numbers have no more bytes than a number. */
+/* False if the edit is an assignment. */
+static bool call_function(struct scene *scene, const struct edit *edit)
+{
+    switch (edit->kind) {
+    case EDIT_DESTROY:
+        scene_destroy(scene, read_member(scene, edit));
+        return true;
+    case EDIT_CALL:
+        edit->call(scene);
+        return true;
+    case EDIT_CALL_WITH:
+        edit->call_with(scene, (uint32_t)edit->value);
+        return true;
+    case EDIT_CALL_WITH_SIZE:
+        edit->call_with_size(scene, edit->value);
+        return true;
+    case EDIT_CALL_FOR:
+        edit->call_for(scene, edit->build, edit->value);
+        return true;
+    case EDIT_RECORD:
+        edit->record(scene, scene->command_buffer);
+        return true;
+    default:
+        return false;
+    }
+}
+
+static uint64_t value_of(struct scene *scene, const struct edit *edit)
+{
+    switch (edit->kind) {
+    case EDIT_ADD:
+        return read_member(scene, edit) + edit->value;
+    case EDIT_POINT:
+        return (uintptr_t)((unsigned char *)scene + edit->value);
+    case EDIT_UNREADABLE:
+        return (uintptr_t)unreadable_page();
+    case EDIT_MAKE_ADDRESS:
+        return edit->make_address(scene);
+    case EDIT_MAKE_STRUCTURE:
+        return (uint64_t)edit->make_structure(scene);
+    case EDIT_MAKE_STRUCTURE_WITH:
+        return (uint64_t)edit->make_structure_with(scene, (uint32_t)edit->value);
+    default:
+        return edit->value;
+    }
+}
+
 static void apply_edit(struct scene *scene, const struct edit *edit)
 {
     unsigned char *bytes = (unsigned char *)scene;
-    uint64_t value = edit->value;
 
-    switch (edit->kind) {
-    case EDIT_CALL:
-    case EDIT_CALL_WITH:
-    case EDIT_CALL_WITH_SIZE:
-        call_function(scene, edit);
-        return;
-    case EDIT_COPY:
+    if (edit->kind == EDIT_COPY) {
         memmove(bytes + edit->offset, bytes + edit->value, edit->size);
-        return;
-    case EDIT_POINT:
-        value = (uintptr_t)(bytes + edit->value);
-        break;
-    case EDIT_MAKE_ADDRESS:
-        value = edit->make_address(scene);
-        break;
-    case EDIT_MAKE_STRUCTURE:
-        value = (uint64_t)edit->make_structure(scene);
-        break;
-    case EDIT_ADD:
-        value = 0;
-        memcpy(&value, bytes + edit->offset, edit->size);
-        value += edit->value;
-        break;
-    default:
-        break;
+    } else if (!call_function(scene, edit)) {
+        const uint64_t value = value_of(scene, edit);
+        memcpy(bytes + edit->offset, &value, edit->size);
     }
-    memcpy(bytes + edit->offset, &value, edit->size);
 }
 
 void judge_apply(struct scene *scene, const struct edit *edits)
