@@ -78,22 +78,22 @@ static const struct test_case cases[] = {
 #define PATH SWEPT_PATH
 #define WITHOUT without_swept_spheres
 #include "cases_of_spheres.def"
+    SHARED(.setup = &with_spheres),
     CASE("spheres_with_data_of_swept_spheres", RULES(RULE_spheres_have_their_stype),
-         .setup = &with_spheres, .mutate = spheres_with_data_of_swept_spheres,
-         .mutate_twin = scene_add_spheres, .path = SPHERES_PATH "sType"),
+         .mutate = spheres_with_data_of_swept_spheres, .mutate_twin = scene_add_spheres,
+         .path = SPHERES_PATH "sType"),
     CASE("swept_spheres_with_data_of_spheres", RULES(RULE_swept_spheres_have_their_stype),
-         .setup = &with_spheres, .mutate = swept_spheres_with_data_of_spheres,
-         .mutate_twin = scene_add_swept_spheres, .path = SWEPT_PATH "sType"),
-    CASE("spheres_data_off_the_page", RULES(RULE_geometry_chain_is_known), .setup = &with_spheres,
+         .mutate = swept_spheres_with_data_of_spheres, .mutate_twin = scene_add_swept_spheres,
+         .path = SWEPT_PATH "sType"),
+    CASE("spheres_data_off_the_page", RULES(RULE_geometry_chain_is_known),
          .prepare = scene_add_spheres, .mutate = spheres_off_the_page),
     CASE("spheres_in_freed_memory", RULES(RULE_input_buffer_is_bound),
-         .commands = ON_COMMAND_BUFFERS, .setup = &with_spheres, .mutate = spheres_in_freed_memory,
+         .commands = ON_COMMAND_BUFFERS, .mutate = spheres_in_freed_memory,
          .mutate_twin = scene_add_spheres, .path = SPHERES_PATH "radiusData.deviceAddress"),
     /* 03673 lists members, and this is none of them. */
     CASE("spheres_buffer_without_usage", RULES(RULE_input_buffer_has_build_input_usage),
-         .silent = true, .setup = &with_spheres, .mutate = spheres_without_usage),
+         .silent = true, .mutate = spheres_without_usage),
 
-    SHARED(.setup = &with_spheres),
     /* What builds need is asked of the driver for these, too. */
     CASE("spheres_dst_too_small", RULES(RULE_dst_is_large_enough), .prepare = scene_add_spheres,
          .edits = EDITS(CALL(shrink_dst)), .path = "pInfos[6].dstAccelerationStructure"),
