@@ -43,16 +43,6 @@ static void point_to_instances(struct scene *scene, size_t missing)
     scene->INSTANCES(TLAS, 0).data.hostAddress = at_edge(pointers, sizeof(pointers), missing);
 }
 
-static void put_pointers_at_edge(struct scene *scene)
-{
-    point_to_instances(scene, 0);
-}
-
-static void put_pointers_over_edge(struct scene *scene)
-{
-    point_to_instances(scene, 1);
-}
-
 static void put_all_nowhere_without_primitives(struct scene *scene)
 {
     scene->U_TRIANGLES.vertexData.hostAddress = unreadable_page();
@@ -80,37 +70,14 @@ static void put_scratch_at_edge_of(struct scene *scene, uint32_t build, size_t m
         bytes_before_unreadable_page((size_t)scene_scratch_size(scene, build) - missing);
 }
 
-#define PUT_SCRATCH(build)                                                                         \
-    static void put_scratch_of_##build##_at_edge(struct scene *scene)                              \
-    {                                                                                              \
-        put_scratch_at_edge_of(scene, build, 0);                                                   \
-    }                                                                                              \
-    static void put_scratch_of_##build##_over_edge(struct scene *scene)                            \
-    {                                                                                              \
-        put_scratch_at_edge_of(scene, build, 1);                                                   \
-    }
-
-PUT_SCRATCH(AABBS)
-PUT_SCRATCH(REFIT)
-
 /* Scratch that is no VkDeviceMemory at all. */
-static void put_scratch_in_own_memory(struct scene *scene, bool shares)
+static void put_scratch_in_own_memory(struct scene *scene, uint32_t shared_bytes)
 {
     const size_t first = (size_t)scene_scratch_size(scene, INDEXED);
     const size_t second = (size_t)scene_scratch_size(scene, AABBS);
     char *bytes = bytes_before_unreadable_page(first + second);
     scene->infos[INDEXED].scratchData.hostAddress = bytes;
-    scene->infos[AABBS].scratchData.hostAddress = bytes + first - shares;
-}
-
-static void overlap_scratch_in_own_memory(struct scene *scene)
-{
-    put_scratch_in_own_memory(scene, true);
-}
-
-static void put_scratch_side_by_side_in_own_memory(struct scene *scene)
-{
-    put_scratch_in_own_memory(scene, false);
+    scene->infos[AABBS].scratchData.hostAddress = bytes + first - shared_bytes;
 }
 
 /* The same bytes, but no host memory any more that anything is known of. */
@@ -178,7 +145,8 @@ static const struct test_case cases[] = {
          .mutate = put_instances_over_edge, .mutate_twin = put_instances_at_edge,
          .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress"),
     CASE("pointers_over_edge", RULES(RULE_instance_host_address_is_readable),
-         .mutate = put_pointers_over_edge, .mutate_twin = put_pointers_at_edge),
+         .edits = EDITS(CALL_WITH_SIZE(point_to_instances, 1)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(point_to_instances, 0))),
     CASE("nowhere_without_primitives",
          RULES(RULE_vertex_host_address_is_readable, RULE_index_host_address_is_readable,
                RULE_transform_host_address_is_null_or_readable, RULE_aabb_host_address_is_readable,
@@ -189,17 +157,19 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(infos[AABBS].scratchData, 0)),
          .path = "pInfos[2].scratchData.hostAddress 0x0"),
     CASE("scratch_over_edge", RULES(RULE_build_scratch_is_host_memory),
-         .mutate = put_scratch_of_AABBS_over_edge, .mutate_twin = put_scratch_of_AABBS_at_edge,
+         .edits = EDITS(CALL_FOR(put_scratch_at_edge_of, AABBS, 1)),
+         .twin_edits = EDITS(CALL_FOR(put_scratch_at_edge_of, AABBS, 0)),
          .path = "pInfos[2].scratchData.hostAddress"),
     CASE("scratch_of_update_null", RULES(RULE_update_scratch_is_host_memory),
          .edits = EDITS(SET(infos[REFIT].scratchData, 0)),
          .path = "pInfos[5].scratchData.hostAddress 0x0"),
     CASE("scratch_of_update_over_edge", RULES(RULE_update_scratch_is_host_memory),
-         .mutate = put_scratch_of_REFIT_over_edge, .mutate_twin = put_scratch_of_REFIT_at_edge,
+         .edits = EDITS(CALL_FOR(put_scratch_at_edge_of, REFIT, 1)),
+         .twin_edits = EDITS(CALL_FOR(put_scratch_at_edge_of, REFIT, 0)),
          .path = "pInfos[5].scratchData.hostAddress"),
     CASE("scratch_shared_in_own_memory", RULES(RULE_scratch_and_scratch_are_apart),
-         .commands = ON_HOST, .mutate = overlap_scratch_in_own_memory,
-         .mutate_twin = put_scratch_side_by_side_in_own_memory,
+         .commands = ON_HOST, .edits = EDITS(CALL_WITH(put_scratch_in_own_memory, 1)),
+         .twin_edits = EDITS(CALL_WITH(put_scratch_in_own_memory, 0)),
          .path = "pInfos[0].scratchData shares host memory [0x"),
     CASE("scratch_in_memory_unmapped", RULES(RULE_dst_and_scratch_are_apart), .silent = true,
          .commands = ON_HOST, .mutate = unmap_shared_scratch, .needs_null_driver = true),

@@ -150,23 +150,14 @@ static void destroy_ext_and_submit(struct scene *scene)
 
 /* ---- in one call ---- */
 
-static void place_micromap(struct scene *scene, VkDeviceSize offset)
+static void place_micromap(struct scene *scene, enum place place)
 {
     const struct test_buffer buffer = place_buffer(scene);
+    const VkDeviceSize offset = place_offset(place_size(scene, UNINDEXED), place);
     scene_use_micromap(scene);
     place_dst(scene, UNINDEXED, &buffer, 0);
     scene->micromaps.opacity.micromap = scene_accel_in(
         scene, &buffer, offset, 4096, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-}
-
-static void place_micromap_within_dst(struct scene *scene)
-{
-    place_micromap(scene, place_within(place_size(scene, UNINDEXED)));
-}
-
-static void place_micromap_behind_dst(struct scene *scene)
-{
-    place_micromap(scene, place_behind(place_size(scene, UNINDEXED)));
 }
 
 /* A micromap may lie where the build that uses it goes. */
@@ -240,7 +231,8 @@ static const struct test_case cases[] = {
          .edits = EDITS(COPY(infos[AABBS].dstAccelerationStructure, micromaps.opacity.micromap)),
          .path = "pInfos[2].dstAccelerationStructure"),
     CASE("dst_over_a_micromap_in_use", RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
-         .mutate = place_micromap_within_dst, .mutate_twin = place_micromap_behind_dst,
+         .edits = EDITS(CALL_WITH(place_micromap, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(place_micromap, BEHIND)),
          .path = "pInfos[1].dstAccelerationStructure"),
     CASE("dst_over_its_own_micromap", RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
          .silent = true, .mutate = place_micromap_in_own_dst),

@@ -34,10 +34,13 @@ static void add_spheres_with_radii(struct scene *scene)
     scene->spheres.radiusData.deviceAddress = scene_address(scene, &scene->boxes, RADII);
 }
 
-#define RADIUS(name, index, radius)                                                                \
+#define RADIUS(name, index, radius) RADIUS_OF(add_spheres_with_radii, name, index, radius)
+#define SWEPT_RADIUS(name, index, radius)                                                          \
+    RADIUS_OF(add_swept_spheres_with_radii, name, index, radius)
+#define RADIUS_OF(add, name, index, radius)                                                        \
     static void name(struct scene *scene)                                                          \
     {                                                                                              \
-        add_spheres_with_radii(scene);                                                             \
+        add(scene);                                                                                \
         set_radius(scene, index, radius);                                                          \
     }
 
@@ -108,13 +111,6 @@ static void add_swept_spheres_with_radii(struct scene *scene)
         scene_address(scene, &scene->indices, RADIUS_INDICES);
     scene->ranges[SPHERES][0].primitiveCount = 2;
 }
-
-#define SWEPT_RADIUS(name, index, radius)                                                          \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        add_swept_spheres_with_radii(scene);                                                       \
-        set_radius(scene, index, radius);                                                          \
-    }
 
 SWEPT_RADIUS(swept_radius_5_negative, 5, -0.5f)
 SWEPT_RADIUS(swept_radius_5_nan, 5, -NAN)

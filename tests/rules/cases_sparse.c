@@ -36,6 +36,13 @@ static void bind_page(struct scene *scene, const struct sparse_pair *pair, int b
                       pair->memory.handle, memory_page * pair->page);
 }
 
+/* The dsts of INDEXED and AABBS, each in a buffer of its own. */
+static void place_dsts(struct scene *scene, const struct sparse_pair *pair)
+{
+    place_dst(scene, INDEXED, &pair->buffers[0], 0);
+    place_dst(scene, AABBS, &pair->buffers[1], 0);
+}
+
 /* The first page of one and the last of the other: the same memory page. */
 static void alias_sparse_pages(struct scene *scene)
 {
@@ -51,37 +58,40 @@ static void use_sparse_pages_apart(struct scene *scene)
     const struct sparse_pair pair = make_sparse_pair(scene);
     bind_page(scene, &pair, 0, 0, 3);
     bind_page(scene, &pair, 1, 0, 4);
-    place_dst(scene, INDEXED, &pair.buffers[0], 0);
-    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    place_dsts(scene, &pair);
 }
 
-/* Structures over two pages each, bound in opposite order: they meet in one page only. */
-static void place_over_two_pages(struct scene *scene, const struct sparse_pair *pair)
-{
-    place_grow(scene, INDEXED, pair->page);
-    place_grow(scene, AABBS, pair->page);
-    place_dst(scene, INDEXED, &pair->buffers[0], 0);
-    place_dst(scene, AABBS, &pair->buffers[1], 0);
-}
-
-static void alias_second_page_with_first(struct scene *scene)
+/* Structures over the first two pages of each buffer, which are bound to these of the memory. */
+static void use_two_pages_each(struct scene *scene, const VkDeviceSize pages[2][2])
 {
     const struct sparse_pair pair = make_sparse_pair(scene);
-    bind_page(scene, &pair, 0, 0, 0);
-    bind_page(scene, &pair, 0, 1, 5);
-    bind_page(scene, &pair, 1, 0, 5);
-    bind_page(scene, &pair, 1, 1, 1);
-    place_over_two_pages(scene, &pair);
+    for (int buffer = 0; buffer < 2; buffer++)
+        for (VkDeviceSize page = 0; page < 2; page++)
+            bind_page(scene, &pair, buffer, page, pages[buffer][page]);
+    place_grow(scene, INDEXED, pair.page);
+    place_grow(scene, AABBS, pair.page);
+    place_dsts(scene, &pair);
+}
+
+/* They are bound in opposite order, and meet in one page only. */
+static void alias_second_page_with_first(struct scene *scene)
+{
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 5}, {5, 1}});
 }
 
 static void interleave_pages(struct scene *scene)
 {
-    const struct sparse_pair pair = make_sparse_pair(scene);
-    bind_page(scene, &pair, 0, 0, 0);
-    bind_page(scene, &pair, 0, 1, 2);
-    bind_page(scene, &pair, 1, 0, 1);
-    bind_page(scene, &pair, 1, 1, 3);
-    place_over_two_pages(scene, &pair);
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 2}, {1, 3}});
+}
+
+static void alias_pages_in_order(struct scene *scene)
+{
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 1}, {1, 2}});
+}
+
+static void use_pages_in_order(struct scene *scene)
+{
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 1}, {2, 3}});
 }
 
 /* They were in one page, then one of them was bound elsewhere. */
@@ -91,8 +101,7 @@ static void rebind_page(struct scene *scene)
     bind_page(scene, &pair, 0, 0, 3);
     bind_page(scene, &pair, 1, 0, 3);
     bind_page(scene, &pair, 1, 0, 2);
-    place_dst(scene, INDEXED, &pair.buffers[0], 0);
-    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    place_dsts(scene, &pair);
 }
 
 static void rebind_page_onto_another(struct scene *scene)
@@ -100,29 +109,8 @@ static void rebind_page_onto_another(struct scene *scene)
     const struct sparse_pair pair = make_sparse_pair(scene);
     bind_page(scene, &pair, 0, 0, 3);
     bind_page(scene, &pair, 1, 0, 2);
-    place_dst(scene, INDEXED, &pair.buffers[0], 0);
-    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    place_dsts(scene, &pair);
     bind_page(scene, &pair, 1, 0, 3);
-}
-
-static void alias_pages_in_order(struct scene *scene)
-{
-    const struct sparse_pair pair = make_sparse_pair(scene);
-    for (VkDeviceSize i = 0; i < 2; i++) {
-        bind_page(scene, &pair, 0, i, i);
-        bind_page(scene, &pair, 1, i, i + 1);
-    }
-    place_over_two_pages(scene, &pair);
-}
-
-static void use_pages_in_order(struct scene *scene)
-{
-    const struct sparse_pair pair = make_sparse_pair(scene);
-    for (VkDeviceSize i = 0; i < 2; i++) {
-        bind_page(scene, &pair, 0, i, i);
-        bind_page(scene, &pair, 1, i, i + 2);
-    }
-    place_over_two_pages(scene, &pair);
 }
 
 static void leave_pages_unbound(struct scene *scene)

@@ -43,6 +43,20 @@ VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size)
     return (size - 1) / alignment * alignment;
 }
 
+VkDeviceSize place_offset(VkDeviceSize size, enum place place)
+{
+    if (place == AT_BEGINNING)
+        return 0;
+    return place == WITHIN ? place_within(size) : place_behind(size);
+}
+
+VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place)
+{
+    if (place == AT_BEGINNING)
+        return 0;
+    return place == WITHIN ? place_scratch_within(scene, size) : place_scratch_behind(scene, size);
+}
+
 static VkAccelerationStructureKHR place(struct scene *scene, uint32_t build,
                                         const struct test_buffer *buffer, VkDeviceSize offset)
 {
