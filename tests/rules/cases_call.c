@@ -110,10 +110,7 @@ static void add_compute_to_video(struct null_driver_config *config)
 
 static const struct setup with_video = {.configure = add_compute_to_video, .enable = ENABLE_VIDEO};
 
-static void destroy_video_session(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyVideoSessionKHR(device, (VkVideoSessionKHR)handle, NULL);
-}
+SCENE_DESTROYS(destroy_video_session, DestroyVideoSessionKHR, VkVideoSessionKHR)
 
 static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family)
 {

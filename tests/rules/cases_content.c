@@ -99,16 +99,6 @@ static void wide_indices(struct scene *scene, uint32_t last)
     scene->TRIANGLES(UNINDEXED, 1).indexType = VK_INDEX_TYPE_UINT32;
 }
 
-static void wide_index_beyond(struct scene *scene)
-{
-    wide_indices(scene, UINT32_MAX);
-}
-
-static void wide_index_at_the_end(struct scene *scene)
-{
-    wide_indices(scene, 5);
-}
-
 static void byte_index_beyond(struct scene *scene)
 {
     const uint8_t indices[6] = {0, 1, 2, 3, 2, 255};
@@ -221,7 +211,8 @@ static const struct test_case cases[] = {
          .silent = true, .mutate = largest_short_index,
          .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 0))),
     CASE("wide_index_beyond_max_vertex", RULES(RULE_indices_are_within_max_vertex),
-         .mutate = wide_index_beyond, .mutate_twin = wide_index_at_the_end, .is_wild = true,
+         .edits = EDITS(CALL_WITH(wide_indices, UINT32_MAX)),
+         .twin_edits = EDITS(CALL_WITH(wide_indices, 5)), .is_wild = true,
          .path = "index 4294967295 of primitive 1"),
     CASE("byte_index_beyond_max_vertex",
          RULES(RULE_indices_are_within_max_vertex, RULE_index_type_is_16_or_32_bits_or_none),

@@ -28,10 +28,7 @@ static VkDeferredOperationKHR create_operation(struct scene *scene)
     return operation;
 }
 
-static void destroy_operation(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyDeferredOperationKHR(device, (VkDeferredOperationKHR)handle, NULL);
-}
+SCENE_DESTROYS(destroy_operation, DestroyDeferredOperationKHR, VkDeferredOperationKHR)
 
 static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t handle)
 {
@@ -54,17 +51,12 @@ static void defer_to_a_destroyed_operation(struct scene *scene)
     destroy_operation(scene, scene->fixture->device, (uint64_t)scene->deferred_operation);
 }
 
-static void destroy_operation_of_other_device(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->other_vk.DestroyDeferredOperationKHR(device, (VkDeferredOperationKHR)handle, NULL);
-}
-
 static void defer_to_another_device(struct scene *scene)
 {
     scene_enter_other_device(scene);
     scene->deferred_operation = create_operation(scene);
     scene_defer(scene, scene->fixture->device, (uint64_t)scene->deferred_operation,
-                destroy_operation_of_other_device);
+                destroy_operation);
     scene_leave_other_device(scene);
 }
 

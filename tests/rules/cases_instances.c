@@ -171,31 +171,26 @@ static void instance_of_the_tlas_itself(struct scene *scene)
 }
 
 /* A dst, and a BLAS behind what that takes, or in it. */
-static void place_instance(struct scene *scene, uint32_t build, bool is_apart)
+static void place_instance(struct scene *scene, uint32_t build, VkDeviceSize place)
 {
     const struct test_buffer buffer = place_buffer(scene);
     const uint32_t blas = scene_add_build(scene, INDEXED);
     const VkDeviceSize size = place_size(scene, build);
     scene->info_count--;
     place_dst(scene, build, &buffer, 0);
-    place_dst(scene, blas, &buffer, is_apart ? place_behind(size) : place_within(size));
+    place_dst(scene, blas, &buffer, place_offset(size, (enum place)place));
     scene_build_before(scene, blas, 1);
     refer(scene, 1, scene->infos[blas].dstAccelerationStructure);
 }
 
 static void instance_in_the_memory_of_a_dst(struct scene *scene)
 {
-    place_instance(scene, AABBS, false);
-}
-
-static void instance_behind_the_memory_of_a_dst(struct scene *scene)
-{
-    place_instance(scene, AABBS, true);
+    place_instance(scene, AABBS, WITHIN);
 }
 
 static void instance_in_the_memory_of_its_tlas(struct scene *scene)
 {
-    place_instance(scene, TLAS, false);
+    place_instance(scene, TLAS, WITHIN);
 }
 
 #define LEADS_TO(index)                                                                            \
@@ -279,7 +274,7 @@ static const struct test_case cases[] = {
          .may_fail_on_cpu = true),
     CASE("instance_in_the_memory_of_a_dst", RULES(RULE_dst_and_instances_of_other_builds_are_apart),
          .mutate = instance_in_the_memory_of_a_dst,
-         .mutate_twin = instance_behind_the_memory_of_a_dst,
+         .twin_edits = EDITS(CALL_FOR(place_instance, AABBS, BEHIND)),
          .path = "pInfos[2].dstAccelerationStructure"),
     CASE("instance_in_the_memory_of_its_tlas",
          RULES(RULE_dst_and_instances_of_other_builds_are_apart), .silent = true,

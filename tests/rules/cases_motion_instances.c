@@ -105,12 +105,6 @@ static void pack(struct scene *scene)
     scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
 }
 
-static void flat_packed_instance(struct scene *scene)
-{
-    flat_instance(scene);
-    pack(scene);
-}
-
 static void flat_packed_instance_of_nothing(struct scene *scene)
 {
     flat_instance_of_nothing(scene);
@@ -170,7 +164,7 @@ static const struct test_case cases[] = {
          .path =
              "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 1"),
     CASE("flat_packed_motion_instance", RULES(RULE_transform_matrix_is_invertible),
-         .commands = ON_DEVICE, .mutate = flat_packed_instance,
+         .commands = ON_DEVICE, .edits = EDITS(CALL(flat_instance), CALL(pack)),
          .mutate_twin = flat_packed_instance_of_nothing, .has_pointers = true,
          .path = "deviceAddress leads to instance 1"),
     CASE("packed_motion_instance_with_flags", RULES(RULE_srt_motion_instance_flags_are_valid),

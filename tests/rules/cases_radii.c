@@ -75,27 +75,13 @@ static void short_indices_to_radii(struct scene *scene)
     memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
 }
 
-static void half_radius(struct scene *scene, uint16_t bits)
+static void half_radius(struct scene *scene, uint32_t value)
 {
+    const uint16_t bits = (uint16_t)value;
     add_spheres_with_radii(scene);
     memcpy(scene->boxes.host + RADII + 3 * sizeof(bits), &bits, sizeof(bits));
     scene->spheres.radiusFormat = VK_FORMAT_R16_SFLOAT;
     scene->spheres.radiusStride = sizeof(bits);
-}
-
-static void half_radius_negative(struct scene *scene)
-{
-    half_radius(scene, 0x8001);
-}
-
-static void half_radius_minus_zero(struct scene *scene)
-{
-    half_radius(scene, 0x8000);
-}
-
-static void half_radius_nan(struct scene *scene)
-{
-    half_radius(scene, 0xfe00);
 }
 
 /* Swept spheres 0 and 1 go from 1 to 3 and from 5 to 7. */
@@ -182,10 +168,10 @@ static const struct test_case cases[] = {
          .mutate_twin = radius_5_negative, .twin_edits = EDITS(SET(spheres.radiusStride, 0)),
          .path = SPHERES_RADII "primitive 0"),
     CASE("spheres_half_radius_negative", RULES(RULE_spheres_radii_are_not_negative),
-         .mutate = half_radius_negative, .mutate_twin = half_radius_minus_zero,
-         .path = SPHERES_RADII "primitive 1"),
+         .edits = EDITS(CALL_WITH(half_radius, 0x8001)),
+         .twin_edits = EDITS(CALL_WITH(half_radius, 0x8000)), .path = SPHERES_RADII "primitive 1"),
     CASE("spheres_half_radius_nan", RULES(RULE_spheres_radii_are_not_negative), .silent = true,
-         .mutate = half_radius_nan),
+         .edits = EDITS(CALL_WITH(half_radius, 0xfe00))),
     CASE("spheres_radii_negative_are_told_once", RULES(RULE_spheres_radii_are_not_negative),
          .mutate = all_radii_negative, .mutate_twin = all_radii_negative,
          .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),

@@ -111,10 +111,7 @@ void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
 
 /* ---- memory of other kinds ---- */
 
-static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->FreeMemory(device, (VkDeviceMemory)handle, NULL);
-}
+SCENE_DESTROYS(free_memory, FreeMemory, VkDeviceMemory)
 
 /* Memory that is not mapped, of so many instances. */
 static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags with,
@@ -165,10 +162,7 @@ struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t devic
     return buffer_in(scene, &memory);
 }
 
-static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
-}
+SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStructureKHR)
 
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
 {
