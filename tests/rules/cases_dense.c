@@ -63,7 +63,7 @@ static void add_dense_in_freed_memory(struct scene *scene)
     scene_destroy(scene, (uint64_t)buffer.memory);
 }
 
-static void add_dense_twice(struct scene *scene)
+static void double_the_geometry(struct scene *scene)
 {
     scene->geometries[DENSE][1] = scene->geometries[DENSE][0];
     scene->ranges[DENSE][1] = scene->ranges[DENSE][0];
@@ -71,7 +71,7 @@ static void add_dense_twice(struct scene *scene)
     scene_give_objects(scene, DENSE);
 }
 
-static void add_dense_into_too_little(struct scene *scene)
+static void build_into_too_little(struct scene *scene)
 {
     scene->infos[DENSE].dstAccelerationStructure =
         scene_accel_in(scene, &scene->dst_buffers[DENSE], 0, place_size(scene, DENSE) - 1,
@@ -79,7 +79,7 @@ static void add_dense_into_too_little(struct scene *scene)
 }
 
 /* The structure begins where it can be read and ends where it can't. */
-static void add_dense_off_the_page(struct scene *scene)
+static void put_data_off_the_page(struct scene *scene)
 {
     VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
     cut->sType = scene->dense.sType;
@@ -129,7 +129,7 @@ static const struct test_case cases[] = {
     CASE("dense_data_of_other_stype", RULES(RULE_geometry_chain_is_known),
          .edits = EDITS(SET(dense.sType, 0))),
     CASE("dense_data_off_the_page", RULES(RULE_geometry_chain_is_known),
-         .mutate = add_dense_off_the_page),
+         .mutate = put_data_off_the_page),
     CASE("dense_format_of_nobody", RULES(RULE_dense_format_is_valid),
          .edits = EDITS(SET(dense.format, 1)), .path = DENSE_PATH "format"),
 
@@ -170,8 +170,8 @@ static const struct test_case cases[] = {
          .mutate = add_dense_without_usage, .mutate_twin = add_dense,
          .path = DENSE_PATH "compressedData.deviceAddress"),
     CASE("dense_geometry_twice", RULES(RULE_dense_geometry_is_alone),
-         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense, .mutate = add_dense_twice,
-         .path = "pInfos[6].geometryCount"),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         .mutate = double_the_geometry, .path = "pInfos[6].geometryCount"),
 
     SHARED(),
     CASE("dense_geometry_with_build_ranges", RULES(RULE_dense_geometry_has_no_build_ranges),
@@ -182,7 +182,7 @@ static const struct test_case cases[] = {
          .path = "pInfos[6].pGeometries[0].geometryType"),
     /* What builds need is asked of the driver for these, too. */
     CASE("dense_dst_too_small", RULES(RULE_dst_is_large_enough), .commands = ON_DEVICE,
-         .setup = &with_dense, .prepare = add_dense, .mutate = add_dense_into_too_little,
+         .setup = &with_dense, .prepare = add_dense, .mutate = build_into_too_little,
          .path = "pInfos[6].dstAccelerationStructure"),
 
     UPDATE_CASES("dense_triangle_count_of_update", RULE_dense_triangle_count_matches_source,

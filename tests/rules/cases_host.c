@@ -69,7 +69,7 @@ static void defer_twice(struct scene *scene)
                                               &scene->range_pointers[INDEXED]);
 }
 
-static void defer_again(struct scene *scene)
+static void complete_the_operation(struct scene *scene)
 {
     while (scene->vk->DeferredOperationJoinKHR(scene->fixture->device, scene->deferred_operation) ==
            VK_THREAD_IDLE_KHR)
@@ -169,15 +169,13 @@ static const struct setup with_group = {.enable = ENABLE_GROUP};
 static const struct setup with_addresses = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
 
 static const struct test_case cases[] = {
-    CASE("device_is_a_queue", RULES(RULE_device_is_valid), .commands = ON_HOST,
-         .mutate = call_on_a_queue, .path = "(): device 0x"),
-    CASE("device_is_null", RULES(RULE_device_is_valid), .commands = ON_HOST,
-         .edits = EDITS(SET(device, 0)), .path = "(): device is VK_NULL_HANDLE."),
-    CASE("device_is_unreadable", RULES(RULE_device_is_valid), .commands = ON_HOST,
-         .edits = EDITS(UNREADABLE(device))),
-    CASE("device_is_zeros", RULES(RULE_device_is_valid), .commands = ON_HOST,
-         .mutate = call_on_zeros),
+    SHARED(.commands = ON_HOST, RULES(RULE_device_is_valid)),
+    CASE("device_is_a_queue", .mutate = call_on_a_queue, .path = "(): device 0x"),
+    CASE("device_is_null", .edits = EDITS(SET(device, 0)), .path = "(): device is VK_NULL_HANDLE."),
+    CASE("device_is_unreadable", .edits = EDITS(UNREADABLE(device))),
+    CASE("device_is_zeros", .mutate = call_on_zeros),
 
+    SHARED(),
     CASE("deferred_operation_forged", RULES(RULE_deferred_operation_is_valid),
          .edits = EDITS(SET(deferred_operation, 0xdeadbeef)), .mutate_twin = defer,
          .path = "(): deferredOperation VkDeferredOperationKHR 0xdeadbeef is not"),
@@ -187,7 +185,7 @@ static const struct test_case cases[] = {
          .mutate = defer_to_another_device, .mutate_twin = defer,
          .path = "(): deferredOperation VkDeferredOperationKHR"),
     CASE("deferred_operation_in_use", RULES(RULE_previous_deferred_operation_is_complete),
-         .prepare = defer_twice, .mutate_twin = defer_again,
+         .prepare = defer_twice, .mutate_twin = complete_the_operation,
          .path = "(): deferredOperation VkDeferredOperationKHR", .spares_drivers = true),
 
     CASE("dst_by_address", RULES(RULE_host_build_dst_was_created_with_a_buffer),

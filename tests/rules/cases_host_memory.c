@@ -90,26 +90,24 @@ static void unmap_shared_scratch(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    CASE("vertices_null", RULES(RULE_vertex_host_address_is_readable),
-         .edits = EDITS(SET(U_TRIANGLES.vertexData, 0)),
+    SHARED(RULES(RULE_vertex_host_address_is_readable)),
+    CASE("vertices_null", .edits = EDITS(SET(U_TRIANGLES.vertexData, 0)),
          .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress is NULL"),
-    CASE("vertices_nowhere", RULES(RULE_vertex_host_address_is_readable),
-         .edits = EDITS(SET(U_TRIANGLES.vertexData, 0x10)),
+    CASE("vertices_nowhere", .edits = EDITS(SET(U_TRIANGLES.vertexData, 0x10)),
          .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress 0x10"),
-    CASE("indexed_vertices_nowhere", RULES(RULE_vertex_host_address_is_readable),
-         .edits = EDITS(SET(I_TRIANGLES.vertexData, 0x10)),
+    CASE("indexed_vertices_nowhere", .edits = EDITS(SET(I_TRIANGLES.vertexData, 0x10)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.vertexData.hostAddress"),
-    CASE("vertices_over_edge", RULES(RULE_vertex_host_address_is_readable),
-         .mutate = put_vertices_over_edge, .mutate_twin = put_vertices_at_edge),
+    CASE("vertices_over_edge", .mutate = put_vertices_over_edge,
+         .mutate_twin = put_vertices_at_edge),
     /* Which is inside: one triangle behind the first. */
-    CASE("vertices_over_edge_by_offset", RULES(RULE_vertex_host_address_is_readable),
-         .prepare = put_vertices_at_edge,
+    CASE("vertices_over_edge_by_offset", .prepare = put_vertices_at_edge,
          .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8)),
          .twin_edits =
              EDITS(SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8),
                    SET(ranges[UNINDEXED][0].primitiveCount, 1))),
-    CASE("vertices_with_a_fourth_component", RULES(RULE_vertex_host_address_is_readable),
-         .silent = true, .mutate = put_wide_vertices_at_edge),
+    CASE("vertices_with_a_fourth_component", .silent = true, .mutate = put_wide_vertices_at_edge),
+
+    SHARED(),
     CASE("indices_null", RULES(RULE_index_host_address_is_readable),
          .edits = EDITS(SET(I_TRIANGLES.indexData, 0)),
          .twin_edits = EDITS(SET(U_TRIANGLES.indexData, 0)),

@@ -126,25 +126,23 @@ static void instances_off_the_page(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_HOST, .setup = &with_content),
+    SHARED(.commands = ON_HOST, .setup = &with_content, .mutate_twin = moving_instances,
+           .path =
+               "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
     CASE("motion_instance_of_nobodys_type", RULES(RULE_motion_instance_type_is_valid),
-         .mutate = instances_of_nobodys_type, .mutate_twin = more_instances_than_built,
-         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
+         .mutate = instances_of_nobodys_type, .mutate_twin = more_instances_than_built),
     CASE("motion_instance_with_flags", RULES(RULE_motion_instance_flags_are_zero),
-         .mutate = instances_with_flags, .mutate_twin = moving_instances,
-         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
+         .mutate = instances_with_flags),
     CASE("still_motion_instance_with_nobodys_flags", RULES(RULE_static_member_is_filled),
-         .mutate = still_instance_with_flags, .mutate_twin = moving_instances,
-         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
+         .mutate = still_instance_with_flags),
     CASE("static_motion_instance_with_flags_of_micromaps",
          RULES(RULE_instance_micromap_flags_have_their_feature),
-         .mutate = still_instance_with_flags_of_micromaps, .mutate_twin = moving_instances,
-         .count = 1,
-         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
+         .mutate = still_instance_with_flags_of_micromaps, .count = 1),
     CASE("matrix_motion_instance_with_flags_of_micromaps",
          RULES(RULE_matrix_motion_instance_flags_are_valid, RULE_matrix_motion_member_is_filled),
-         .mutate = matrix_instance_with_flags, .mutate_twin = moving_instances,
-         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
+         .mutate = matrix_instance_with_flags),
+
+    SHARED(.commands = ON_HOST, .setup = &with_content),
     CASE("matrix_motion_instance_with_flags_of_micromaps_enabled",
          RULES(RULE_matrix_motion_instance_flags_are_valid), .silent = true,
          .setup = &with_content_and_micromaps, .mutate = matrix_instance_with_flags),
@@ -176,13 +174,14 @@ static const struct test_case cases[] = {
          .path =
              "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 2"),
 
-    SHARED(.silent = true, .commands = ON_HOST, .setup = &with_content, .is_for_the_call = true),
-    CASE("motion_instances_behind_pointers", RULES(RULE_motion_instance_type_is_valid),
-         .mutate = instances_behind_pointers, .may_fail_on_cpu = true),
-    CASE("motion_instances_off_the_page", RULES(RULE_motion_instance_type_is_valid),
-         .mutate = instances_off_the_page, .may_fail_on_cpu = true),
-    CASE("motion_instances_in_device_memory", RULES(RULE_motion_instance_type_is_valid),
-         .commands = ON_COMMAND_BUFFERS, .mutate = instances_of_nobodys_type),
+    SHARED(.silent = true, .commands = ON_HOST, .setup = &with_content, .is_for_the_call = true,
+           RULES(RULE_motion_instance_type_is_valid)),
+    CASE("motion_instances_behind_pointers", .mutate = instances_behind_pointers,
+         .may_fail_on_cpu = true),
+    CASE("motion_instances_off_the_page", .mutate = instances_off_the_page,
+         .may_fail_on_cpu = true),
+    CASE("motion_instances_in_device_memory", .commands = ON_COMMAND_BUFFERS,
+         .mutate = instances_of_nobodys_type),
 };
 
 CASE_LIST(cases_motion_instances, cases);

@@ -44,12 +44,12 @@ static void use_short_indices(struct scene *scene)
     indexed(scene)->indexOffset = SCENE_BUFFER_SIZE / 2;
 }
 
-static void use_short_indices_at_an_odd_offset(struct scene *scene)
+static void offset_by_a_byte(struct scene *scene)
 {
     indexed(scene)->indexOffset++;
 }
 
-static void use_short_indices_at_half_a_word(struct scene *scene)
+static void offset_by_half_a_word(struct scene *scene)
 {
     indexed(scene)->indexOffset += 2;
 }
@@ -164,8 +164,8 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(NV_TRIANGLES(0).indexOffset, 2)),
          .twin_edits = EDITS(SET(NV_TRIANGLES(0).indexOffset, 4))),
     CASE("index_offset_unaligned_short", RULES(RULE_nv_index_offset_is_aligned),
-         .prepare = use_short_indices, .mutate = use_short_indices_at_an_odd_offset,
-         .mutate_twin = use_short_indices_at_half_a_word),
+         .prepare = use_short_indices, .mutate = offset_by_a_byte,
+         .mutate_twin = offset_by_half_a_word),
 
     CASE("transform_destroyed", RULES(RULE_nv_transform_data_is_a_valid_buffer),
          .edits = EDITS(DESTROY(nv.transforms.handle)),
